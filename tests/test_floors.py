@@ -54,7 +54,7 @@ HOMES = {
 TYPES = {"Array", "Mask", "UInt8", "Int16", "Int32", "Int64", "Float32", "Floats", "Pair"}
 """All that kernels may have of `arrays`: names of types, which nothing calls."""
 
-HIDING = {"kernels/cache.py": {"pickle"}}
+HIDING = {"kernels/compiling.py": {"pickle"}}
 """What compiled kernels are kept as; opened after its place, its length and its digest are found right."""
 
 FILE_LINES, FUNCTION_LINES, KERNEL_LINES = 500, 60, 90

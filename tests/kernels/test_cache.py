@@ -13,8 +13,9 @@ import pytest
 from hostile import caches
 
 import intarsia.kernels.cache as kept
-from intarsia.kernels.cache import HEADER, KernelCache, cache_folder
-from intarsia.kernels.compiling import Kernel
+import intarsia.kernels.compiling as compiling
+from intarsia.kernels.cache import HEADER, cache_folder
+from intarsia.kernels.compiling import Kernel, KernelCache
 
 posix = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and rights as of POSIX")
 root = pytest.mark.skipif(getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give files away")
@@ -115,16 +116,16 @@ def test_every_cut_and_every_flipped_byte_of_the_header_is_found(folder: Path) -
     function(21)
     name, identity = named(function, folder)
     assert name == str(path)
-    assert kept._read(name, identity) == whole[HEADER:]
+    assert kept.read_entry(name, identity) == whole[HEADER:]
     ends = len(whole) // 2, len(whole) - 1
     for cut in (*range(HEADER + 2), *ends):
         path.write_bytes(whole[:cut])
-        with pytest.raises(kept._Unfit):
-            kept._read(name, identity)
+        with pytest.raises(kept.Unfit):
+            kept.read_entry(name, identity)
     for place in (*range(HEADER + 1), *ends):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        with pytest.raises(kept._Unfit):
-            kept._read(name, identity)
+        with pytest.raises(kept.Unfit):
+            kept.read_entry(name, identity)
 
 
 def test_the_entry_of_another_kernel_under_this_name_is_not_loaded(folder: Path) -> None:
@@ -140,7 +141,7 @@ def test_a_whole_entry_that_this_numba_cannot_open_is_compiled_anew(folder: Path
     function = loaded(twice, folder)
     function(21)
     name, identity = named(function, folder)
-    kept._write(name, identity, b"of another build")
+    kept.write_entry(name, identity, b"of another build")
     again = loaded(twice, folder)
     with pytest.warns(RuntimeWarning, match="damaged"):
         assert (again(21), hits(again)) == (42, 0)
@@ -163,7 +164,7 @@ def test_what_cannot_be_kept_is_computed_all_the_same(folder: Path, monkeypatch:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(kept, "_write", full)
+    monkeypatch.setattr(compiling, "write_entry", full)
     with pytest.warns(RuntimeWarning, match=r"are not kept in .* \(no space left on device\)"):
         assert loaded(thrice, folder)(1) == 3
     assert loaded(thrice, None)(1) == 3
@@ -176,7 +177,7 @@ def test_a_stop_while_an_entry_is_written_leaves_nothing(folder: Path, monkeypat
     before = sorted(folder.iterdir())
     monkeypatch.setattr(os, "replace", stop)
     with pytest.raises(KeyboardInterrupt):
-        kept._write(str(folder / "x.kernel"), b"x", b"y")
+        kept.write_entry(str(folder / "x.kernel"), b"x", b"y")
     assert sorted(folder.iterdir()) == before
 
 

@@ -15,8 +15,7 @@ import pytest
 from numba.core import event
 from numba.core.registry import cpu_target
 
-from intarsia.kernels.cache import KernelCache
-from intarsia.kernels.compiling import Kernel
+from intarsia.kernels.compiling import Kernel, KernelCache
 
 
 def kernel(function: Any, folder: Path | None = None) -> Any:

@@ -210,13 +210,13 @@ from intarsia.request.as_json import from_json, to_json
 from intarsia.request.python import to_python
 from intarsia.request.recipe import from_recipe, inputs_of
 from intarsia.request.request import Request
-from intarsia.studio import schema
+from intarsia.studio import words
 
 help = CliRunner().invoke(cli, ["grow", "--help"]).stdout
 assert "--tint #RRGGBB" in help and "Give it a tint." in help
-option = schema.options("grow")["tint"]
+option = words.options("grow")["tint"]
 assert (option["kind"], option["help"]) == ("colour", "Give it a tint. It is faint.")
-assert "tint" not in schema.options("heal")
+assert "tint" not in words.options("heal")
 request = read_argv(["grow", "a.png", "--tint", "#0102ff"])
 assert request.tint == (1, 2, 255)
 assert to_line(request) == "intarsia grow a.png --tint '#0102ff'"

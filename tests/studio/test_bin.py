@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from starlette.exceptions import HTTPException
 from studio.served import QUICK, Served, pixels, png, studio
 
-from intarsia.studio.bin import Bin
-from intarsia.studio.events import Events
-from intarsia.studio.refusals import Refused
-from intarsia.studio.store import Store
+from intarsia.studio.store import Bin, Events, Store
 
 RESULT, OTHER, EXEMPLAR = "a" * 16, "b" * 16, "e" * 16
 
@@ -48,14 +46,14 @@ def taken(store: Store, *names: str) -> Bin:
 def test_it_comes_back_whole_and_goes_for_ever_after_a_while(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def work() -> None:
         store = filled(tmp_path)
-        monkeypatch.setattr("intarsia.studio.bin.WHILE", 0.3)
+        monkeypatch.setattr("intarsia.studio.store.WHILE", 0.3)
         held = taken(store, "3", EXEMPLAR)
         assert there(store) == ("12", "abe")
         assert store.all("exemplars") == []
         held.back("jobs", "3")
         held.back("exemplars", EXEMPLAR)
         assert there(store) == ("123", "abe")
-        with pytest.raises(Refused, match="taken away"):
+        with pytest.raises(HTTPException, match="taken away"):
             held.back("jobs", "3")
         await asyncio.sleep(0.2)
         taken(store, "3")
@@ -63,7 +61,7 @@ def test_it_comes_back_whole_and_goes_for_ever_after_a_while(tmp_path: Path, mon
         assert there(store) == ("12", "abe")  # when it went first counts no more
         await asyncio.sleep(0.3)
         assert there(store) == ("12", "ae")
-        with pytest.raises(Refused):
+        with pytest.raises(HTTPException):
             held.back("jobs", "3")
         store.close()
 
@@ -87,7 +85,7 @@ def test_what_a_job_needs_that_is_under_way_cannot_be_taken_away(tmp_path: Path)
         store = filled(tmp_path)
         store.put("jobs", {"id": "4", "state": "queued", "result": None, "exemplars": [EXEMPLAR]})
         for name in ("4", EXEMPLAR):
-            with pytest.raises(Refused, match="cancel it first"):
+            with pytest.raises(HTTPException, match="cancel it first"):
                 taken(store, name)
         store.close()
 

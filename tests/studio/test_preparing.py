@@ -13,10 +13,9 @@ from studio.served import QUICK, pixels, png
 from intarsia.cli.exemplars import Held, Shelf, hold
 from intarsia.cli.report import Report
 from intarsia.request.request import Request
-from intarsia.studio.events import Events
 from intarsia.studio.jobs import PREPARED, Jobs
 from intarsia.studio.processes import FailedError
-from intarsia.studio.store import Store
+from intarsia.studio.store import Events, Store
 
 
 class Worker:

@@ -18,7 +18,7 @@ from starlette.exceptions import HTTPException
 from studio.served import QUICK, Served, lives, pixels, png, run, studio
 
 from intarsia.cli.commands import studio as command
-from intarsia.studio import connections, safety
+from intarsia.studio import safety, serving
 
 
 def test_from_its_first_second_to_an_end_without_a_trace(tmp_path: Path) -> None:
@@ -143,8 +143,8 @@ def test_connections_on_which_nothing_is_asked_end_and_give_way(tmp_path: Path) 
             lines[-1].sendall(half if number % 2 else b"")
         with httpx.Client(headers=served.client.headers) as late:
             assert late.get(f"{served.address}api/jobs").status_code == 200
-            assert len(list(Path(f"/proc/{served.process.pid}/fd").iterdir())) < connections.QUIET + 60
-            assert time.monotonic() - began < connections.SOON
+            assert len(list(Path(f"/proc/{served.process.pid}/fd").iterdir())) < serving.QUIET + 60
+            assert time.monotonic() - began < serving.SOON
             slow = socket.create_connection(place, 20)
             slow.sendall(half + f"Authorization: Bearer {served.token}\r\n\r\n".encode())
             assert slow.recv(20).startswith(b"HTTP/1.1 200")
@@ -153,7 +153,7 @@ def test_connections_on_which_nothing_is_asked_end_and_give_way(tmp_path: Path) 
                 with line, suppress(ConnectionResetError):  # by what it had sent already
                     while line.recv(1 << 16):
                         pass
-            assert time.monotonic() - began < 3 * connections.SOON
+            assert time.monotonic() - began < 3 * serving.SOON
             assert late.get(f"{served.address}api/jobs").status_code == 200
 
 
@@ -163,6 +163,22 @@ def test_what_is_no_http_is_answered_as_all_is(tmp_path: Path) -> None:
         answer = line.makefile("rb").read().decode()
     assert answer.startswith("HTTP/1.1 400 ")
     assert all(f"{name}: {value}\r\n" in answer for name, value in safety.HEADERS.items())
+
+
+@pytest.mark.parametrize(
+    "head", [b"GET / HTTP/1.1\nHost: x\n\n", b"GET / HTTP/1.1\r\nHost: HOST\nX: y\r\n\r\n",
+             b"GET / HTTP/1.1\r\nHost: HOST\r\nX: y\r\n z\r\n\r\n", b"GET / HTTP/1.1\r\nHost: HOST\r\n\tx\r\n\r\n"]
+)  # fmt: skip
+def test_lines_that_servers_read_in_two_ways_are_refused(served: Served, head: bytes) -> None:
+    host = f"{served.host}:{served.port}".encode()
+    good = b"GET / HTTP/1.1\r\nHost: HOST\r\n\r\n"
+    for sent, status in ((head, [400]), (good + head, [401, 400]), (good, [401])):
+        with socket.create_connection((served.host, served.port), 20) as line:
+            line.sendall(sent.replace(b"HOST", host))
+            if status[-1] != 400:
+                line.shutdown(socket.SHUT_WR)
+            answer = line.makefile("rb").read().decode()  # it is closed by the server
+        assert [int(found) for found in re.findall(r"HTTP/1\.1 (\d+)", answer)] == status
 
 
 @pytest.mark.parametrize("parts", [[True], [False, True]], ids=["slow", "whole"])

@@ -19,8 +19,8 @@ import intarsia as ia
 from intarsia.field import Field
 from intarsia.studio.beside import weaving
 from intarsia.studio.beside.weaving import Painting, Stroke, painting_of
-from intarsia.studio.pictures import Pictures
 from intarsia.studio.processes import FailedError, Process
+from intarsia.studio.showing import Pictures
 from intarsia.studio.weaves import Weaves
 
 PARALLEL = "parallel-controllable"

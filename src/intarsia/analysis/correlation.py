@@ -16,16 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ..arrays import Array, Floats, Mask, Pair
 from .sums import running_sums
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 FLAT = 1e-9  # of the largest variance: less is rounding, and says nothing
 
 
-def gncc(f: NDArray[Any], g: NDArray[Any]) -> Floats:
+def gncc(f: Array, g: Array) -> Floats:
     """Correlate two pictures at every offset, each offset over the pixels that then overlap.
 
     Parameters
@@ -45,7 +44,7 @@ def gncc(f: NDArray[Any], g: NDArray[Any]) -> Floats:
 
 
 def autocorrelation(
-    picture: NDArray[Any], usable: Mask | None = None, reach: tuple[int, int] | None = None
+    picture: Array, usable: Mask | None = None, reach: Pair | None = None
 ) -> tuple[Floats, Floats]:
     """Correlate a picture with itself, and count the pixels that each offset compares.
 
@@ -74,7 +73,7 @@ def autocorrelation(
     return _mirrored(half), _mirrored(pairs)
 
 
-def _centred(picture: NDArray[Any]) -> Floats:
+def _centred(picture: Array) -> Floats:
     """A picture (H, W, C) without each channel's mean: correlations do not change, rounding errors shrink."""
     floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
     return np.asarray(floats - floats.mean(axis=(0, 1)))
@@ -84,7 +83,7 @@ def _mirrored(half: Floats) -> Floats:
     return np.concatenate([half[:0:-1, ::-1], half])
 
 
-def products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
+def products(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
     """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
     size = _padded(f, g, down, right)
     transformed = fft.rfft2(f, size)
@@ -92,7 +91,7 @@ def products(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> F
     return _at_lags(both, size, down, right)
 
 
-def overlaps(shape: tuple[int, ...], down: NDArray[Any], right: NDArray[Any]) -> Floats:
+def overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
     """Count the pixels (H, W) that lie on one another for every lag (down, right)."""
     return np.asarray(np.multiply.outer(shape[0] - np.abs(down), shape[1] - np.abs(right)), np.float64)
 
@@ -103,7 +102,7 @@ def gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
     return np.asarray(np.exp(-0.5 * sigma * sigma * (decay[0][:, None] ** 2 + decay[1] ** 2)))
 
 
-def _padded(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> list[int]:
+def _padded(f: Floats, g: Floats, down: Array, right: Array) -> list[int]:
     """The smallest fast transform in which no wanted lag meets another."""
     size = []
     for axis, lag in ((0, down), (1, right)):
@@ -112,12 +111,12 @@ def _padded(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> li
     return size
 
 
-def _at_lags(spectrum: NDArray[Any], size: list[int], down: NDArray[Any], right: NDArray[Any]) -> Floats:
+def _at_lags(spectrum: Array, size: list[int], down: Array, right: Array) -> Floats:
     result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
     return result
 
 
-def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[Any]) -> Floats:
+def _from_rectangles(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
     """Eq. 3.13 where all pixels count: one transform per channel, all other sums by running sums."""
     spans_f = _span(down, f.shape[0], g.shape[0]), _span(right, f.shape[1], g.shape[1])
     spans_g = _span(-down, g.shape[0], f.shape[0]), _span(-right, g.shape[1], f.shape[1])
@@ -143,7 +142,7 @@ def _from_rectangles(f: Floats, g: Floats, down: NDArray[Any], right: NDArray[An
     return _ratio(above, below, FLAT * n * largest)
 
 
-def _from_mask(picture: NDArray[Any], mask: Floats, down: NDArray[Any], right: NDArray[Any]) -> tuple[Floats, Floats]:
+def _from_mask(picture: Array, mask: Floats, down: Array, right: Array) -> tuple[Floats, Floats]:
     """Eq. 3.13 of a picture with itself where some pixels do not count: overlaps are no rectangles, all is transformed.
 
     Also returns how many pixels each offset compares.
@@ -153,7 +152,7 @@ def _from_mask(picture: NDArray[Any], mask: Floats, down: NDArray[Any], right: N
     size = _padded(f, f, down, right)
     counted = fft.rfft2(mask, size)
 
-    def product(one: NDArray[Any], other: NDArray[Any]) -> Floats:
+    def product(one: Array, other: Array) -> Floats:
         return _at_lags(one * np.conj(other), size, down, right)
 
     n = np.rint(product(counted, counted))
@@ -170,7 +169,7 @@ def _from_mask(picture: NDArray[Any], mask: Floats, down: NDArray[Any], right: N
     return _ratio(above, below, FLAT * n * largest), n
 
 
-def _span(lag: NDArray[Any], mine: int, other: int) -> Spans:
+def _span(lag: Array, mine: int, other: int) -> Spans:
     """First and last + 1 of my rows that the other one, moved by `lag`, lies on."""
     return np.maximum(lag, 0), np.minimum(lag + other, mine)
 

@@ -10,17 +10,14 @@ Source: no paper; our own rule, chosen by eye and by measurement on 12 photograp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import dctn, idctn
 
+from ..arrays import Array, Floats, Int16, Mask
 from .correlation import gaussian, overlaps, products
 from .sums import factor_for, principal_axes, reduced
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each
 LEAST_SIDE = 8  # a smaller one has no lags to look at; halved and doubled: the same on 92 textures
@@ -73,7 +70,7 @@ class ElementSize:
     reduction: int = 1
 
 
-def element_size(features: NDArray[np.int16], usable: Mask | None = None) -> ElementSize:
+def element_size(features: Int16, usable: Mask | None = None) -> ElementSize:
     """Measure the size of the elements of a texture.
 
     Parameters
@@ -118,7 +115,7 @@ def _guess(short: int) -> ElementSize:
     return ElementSize(quarter, quarter, quarter, (0,) * DIRECTIONS, 0)
 
 
-def _usable_box(features: NDArray[np.int16], usable: Mask | None) -> tuple[NDArray[np.int16], Mask | None]:
+def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | None]:
     """Cut away border rows and columns without a usable pixel."""
     if usable is None or bool(usable.all()):
         return features, None
@@ -129,7 +126,7 @@ def _usable_box(features: NDArray[np.int16], usable: Mask | None) -> tuple[NDArr
     return features[box], usable[box]
 
 
-def _first_component(colours: NDArray[Any], weight: Floats | None) -> Floats | None:
+def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
     """Project colours on the direction in which they differ most, as whole numbers; None where all are equal.
 
     Channels count by their own contrast, not by the weights that features give to colours (green most): in a

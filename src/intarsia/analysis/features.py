@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int16, Int32, UInt8
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
@@ -28,9 +28,6 @@ OUTLINES, SLOW = 0.5, 0.3  # how much outlines count, their spread over that of 
 SLOW_REACH = 20  # slow colour is averaged over three squares of twice this part of the shorter side
 
 T = TypeVar("T")
-
-Int32 = NDArray[np.int32]
-Int16 = NDArray[np.int16]
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class Features:
     courses: int | None = None
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
-    def brightness(self, feats: NDArray[np.int16], known: NDArray[np.uint8]) -> int:
+    def brightness(self, feats: Int16, known: UInt8) -> int:
         """Sum of a window's squared features where it is known, counted from black."""
         above = (feats[:, :, : self.base].astype(np.int64) - self.black[: self.base]) * known[:, :, None]
         return int((above * above).sum())
@@ -72,7 +69,7 @@ class Features:
         return posed(self.pictures[number], pose, self.normals)
 
 
-def posed(picture: NDArray[Any], pose: int, normals: tuple[int, ...] = ()) -> NDArray[Any]:
+def posed(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
     """Lay features (H, W, ..., C) down in an isometry; `normals` as in :class:`Features`."""
     picture = pose_array(picture, pose)
     if pose and normals:
@@ -85,7 +82,7 @@ def posed(picture: NDArray[Any], pose: int, normals: tuple[int, ...] = ()) -> ND
     return np.ascontiguousarray(picture)
 
 
-def pose_array(array: NDArray[Any], pose: int) -> NDArray[Any]:
+def pose_array(array: Array, pose: int) -> Array:
     """Lay an array (H, W, ...) down in one of the eight isometries (Multrus 2003, 4.1.1)."""
     swapped = np.swapaxes(array, 0, 1)
     return {

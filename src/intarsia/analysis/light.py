@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arguments import expect
+from ..arrays import Floats, Mask
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
@@ -33,8 +33,6 @@ COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE:
 EVEN = 1e-12  # variance of log luminance: what rounding leaves of one brightness
 ALIKE = 1e-10  # terms that so few parts do not tell apart count as one; products of doubles are exact to 1e-15
 GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

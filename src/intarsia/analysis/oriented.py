@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ..arrays import Array, Int16, Int32, Int64, Mask
 from ..kernels.paths import surest_line
 from .sums import block_sums, factor_for
 
@@ -37,15 +38,13 @@ AXES = ((11, 0, 1), (5, 6, 7))  # directions within 15 degrees of rows, and of c
 REACH = 0.07  # of the shorter side: what is farther from all outlines is as far
 STRAIGHT, SLANTED = 5, 7  # a step of a px, and one to a corner, in fifths of a px
 
-Array = NDArray[Any]
-
 
 class Outlines(NamedTuple):
     """How filters answered in every pixel (H, W) of a picture, reduced `factor` times."""
 
-    excess: NDArray[np.int64]  # by how much the strongest direction exceeds the mean of all
-    mean: NDArray[np.int64]
-    along: NDArray[np.int64]  # (2, H, W): the same of the directions close to rows, and to columns
+    excess: Int64  # by how much the strongest direction exceeds the mean of all
+    mean: Int64
+    along: Int64  # (2, H, W): the same of the directions close to rows, and to columns
     factor: int
 
     @property
@@ -53,13 +52,13 @@ class Outlines(NamedTuple):
         """How much of all changes runs along outlines: the mean excess over the mean answer."""
         return int(self.excess.sum()) / max(int(self.mean.sum()), 1)
 
-    def sure(self, excess: NDArray[np.int64]) -> NDArray[np.int64]:
+    def sure(self, excess: Int64) -> Int64:
         """Say how sure outlines of such an excess are: 0 to SURE."""
         ranked = np.sort(self.excess, axis=None)
         return np.minimum(SURE * excess // max(int(ranked[int(RANKED * (len(ranked) - 1))]), 1), SURE)
 
 
-def outlines_of(picture: NDArray[np.int16], usable: NDArray[np.bool_] | None, toroidal: bool) -> Outlines:
+def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines:
     """Look for outlines in features (H, W, C), those of large exemplars on a reduced copy; none where nothing is."""
     factor = factor_for(picture.shape)
     small = picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
@@ -70,7 +69,7 @@ def outlines_of(picture: NDArray[np.int16], usable: NDArray[np.bool_] | None, to
     return Outlines(np.maximum(most - mean, 0), mean, np.maximum(along - mean, 0), factor)
 
 
-def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> NDArray[np.int32]:
+def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Int32:
     """Return how far the pixels of a picture of this shape lie from its outlines: (H, W), in fifths of a px.
 
     0 on the surest outlines, at most 7 % of the shorter side.
@@ -80,7 +79,7 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
     return _enlarged(far.astype(np.int64) * found.factor, shape[:2], found.factor)
 
 
-def _answers(picture: NDArray[np.int16], toroidal: bool) -> tuple[Array, Array, Array]:
+def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
     """How strongly the filters of all directions answer in every pixel: the most, along axes, and the mean; int64."""
     scale = max(min(picture.shape[:2]) / USUAL, LEAST)
     filters = [_filter(k, scale) for k in range(DIRECTIONS)]
@@ -126,7 +125,7 @@ def _filter(number: int, scale: float) -> NDArray[np.complex128]:
     return np.asarray(taps[0] + 1j * taps[1])
 
 
-def _inside(there: NDArray[np.bool_], toroidal: bool) -> NDArray[np.bool_]:
+def _inside(there: Mask, toroidal: bool) -> Mask:
     """Which pixels have nothing unusable near, whose edge is none of the picture's."""
     near = 3
     out = ~there
@@ -157,7 +156,7 @@ def _shifted(values: Array, axis: int, by: int, toroidal: bool, beyond: Any) -> 
     return out
 
 
-def _enlarged(values: Array, shape: tuple[int, ...], factor: int) -> NDArray[np.int32]:
+def _enlarged(values: Array, shape: tuple[int, ...], factor: int) -> Int32:
     """Every value as a block, the last ones beyond."""
     if factor > 1:
         values = values.repeat(factor, axis=0).repeat(factor, axis=1)
@@ -184,7 +183,7 @@ class Lines(NamedTuple):
     """
 
     axis: int
-    at: NDArray[np.int32]
+    at: Int32
     sure: tuple[float, ...]
     clear: float
 
@@ -214,7 +213,7 @@ def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines |
     return best._replace(at=np.asarray(at, np.int32))
 
 
-def from_middle(lines: Lines, shape: tuple[int, ...], toroidal: bool) -> NDArray[np.int32]:
+def from_middle(lines: Lines, shape: tuple[int, ...], toroidal: bool) -> Int32:
     """Return how far each pixel of a picture (H, W) lies from the middle of its course: 0, to HALF on lines.
 
     Beyond the first and the last line courses go on as high as they are in the mean.

@@ -10,17 +10,13 @@ popout phenomena", Vision Research 1999) measures likewise how far off a distrib
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int16, Int32, Mask, Pair
 from ..draws import draw_many
 from . import popout_kernels
 from .sums import FINE, factor_for, reduced
-
-Array = NDArray[Any]
-Mask = NDArray[np.bool_]
 
 USUAL = 256  # what the median spot has
 MOST = 16 * USUAL
@@ -36,7 +32,7 @@ FIXED = 64  # distances are kept in 1/64 of a spread
 STAGE = 1999  # which spots are references hangs on this number and on their places
 
 
-def popout(picture: NDArray[np.int16], usable: Mask | None = None, toroidal: bool = False) -> NDArray[np.int32]:
+def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -> Int32:
     """Measure how far the look of every spot of an exemplar is from its likes.
 
     Parameters
@@ -90,7 +86,7 @@ def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
     return values
 
 
-def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> NDArray[np.int32]:
+def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> Int32:
     """Measure spots of one size on a grid; every pixel has what the spot nearest to it has."""
     step, begin = max(2, radius * 4 // 5), radius // 2
     height, width = picture.shape[:2]
@@ -132,7 +128,7 @@ def _widened(spots: Array) -> Array:
     return np.rint(out * FIXED).astype(np.int64)
 
 
-def _relative(spots: Array, at: Array, apart: int, size: tuple[int, int]) -> Array:
+def _relative(spots: Array, at: Array, apart: int, size: Pair) -> Array:
     """How far every spot's likes are, 256 = the median; none is nearer than `apart` px (on a torus of `size`)."""
     numbers = np.array(draw_many(0, STAGE, 0, at), np.uint64)
     chosen = np.argsort(numbers, kind="stable")[:REFERENCES]

@@ -13,12 +13,9 @@ sets", SIGMOD 2000.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from .sums import FINE, WORK_SIDE, block_sums, running_sums
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 COMMON = 256  # the rarity of what is as common as the median
 MOST = 1024  # rarities end here: 4 times the median is simply unique
@@ -29,7 +26,7 @@ FEW = 16  # fewer patches have no meaningful median
 VISIBLE = 1  # mean colours that differ less, in feature units, look equal: a thousandth of the range
 
 
-def rarity(features: NDArray[np.int16], patch: int) -> tuple[NDArray[np.int32], int]:
+def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
     """Measure how striking the patches of an exemplar are.
 
     Parameters
@@ -62,8 +59,8 @@ def rarity(features: NDArray[np.int16], patch: int) -> tuple[NDArray[np.int32], 
 
 
 def _looks(
-    features: NDArray[np.int16], patch: int, step: int, shape: tuple[int, int], factor: int
-) -> Integers:
+    features: Int16, patch: int, step: int, shape: Pair, factor: int
+) -> Int64:
     """Describe every patch by the mean colours of its cells: an array (patches, cells * channels), in 1/FINE.
 
     `patch` and `step` count blocks of factor x factor px.
@@ -74,11 +71,11 @@ def _looks(
     corners = running_sums(block_sums(features, factor))[rows[:, :, None, None], columns]
     sums = np.diff(np.diff(corners, axis=1), axis=3).transpose(0, 2, 1, 3, 4)
     area = np.diff(edges)
-    means: Integers = FINE * sums // (factor * factor * np.multiply.outer(area, area)[:, :, None])
+    means: Int64 = FINE * sums // (factor * factor * np.multiply.outer(area, area)[:, :, None])
     return means.reshape(shape[0] * shape[1], -1)
 
 
-def _distances(looks: Integers) -> Floats:
+def _distances(looks: Int64) -> Floats:
     """Square distances between all patches.
 
     Colours of 16 + 4 bit, at most 16 x 64 of them: all sums stay below 2**51, so that float64 holds every
@@ -93,14 +90,14 @@ def _distances(looks: Integers) -> Floats:
     return result
 
 
-def _apart(shape: tuple[int, int], step: int, patch: int) -> NDArray[np.bool_]:
+def _apart(shape: Pair, step: int, patch: int) -> Mask:
     """Say which pairs of patches lie half a patch or more apart in some axis: others share what they show."""
     y, x = (2 * step * np.abs(np.subtract.outer(np.arange(n), np.arange(n))) >= patch for n in shape)
     count = shape[0] * shape[1]
     return (y[:, None, :, None] | x[None, :, None, :]).reshape(count, count)
 
 
-def _relative(squares: Floats, apart: NDArray[np.bool_], colours: int) -> NDArray[np.int32]:
+def _relative(squares: Floats, apart: Mask, colours: int) -> Int32:
     """Compare every patch's distance to its k-th nearest with the median of all."""
     squares[~apart] = np.inf
     rows = np.arange(len(squares))

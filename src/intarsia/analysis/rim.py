@@ -7,14 +7,10 @@ px), so a rim that looks like other parts of the picture is not found.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int16, Mask
 from ..lazy import ndimage
-
-Mask = NDArray[np.bool_]
 
 # Halved and doubled on 24 textures with painted and darkened discs: of 288 rims of 2 to 9 px 167 are seen and covered,
 # by 6 px too many, and none is told of beside 96 holes without a defect.
@@ -30,7 +26,7 @@ MARGIN = 2  # px that are covered besides; halved: 166, doubled: 167, by 8 px to
 FAR_UP = 1 << 20  # above any feature
 
 
-def rim_of(picture: NDArray[np.int16], hole: Mask, usable: Mask | None = None) -> int:
+def rim_of(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
     """Say by how many px a hole must grow to cover a rim of the defect; 0 where none is seen.
 
     `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): what may be taken as usual.
@@ -57,7 +53,7 @@ def rim_of(picture: NDArray[np.int16], hole: Mask, usable: Mask | None = None) -
     return deepest + MARGIN if deepest < REACH else 0  # what goes on beyond the reach is no rim
 
 
-def _measures(picture: NDArray[np.int16], hole: Mask) -> list[NDArray[Any]]:
+def _measures(picture: Int16, hole: Mask) -> list[Array]:
     """What pixels are judged by: channels, differences of the first three, and the range of the sum within 3x3 px."""
     channels = [picture[:, :, c].astype(np.int32) for c in range(picture.shape[2])]
     total = np.sum(channels, axis=0, dtype=np.int32)
@@ -67,7 +63,7 @@ def _measures(picture: NDArray[np.int16], hole: Mask) -> list[NDArray[Any]]:
     return [*channels, *differences, high - low]
 
 
-def _beyond(measures: list[NDArray[Any]], rest: Mask, share: float) -> Mask:
+def _beyond(measures: list[Array], rest: Mask, share: float) -> Mask:
     """Which pixels have values beyond nearly all of those elsewhere."""
     out = np.zeros(rest.shape, bool)
     for values in measures:

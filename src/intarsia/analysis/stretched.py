@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int32, Mask
 from ..errors import ParameterError
 from ..exemplar import Exemplar, resized
 from ..image import Kind, Plane
@@ -21,9 +20,6 @@ from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_un
 from .sums import block_sums, spreads
 
 MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
-
-Int32 = NDArray[np.int32]
-Mask = NDArray[np.bool_]
 
 
 def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
@@ -48,7 +44,7 @@ def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[lis
     return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
 
 
-def ends(values: Sequence[NDArray[Any]]) -> tuple[int, int]:
+def ends(values: Sequence[Array]) -> tuple[int, int]:
     """Return least and greatest of whole numbers, or less where a few of them lie very far from the rest.
 
     Where they span over 256 times what is left without one of a thousand at either end, that range is returned,

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Mask = NDArray[np.bool_]
+from ..arrays import Array, Int16, Mask
 
 SEAMLESS = 1.3  # the step over the border may be so many times that between neighbours inside
 
@@ -43,7 +41,7 @@ class Border:
         return max(self.rows, self.columns) <= SEAMLESS
 
 
-def structure_of(picture: NDArray[np.int16], usable: Mask | None) -> Structure:
+def structure_of(picture: Int16, usable: Mask | None) -> Structure:
     """Measure the gradients of the sum of all channels."""
     total = picture.sum(axis=2, dtype=np.int64)
     if min(total.shape) < 3:
@@ -60,7 +58,7 @@ def structure_of(picture: NDArray[np.int16], usable: Mask | None) -> Structure:
     return Structure(coherence, round(math.degrees(across) + 90, 1) % 180)
 
 
-def border_of(picture: NDArray[np.int16], usable: Mask | None) -> Border:
+def border_of(picture: Int16, usable: Mask | None) -> Border:
     """Compare the step over each pair of opposite borders with the usual step along that axis."""
     shares = []
     for axis in (0, 1):
@@ -77,7 +75,7 @@ def border_of(picture: NDArray[np.int16], usable: Mask | None) -> Border:
     return Border(*shares)
 
 
-def flat_colours(samples: NDArray[Any], most: int, equal: int) -> bool:
+def flat_colours(samples: Array, most: int, equal: int) -> bool:
     """Say whether samples (H, W, C) are of 2 to `most` colours in patches: `equal` neighbours of 10 are alike."""
     codes = np.zeros(samples.shape[:2], np.uint64)
     for c in range(samples.shape[2]):

@@ -10,11 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Int16, Int64, Mask, Pair
 from ..errors import MethodError
 from ..lazy import ndimage
-
-Array = NDArray[Any]
-Mask = NDArray[np.bool_]
 
 WORK_SIDE = 512  # px: what is slow is looked at on copies no larger,
 LEAST_SHORT = 64  # px: but a long thin exemplar is not reduced below this
@@ -33,7 +31,7 @@ def blocks(picture: Array, factor: int) -> Array:
     return whole.reshape(rows, factor, columns, factor, *picture.shape[2:])
 
 
-def block_sums(picture: Array, factor: int) -> NDArray[np.int64]:
+def block_sums(picture: Array, factor: int) -> Int64:
     """Add up the blocks of factor x factor px of a picture (H, W, ...): (rows, columns, ...)."""
     parts = blocks(picture, factor)
     bands = parts[:, 0].astype(np.int64)
@@ -45,7 +43,7 @@ def block_sums(picture: Array, factor: int) -> NDArray[np.int64]:
     return sums
 
 
-def reduced(features: NDArray[np.int16], usable: Mask | None, factor: int) -> tuple[NDArray[np.int64], Mask | None]:
+def reduced(features: Int16, usable: Mask | None, factor: int) -> tuple[Int64, Mask | None]:
     """Average blocks of features (H, W, C): colours in 1/16, and which count, those of which half is usable."""
     if factor == 1:
         return features.astype(np.int64) * FINE, usable
@@ -87,7 +85,7 @@ def nearest(usable: Mask) -> NDArray[np.intp] | None:
     return np.asarray(ndimage.distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
 
 
-def valid_windows(shape: tuple[int, ...], usable: Mask | None, toroidal: bool, patch: tuple[int, int]) -> Mask:
+def valid_windows(shape: tuple[int, ...], usable: Mask | None, toroidal: bool, patch: Pair) -> Mask:
     """Where windows of the patch size lie inside the picture and hold usable pixels only."""
     rows, columns = shape[0] - patch[0] + 1, shape[1] - patch[1] + 1
     if rows < 1 or columns < 1:
@@ -99,7 +97,7 @@ def valid_windows(shape: tuple[int, ...], usable: Mask | None, toroidal: bool, p
     return np.asarray(window_sums(~usable, patch) == 0)
 
 
-def without_patch(patch: tuple[int, int]) -> MethodError:
+def without_patch(patch: Pair) -> MethodError:
     """Say that no patch of (rows, columns) px is free of masked pixels."""
     return MethodError(
         f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
@@ -114,7 +112,7 @@ def running_sums(values: Array, kind: Any = np.int64) -> Array:
     return total
 
 
-def window_sums(values: Array, size: tuple[int, int], kind: Any = np.int64) -> Array:
+def window_sums(values: Array, size: Pair, kind: Any = np.int64) -> Array:
     """Return the sums over all windows of (rows, columns) that lie inside a picture (H, W): by their first pixels."""
     (h, w), total = size, running_sums(values, kind)
     return np.asarray(total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w])

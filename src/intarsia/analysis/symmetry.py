@@ -13,11 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int64, Pair
 from ..draws import below, draw
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
@@ -41,8 +40,6 @@ SUBGROUPS: tuple[tuple[int, ...], ...] = (
 """The sets of isometries that hold, with any two, the one after the other."""
 MIRRORED = (0, 1, 2, 4, 3, 7, 6, 5)
 """What each isometry is to a picture seen in a mirror."""
-
-Array = NDArray[Any]
 
 
 def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tuple[int, ...]:
@@ -68,13 +65,13 @@ def all_allowed(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> bool:
     return set(poses) <= set(allowed_isometries(exemplars))
 
 
-def _statistic(exemplars: Sequence[Exemplar], number: int) -> NDArray[np.int64]:
+def _statistic(exemplars: Sequence[Exemplar], number: int) -> Int64:
     """One of the distances of all exemplars of which something may be used, (n, 8), measured once."""
     sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
     return np.stack([e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled])
 
 
-def pose_distances(exemplar: Exemplar, number: int) -> NDArray[np.int64]:
+def pose_distances(exemplar: Exemplar, number: int) -> Int64:
     """How unlike one half is to the other when it is laid down in each isometry: (8,).
 
     By the directions of gradients, `number` 0, or by the patches at one of the scales.
@@ -197,7 +194,7 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
 
 
 def resolved_isometries(
-    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: tuple[int, int]
+    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: Pair
 ) -> str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
     return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

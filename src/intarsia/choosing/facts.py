@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
@@ -23,6 +22,7 @@ from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.sums import block_sums, blocks
 from ..analysis.symmetry import all_allowed, allowed_isometries
+from ..arrays import Int16
 from ..canvas import Canvas
 from ..courses.rectify import Straight, improved
 from ..errors import MethodError
@@ -129,7 +129,7 @@ class Facts:
         return min(self.exemplar.height, self.exemplar.width)
 
     @cached_property
-    def picture(self) -> NDArray[np.int16]:
+    def picture(self) -> Int16:
         """The exemplar as methods compare it."""
         return features([self.exemplar]).pictures[0]
 

@@ -144,7 +144,7 @@ class Meter:
 def _announce_compilation(report: Report) -> None:
     """Have the report of the moment told when a kernel of this process must be compiled."""
     global _registered
-    from ..kernels.announcing import on_first_compilation
+    from ..kernels.cache import on_first_compilation
 
     _listening.append(report)
     if not _registered:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -124,15 +125,17 @@ def _png(picture: PictureFile) -> Decoded:
     return found
 
 
-def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
-    # The classes of the formats, not Image.open: nothing else is ever tried.
-    from PIL import GifImagePlugin, Image, JpegImagePlugin, PngImagePlugin
+def pillow_opened(format: str, data: bytes) -> Any:
+    """Open a picture by the class of its format, which alone is imported; not by Image.open: nothing else is tried."""
+    name = {"webp": "WebP"}.get(format, format.capitalize())
+    return getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")(io.BytesIO(data))
 
-    kinds: dict[str, Any] = {
-        "png": PngImagePlugin.PngImageFile, "jpeg": JpegImagePlugin.JpegImageFile, "gif": GifImagePlugin.GifImageFile
-    }
+
+def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | None = None) -> Decoded:
+    from PIL import Image
+
     try:
-        with kinds[picture.format](io.BytesIO(data)) as image:
+        with pillow_opened(picture.format, data) as image:
             check_size(picture.name, *image.size)
             if picture.format == "jpeg":
                 _check_jpeg(image, data, picture.name)

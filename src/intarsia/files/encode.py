@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, UInt8
 from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError, legible
-from ..image import Array, Kind, Plane
+from ..image import Kind, Plane
 from .formats import FORMATS, SUFFIXES, Format, channel_names
 from .png import PNG_END
 
@@ -116,7 +116,8 @@ def encode_layers(planes: Mapping[str, Plane], recipe: str | None = None) -> byt
     """
     check_layers("the file", planes)
     text = MARK + recipe if recipe is not None and holds_recipe(SUFFIXES[".exr"], recipe) else None
-    names = [c for n, p in planes.items() for c in channel_names(n, p.channels, p.kind is Kind.NORMAL)]
+    own = {n: "XYZ" if p.kind is Kind.NORMAL else channel_names(p.channels) for n, p in planes.items()}
+    names = [f"{name}.{letter}" for name, letters in own.items() for letter in letters]
     types = [_OIIO[p.pixels.dtype.name] for p in planes.values() for _ in range(p.channels)]
     pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in planes.values()], axis=2)
     return _bytes_by_oiio("exr", pixels, text, None, (names, types))
@@ -146,11 +147,10 @@ def _bytes_by_oiio(
     spec = oiio.ImageSpec(width, height, channels, _OIIO.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
-    if name == "tiff":
+    if name in ("tiff", "exr"):
         spec.attribute("compression", "zip")
     if name == "exr":
-        spec.attribute("compression", "zip")
-        spec.channelnames = _channel_names(channels)
+        spec.channelnames = tuple(channel_names(channels))
     if layers is not None:
         spec.channelnames, spec.channelformats = tuple(layers[0]), tuple(map(oiio.TypeDesc, layers[1]))
     if text is not None:
@@ -174,14 +174,7 @@ def _bytes_by_oiio(
     return data
 
 
-def _channel_names(channels: int) -> tuple[str, ...]:
-    # EXR sorts channels by name: more than four must sort as they count.
-    if channels > 4:
-        return tuple(f"c{i:02d}" for i in range(channels))
-    return {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}[channels]
-
-
-def lettered(text: str, size: int) -> NDArray[np.uint8]:
+def lettered(text: str, size: int) -> UInt8:
     """Return a line of text, letters about `size` px high, as coverage: (height, width), 255 where ink is."""
     from PIL import Image, ImageDraw, ImageFont
 

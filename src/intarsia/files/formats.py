@@ -15,11 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..disk.depth import DTYPE_OF_DEPTH
 from ..disk.limits import MAX_CHANNELS, no_room
-from ..disk.whole import ordinary, working_folder
+from ..disk.whole import PathLike, ordinary, working_folder
 from ..errors import InputError, ParameterError, ResourceError, printable
-
-PathLike = str | os.PathLike[str]
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""
@@ -43,8 +42,7 @@ class Format:
     @property
     def depths(self) -> str:
         """The depths it holds, in words."""
-        words = {"uint8": "8", "uint16": "16", "float16": "half", "float32": "float"}
-        held = [words[d] for d in self.dtypes if d in words]
+        held = [depth for depth, dtype in DTYPE_OF_DEPTH.items() if dtype in self.dtypes]
         unit = " bit" if held[-1] in ("8", "16") else ""
         return " or ".join(held) + unit
 
@@ -66,7 +64,7 @@ FORMATS = (
 SUFFIXES = {suffix: f for f in FORMATS for suffix in f.suffixes}
 
 
-def format_of(path: str | os.PathLike[str]) -> Format:
+def format_of(path: PathLike) -> Format:
     """Tell by its ending which format a file will be written in."""
     text = os.fspath(path)
     suffix = os.path.splitext(text)[1].lower()
@@ -76,56 +74,45 @@ def format_of(path: str | os.PathLike[str]) -> Format:
     return SUFFIXES[suffix]
 
 
-_MAGIC = (
-    ("png", b"\x89PNG\r\n\x1a\n"),
-    ("jpeg", b"\xff\xd8\xff"),
-    ("tiff", b"II*\x00"),
-    ("tiff", b"MM\x00*"),
-    ("tiff", b"II+\x00\x08\x00"),
-    ("tiff", b"MM\x00+\x00\x08"),
-    ("exr", b"v/1\x01"),
-    ("hdr", b"#?RADIANCE"),
-    ("hdr", b"#?RGBE"),
-    ("gif", b"GIF87a"),
-    ("gif", b"GIF89a"),
-)
-_REFUSED = (
-    (b"PK\x03\x04", "a zip archive"),
-    (b"PK\x05\x06", "a zip archive"),
-    (b"%PDF", "a PDF"),
-    (b"%!PS", "PostScript"),
-    (b"\xc5\xd0\xd3\xc6", "PostScript"),
-    (b"8BPS", "a Photoshop file"),
-    (b"\x1f\x8b", "a gzip archive"),
-    (b"7z\xbc\xaf", "a 7z archive"),
-    (b"Rar!", "a RAR archive"),
-    (b"BZh", "a bzip2 archive"),
-    (b"\xfd7zXZ", "an xz archive"),
-    (b"(\xb5/\xfd", "a zstd archive"),
-    (b"\x00\x00\x00\x0cjP", "JPEG 2000"),
-    (b"\xffO\xffQ", "JPEG 2000"),
-    (b"\x00\x00\x00\x0cJXL", "JPEG XL"),
-    (b"\xff\n", "JPEG XL"),
-    (b"DDS ", "a DDS texture"),
-    (b"\xabKTX", "a KTX texture"),
-    (b"gimp xcf", "a GIMP file"),
-    (b"SIMPLE  =", "FITS"),
-    (b"SDPX", "DPX"),
-    (b"XPDS", "DPX"),
-    (b"qoif", "QOI"),
-    (b"P7", "PAM"),
-    (b"\x93NUMPY", "a NumPy array"),
-    (b"\x7fELF", "a program"),
-    (b"MZ", "a program"),
-    (b"\x00\x00\x01\x00", "an icon"),
-    (b"FORM", "IFF"),
-    (b"BLENDER", "a Blender file"),
-)
+_MAGIC: dict[str, bytes | tuple[bytes, ...]] = {
+    "png": b"\x89PNG\r\n\x1a\n",
+    "jpeg": b"\xff\xd8\xff",
+    "tiff": (b"II*\x00", b"MM\x00*", b"II+\x00\x08\x00", b"MM\x00+\x00\x08"),
+    "exr": b"v/1\x01",
+    "hdr": (b"#?RADIANCE", b"#?RGBE"),
+    "gif": (b"GIF87a", b"GIF89a"),
+}
+_REFUSED: dict[str, bytes | tuple[bytes, ...]] = {
+    "a zip archive": (b"PK\x03\x04", b"PK\x05\x06"),
+    "a PDF": b"%PDF",
+    "PostScript": (b"%!PS", b"\xc5\xd0\xd3\xc6"),
+    "a Photoshop file": b"8BPS",
+    "a gzip archive": b"\x1f\x8b",
+    "a 7z archive": b"7z\xbc\xaf",
+    "a RAR archive": b"Rar!",
+    "a bzip2 archive": b"BZh",
+    "an xz archive": b"\xfd7zXZ",
+    "a zstd archive": b"(\xb5/\xfd",
+    "JPEG 2000": (b"\x00\x00\x00\x0cjP", b"\xffO\xffQ"),
+    "JPEG XL": (b"\x00\x00\x00\x0cJXL", b"\xff\n"),
+    "a DDS texture": b"DDS ",
+    "a KTX texture": b"\xabKTX",
+    "a GIMP file": b"gimp xcf",
+    "FITS": b"SIMPLE  =",
+    "DPX": (b"SDPX", b"XPDS"),
+    "QOI": b"qoif",
+    "PAM": b"P7",
+    "a NumPy array": b"\x93NUMPY",
+    "a program": (b"\x7fELF", b"MZ"),
+    "an icon": b"\x00\x00\x01\x00",
+    "IFF": b"FORM",
+    "a Blender file": b"BLENDER",
+}
 
 
 def sniff(head: bytes, size: int) -> tuple[str | None, str]:
     """Tell a format by the first bytes of a file: its name or None, and what the file seems to be in words."""
-    for name, magic in _MAGIC:
+    for name, magic in _MAGIC.items():
         if head.startswith(magic):
             return name, name
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
@@ -134,7 +121,7 @@ def sniff(head: bytes, size: int) -> tuple[str | None, str]:
         return "pnm", "pnm"
     if head[:2] == b"BM" and head[14:18] in (n.to_bytes(4, "little") for n in (12, 16, 40, 52, 56, 64, 108, 124)):
         return "bmp", "bmp"
-    for magic, words in _REFUSED:
+    for words, magic in _REFUSED.items():
         if head.startswith(magic):
             return None, words
     if head[4:8] == b"ftyp":
@@ -230,7 +217,7 @@ def damaged(name: str, why: str) -> InputError:
     return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
 
 
-def look(source: str | os.PathLike[str] | bytes) -> PictureFile:
+def look(source: PathLike | bytes) -> PictureFile:
     """Find out what a path or some bytes hold; never waits, whatever lies there."""
     if isinstance(source, bytes | bytearray | memoryview):
         return _known_picture("the data", None, bytes(source), len(source))
@@ -315,15 +302,11 @@ def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
     return [i for _, i in sorted(zip(map(_PLAIN.index, last), own, strict=True))]
 
 
-def channel_names(name: str, channels: int, vectors: bool) -> list[str]:
-    """Name the channels of a plane that is to be a layer."""
-    if vectors:
-        letters = ["X", "Y", "Z"]
-    elif channels > 4:
-        letters = [f"c{i:02d}" for i in range(channels)]
-    else:
-        letters = [["Y"], ["Y", "A"], ["R", "G", "B"], ["R", "G", "B", "A"]][channels - 1]
-    return [f"{name}.{letter}" for letter in letters]
+def channel_names(channels: int) -> list[str]:
+    """Name the channels of a picture; EXR sorts them by name, so more than four must sort as they count."""
+    if channels > 4:
+        return [f"c{i:02d}" for i in range(channels)]
+    return [["Y"], ["Y", "A"], ["R", "G", "B"], ["R", "G", "B", "A"]][channels - 1]
 
 
 def layer_of(channel: str) -> str:

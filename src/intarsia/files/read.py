@@ -16,15 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import ALPHAS, MATERIALS, PAINTED, PHOTOS, SAMPLES, channels_of, chosen, expect_path
+from ..arrays import Mask
+from ..disk.whole import PathLike
 from ..errors import InputError, ParameterError, printable, said
 from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decode
 from .formats import LAYER, look, split_layer
 from .sets import layered, name_of, uses_directx
-
-PathLike = str | os.PathLike[str]
-Mask = NDArray[np.bool_]
 
 
 def read(
@@ -175,7 +174,7 @@ def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generi
     return pixels
 
 
-def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, NDArray[np.bool_] | None]:
+def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, Mask | None]:
     """Decide whether alpha is a channel or a mask; return the plane and its usable pixels."""
     if not plane.alpha:
         if alpha == "mask":
@@ -194,7 +193,7 @@ def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, NDArray[np
     return plane.like(colour) if colour.shape[2] > 1 else replace(plane, pixels=colour[:, :, 0]), opacity > full / 2
 
 
-def read_mask(path: PathLike, base: Plane, name: str) -> NDArray[np.bool_]:
+def read_mask(path: PathLike, base: Plane, name: str) -> Mask:
     """Read a mask as large as the plane `base` of `name`: True where it is lighter than half, and opaque.
 
     In files that hold only 0 and 1, every 1 is light.

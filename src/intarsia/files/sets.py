@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..arguments import MATERIALS
+from ..disk.whole import PathLike
 from ..errors import InputError, ParameterError, printable
 from .decode import opened
 from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
-
-PathLike = str | os.PathLike[str]
 
 WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",

@@ -15,11 +15,11 @@ import numpy as np
 from ..arguments import called, expect, expect_path
 from ..arrays import pixels_of
 from ..disk.depth import converted, dtype_of, looked_at
-from ..disk.whole import check_writable, put_all, write_bytes
+from ..disk.whole import PathLike, check_writable, put_all, write_bytes
 from ..errors import InputError, ParameterError, printable
 from ..image import Kind, Plane, Transfer
 from . import png
-from .decode import opened
+from .decode import opened, pillow_opened
 from .encode import MARK, check_holds, check_layers, encode, encode_layers, holds_recipe
 from .formats import PictureFile, damaged, format_of, look
 
@@ -140,12 +140,12 @@ def preview(plane: Plane) -> Plane:
 LONGEST = 1 << 24
 
 
-def recipe_path(path: str | os.PathLike[str]) -> Path:
+def recipe_path(path: PathLike) -> Path:
     """Return where the recipe of a file lies if its format holds no text: ``out.bmp.recipe.json``."""
     return Path(os.fspath(path) + ".recipe.json")
 
 
-def read_recipe(path: str | os.PathLike[str]) -> dict[str, Any] | None:
+def read_recipe(path: PathLike) -> dict[str, Any] | None:
     """Find the recipe that a picture was made by; None where it has none.
 
     The file may be the picture, or a recipe saved as .json. Raises InputError where it cannot be read.
@@ -189,7 +189,8 @@ def _description(picture: PictureFile) -> str:
         if picture.format in ("jpeg", "webp"):
             return _text_by_pillow(picture)
         if picture.format in ("tiff", "exr"):
-            return _text_by_oiio(picture)
+            with opened(picture) as (file, _):
+                return str(file.spec().get_string_attribute("ImageDescription"))
     except InputError:
         raise
     except Exception as e:  # a damaged file can fail in any way
@@ -198,22 +199,11 @@ def _description(picture: PictureFile) -> str:
 
 
 def _text_by_pillow(picture: PictureFile) -> str:
-    import io
+    from PIL import Image
 
-    from PIL import Image, JpegImagePlugin, WebPImagePlugin
-
-    if picture.format == "jpeg":
-        with JpegImagePlugin.JpegImageFile(io.BytesIO(picture.data())) as image:
+    with pillow_opened(picture.format, picture.data()) as image:
+        if picture.format == "jpeg":
             return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
-    with WebPImagePlugin.WebPImageFile(io.BytesIO(picture.data())) as image:
         facts = Image.Exif()
         facts.load(image.info.get("exif", b""))
         return str(facts.get(0x010E, ""))
-
-
-def _text_by_oiio(picture: PictureFile) -> str:
-    with opened(picture) as (file, _):
-        return str(file.spec().get_string_attribute("ImageDescription"))
-
-
-PathLike = str | os.PathLike[str]

@@ -21,10 +21,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import moving_sums, window_sums
-from ..arrays import Array
+from ..arrays import Array, Int16, Mask
 from .sources import NEXT, STEP, Reference, Sources, continued
 from .windows import poses
 
@@ -76,13 +75,13 @@ PARTS = (
 # fmt: on
 
 
-def sources_of(reference: Reference, picture: NDArray[np.int16]) -> list[Sources]:
+def sources_of(reference: Reference, picture: Int16) -> list[Sources]:
     """Look for the sources of the windows of an output picture (H, W, C), of every size that it can hold."""
     return [Sources.of(level, picture) for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
 
 
 def measured(
-    reference: Reference, picture: NDArray[np.int16], sources: Sequence[Sources], parts: Sequence[Part] = PARTS
+    reference: Reference, picture: Int16, sources: Sequence[Sources], parts: Sequence[Part] = PARTS
 ) -> dict[str, float]:
     """Measure parts of an output picture (H, W, C) with its `sources`, in the features of its exemplars."""
     every, sources = sources, sources[:2]
@@ -138,7 +137,7 @@ def _again(sources: Sources, sides: Sequence[int]) -> float:
     return 100 * float(shown_again(sources, min(REACH, max(sides) * 3 // 4 // STEP)).mean())
 
 
-def shown_again(sources: Sources, reach: int) -> NDArray[np.bool_]:
+def shown_again(sources: Sources, reach: int) -> Mask:
     """Which windows return within `reach` windows together with most of the 5 x 5 around them."""
     windows = sources.level.windows
     at = (windows.at[sources.number] * windows.stride).astype(np.int16)
@@ -159,13 +158,13 @@ def shown_again(sources: Sources, reach: int) -> NDArray[np.bool_]:
     return out
 
 
-def _most(same: Array) -> NDArray[np.bool_]:
+def _most(same: Array) -> Mask:
     """Where most of the 5 x 5 around are the same; what lies outside is not."""
     counts = moving_sums(moving_sums(same.astype(np.int64), 0, AROUND, "constant"), 1, AROUND, "constant")
     return np.asarray(counts >= MOST)
 
 
-def mean_step(pictures: Sequence[Array], usable: Sequence[NDArray[np.bool_] | None]) -> float:
+def mean_step(pictures: Sequence[Array], usable: Sequence[Mask | None]) -> float:
     """Return the mean step between neighbours, summed over channels; only where both may be used."""
     total = count = 0
     for p, free in zip(pictures, usable, strict=True):

@@ -22,11 +22,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import block_sums, factor_for, window_sums
-from ..arrays import Array
+from ..arrays import Array, Int16, Pair
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -42,7 +41,7 @@ WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
 """The least total of each word: nothing that a grader called broken is clean (docs/score.md)."""
 AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
 
-Pictures = Sequence[NDArray[np.int16]]
+Pictures = Sequence[Int16]
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ class Score:
 class Look:
     """A part of an output that was looked at: row and column where it begins, in px, and what its windows show."""
 
-    begin: tuple[int, int]
+    begin: Pair
     sources: tuple[Sources, ...]
 
 
@@ -154,7 +153,7 @@ def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
     return _judged(known, drawn(pictures, smap), smap.wrap).score
 
 
-def drawn(pictures: Pictures, smap: SourceMap) -> NDArray[np.int16]:
+def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
     """Return the output in features (H, W, C): every pixel as its exemplar has it."""
     if smap.which is None:
         return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
@@ -172,7 +171,7 @@ class Known(NamedTuple):
     reference: Reference
     worst: dict[str, float]
 
-    def reduced(self, output: NDArray[np.int16]) -> NDArray[np.int16]:
+    def reduced(self, output: Int16) -> Int16:
         """An output as the exemplars are looked at, held in their range, for which distances are exact."""
         pictures = self.reference.pictures
         low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
@@ -192,7 +191,7 @@ def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
     return Known(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
 
 
-def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
+def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
     factor, reference, worst = known
     looks, told_by = list[Look](), list[dict[str, float]]()
     for (y, x), picture in _corners(known.reduced(output), wrap):
@@ -207,7 +206,7 @@ def _judged(known: Known, output: NDArray[np.int16], wrap: Wrap) -> Judged:
     return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
-def _corners(output: NDArray[np.int16], wrap: Wrap) -> list[tuple[tuple[int, int], NDArray[np.int16]]]:
+def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
     """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
     around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
     output = np.pad(output, (*around, (0, 0)), "wrap")
@@ -224,9 +223,6 @@ MOST = 3  # places that are told of,
 MANY = 60  # but no further one where so many places of the output are told of already
 OFTEN = 2.5  # times the mean: what is shown less often is nothing to tell of
 RETURNS = 3  # places of the output that show it, at least
-
-Size = tuple[int, int]
-
 
 @dataclass(frozen=True)
 class Spot:
@@ -247,7 +243,7 @@ class Often:
     spots: tuple[Spot, ...]
 
 
-def joins_at(judged: Judged, size: Size) -> Array:
+def joins_at(judged: Judged, size: Pair) -> Array:
     """How much joins cost around every place of an output of `size`, 0 to 1: as much as any two windows differ.
 
     Returns (rows, columns) of squares of 8 px, or of so many times more as the output was looked at reduced.
@@ -270,7 +266,7 @@ def joins_at(judged: Judged, size: Size) -> Array:
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
 
 
-def too_often(judged: Judged, exemplars: Sequence[Size], output: Size, most: int = MOST) -> tuple[Often, ...]:
+def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair, most: int = MOST) -> tuple[Often, ...]:
     """Look for the places of the exemplars that are shown far more often than others, the most used first."""
     first = [look.sources[0] for look in judged.looks if look.sources]
     if not first:
@@ -294,7 +290,7 @@ def too_often(judged: Judged, exemplars: Sequence[Size], output: Size, most: int
     return tuple(found)
 
 
-def usage_of(judged: Judged, exemplars: Sequence[Size]) -> list[Array]:
+def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
     """How often pixels of each exemplar are shown, as far as windows tell, of what they would be on average.
 
     Where a map is known, it tells this exactly. The rest of an exemplar that is looked at reduced counts as 0.
@@ -318,7 +314,7 @@ def usage_of(judged: Judged, exemplars: Sequence[Size]) -> list[Array]:
     return [picture / mean for picture in out] if mean else out
 
 
-def _rows(sources: Sources, factor: int, exemplars: Sequence[Size]) -> list[tuple[int, int, int]]:
+def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tuple[int, int, int]]:
     """Where each exemplar begins in the table of windows, how high and how wide it is there."""
     windows, out, begin = sources.level.windows, list[tuple[int, int, int]](), 0
     for size in exemplars:
@@ -329,7 +325,7 @@ def _rows(sources: Sources, factor: int, exemplars: Sequence[Size]) -> list[tupl
     return out
 
 
-def _place(sources: Sources, at: tuple[int, int], factor: int, exemplars: Sequence[Size]) -> tuple[int, Spot]:
+def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Spot]:
     """The exemplar, and the place in it, of the square of the table that begins at `at`."""
     windows, (row, column) = sources.level.windows, at
     rows = _rows(sources, factor, exemplars)
@@ -345,7 +341,7 @@ def _radius(sources: Sources, factor: int) -> float:
     return (square_side(windows.table) * windows.stride + SIDE) * windows.factor * factor / 2
 
 
-def _spots(judged: Judged, at: tuple[int, int], output: Size) -> list[Spot]:
+def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
     """The places of the output that show the square of the table that begins at `at`."""
     out = list[Spot]()
     for look in judged.looks:

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, Int16, Mask, Pair
 from ..draws import draw
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, find_lattice
@@ -52,14 +51,14 @@ class Periods:
     loose: int
 
     @classmethod
-    def of(cls, picture: NDArray[np.int16], usable: NDArray[np.bool_] | None) -> Periods | None:
+    def of(cls, picture: Int16, usable: Mask | None) -> Periods | None:
         """Find the periods of an exemplar (H, W, C); None where it has none."""
         found = find_lattice(picture, usable).accepted
         if found is None:
             return None
         return cls(tuple((int(y), int(x)) for y, x in found.vectors), min(int(UNIT * found.residual), UNIT * LOOSE))
 
-    def kept(self, moved: Array, slack: int) -> NDArray[np.bool_]:
+    def kept(self, moved: Array, slack: int) -> Mask:
         """Whether moves (..., 2), in px, lead from one place to its like, a whole number of periods on.
 
         By `slack` px they may miss it, and by what the periods are loose. Nowhere, where periods are too short to tell.
@@ -82,7 +81,7 @@ class Periods:
         return np.asarray(np.maximum(np.abs(off_y), np.abs(off_x)) <= within)
 
     @property
-    def shifts(self) -> Iterator[tuple[int, int]]:
+    def shifts(self) -> Iterator[Pair]:
         """The periods, and both diagonals of a cell, in whole px, none of them upward."""
         (a, b), *other = self.vectors
         every = [(a, b), *other, *((a + s * c, b + s * d) for c, d in other for s in (1, -1))]
@@ -90,7 +89,7 @@ class Periods:
             rows, columns = (y + UNIT // 2) // UNIT, (x + UNIT // 2) // UNIT
             yield (rows, columns) if rows >= 0 else (-rows, -columns)
 
-    def lost(self, picture: Array, exemplar: Array, usable: NDArray[np.bool_] | None) -> float:
+    def lost(self, picture: Array, exemplar: Array, usable: Mask | None) -> float:
         """By how much more an output differs from itself a period on than the exemplar, in percent of unrelated places.
 
         The mean over the shifts that both have room for; below 0 where it differs less.
@@ -142,8 +141,8 @@ class Level:
 class Reference:
     """Exemplars as the judge sees them: int16 pictures (H, W, C) of the base plane, and which px may be used."""
 
-    pictures: tuple[NDArray[np.int16], ...]
-    usable: tuple[NDArray[np.bool_] | None, ...]
+    pictures: tuple[Int16, ...]
+    usable: tuple[Mask | None, ...]
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
@@ -165,7 +164,7 @@ class Reference:
         return min(1.0, max(0.0, (share - REGULAR) / (GRAINY - REGULAR)))
 
     @cached_property
-    def tiles(self) -> NDArray[np.int16]:
+    def tiles(self) -> Int16:
         """Squares of the exemplars, an eighth of the shorter side wide, side by side as they are drawn."""
         both = zip(self.pictures, self.usable, strict=True)
         spots = [(n, p) for n, (p, free) in enumerate(both) if free is None or free.any()]
@@ -192,7 +191,7 @@ def _nearest(number: Array, by: int) -> Array:
     return np.asarray((2 * sign * number + sign * by) // (2 * sign * by))
 
 
-def _apart(picture: Array, usable: NDArray[np.bool_] | None, shift: tuple[int, int]) -> float | None:
+def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
     """How much a picture differs from itself, moved: 0 not at all, 1 as unrelated places do; None where that is far."""
     (rows, columns), size = shift, picture.shape[:2]
     if any(abs(move) * FAR[1] >= n * FAR[0] for move, n in zip(shift, size, strict=True)):
@@ -260,7 +259,7 @@ class Sources:
             out.append(np.where(inside, change, 0))
         return np.stack(out)
 
-    def _kept(self, step: tuple[int, int]) -> NDArray[np.bool_]:
+    def _kept(self, step: Pair) -> Mask:
         """Where a window shows what lies whole periods of the exemplar away from what the one before leads to."""
         windows, periods = self.level.windows, self.level.periods
         if periods is None:
@@ -278,7 +277,7 @@ class Sources:
         return np.bincount(at[:, 0] * table.shape[1] + at[:, 1], minlength=table.size).reshape(table.shape)
 
 
-def continued(level: Level, number: Array, step: tuple[int, int]) -> tuple[Array, Array]:
+def continued(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
     """What every window would show if the one before it, by `step`, went on; -1 off the exemplar. And where one is."""
     windows = level.windows
     rows, columns = number.shape

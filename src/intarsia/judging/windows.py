@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import block_sums, blocks
-from ..arrays import Array
+from ..arrays import Array, Int32, Mask
 
 SIDE = 8  # px of a window, in the reduced picture
 COSINES = 4  # the lowest along each axis, those whose orders add up to less: ten of each channel
@@ -76,10 +75,10 @@ class Windows:
     waves: Array
     squares: Array
     at: Array
-    table: NDArray[np.int32]
+    table: Int32
 
     @classmethod
-    def of(cls, pictures: list[Array], usable: list[NDArray[np.bool_] | None], factor: int) -> Windows | None:
+    def of(cls, pictures: list[Array], usable: list[Mask | None], factor: int) -> Windows | None:
         """Cut all windows of which every pixel may be used; None where there is none."""
         small = [smaller(p, factor) for p in pictures]
         room = [(p.shape[0] - SIDE + 1, p.shape[1] - SIDE + 1) for p in small]
@@ -160,7 +159,7 @@ class Windows:
         return max(1, int(np.sort(self.apart(self.waves[one], other, features))[len(one) // 2]))
 
 
-def _whole(usable: NDArray[np.bool_], factor: int, rows: Array, columns: Array) -> NDArray[np.bool_]:
+def _whole(usable: Mask, factor: int, rows: Array, columns: Array) -> Mask:
     """Which windows hold usable pixels alone."""
     free = blocks(usable, factor).all(axis=(1, 3))
     held = np.lib.stride_tricks.sliding_window_view(free, (SIDE, SIDE))[rows][:, columns]

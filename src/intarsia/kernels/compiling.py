@@ -3,26 +3,44 @@
 numba makes machine code of every function that it meets, with entries for Python and for C, and does it once more
 within each caller. What a kernel calls is kept here lowered and simplified; machine code is made of it where it is
 linked into the kernel that Python calls, and it gets an entry for Python only if it is called from there.
+
+All this is known of the inside of one numba. Of another, :mod:`.jit` uses what is public.
 """
 
 from __future__ import annotations
 
 import gc
+import hashlib
+import os
+import pickle
+import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from llvmlite.binding import Linkage, create_pass_builder, create_pipeline_tuning_options
-from numba.core import environment
+import numba
+from llvmlite.binding import Linkage, address_of_symbol, create_pass_builder, create_pipeline_tuning_options
+from numba.core import caching, environment, serialize
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher, cpu_target
+from numba.core.runtime import nrt
 from numba.core.types import unliteral as _unliteral
 
-from .announcing import compilation_begins
+from .cache import DAMAGED, Unfit, cache_folder, compilation_begins, drop, not_kept, read_entry, say, write_entry
+
+KNOWN = "0.68."
+if not numba.__version__.startswith(KNOWN):
+    raise ImportError(f"the inside of numba {KNOWN}x is known, not that of {numba.__version__}")
 
 unliteral: Any = _unliteral
 _environment_of: Any = environment.lookup_environment
+_key_of: Any = caching.FunctionCache._index_key
+_rebuild: Any = CompileResult._rebuild
+_dumps: Any = serialize.dumps
+_runtime: Any = nrt.rtsys
 
 OPTIONS = {"nopython": True, "nogil": True, "boundscheck": None, "no_cfunc_wrapper": True}
 
@@ -173,3 +191,89 @@ class Kernel(CPUDispatcher):
         super().add_overload(opened)
         self._cache.save_overload(sig, opened)
         return entry
+
+
+class KernelCache:
+    """The compiled forms of one function: what numba asks when it is called with new types of arguments."""
+
+    def __init__(self, function: Callable[..., Any], folder: Callable[[], str | None]) -> None:
+        self._py_func, self._folder = function, folder
+        module = function.__module__.rpartition(".")[2]
+        self._name = re.sub(r"[^\w.]", "", f"{module}.{function.__qualname__}")
+
+    @property
+    def cache_path(self) -> str | None:
+        """The folder of the entries; None where there is none to be used."""
+        return self._folder()
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the function compiled for a signature, or None where no whole entry is kept."""
+        folder = self._folder()
+        if folder is None:
+            return None
+        _runtime.initialize(target_context)  # all that ready machine code needs; numba's own refresh takes 0.2 s
+        path, identity = self._entry(folder, sig, target_context.codegen())
+        try:
+            payload = read_entry(path, identity)
+            return None if payload is None else _rebuilt(payload, target_context)
+        except Unfit:
+            drop(path)
+            say("entry", DAMAGED.format(folder))
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled function; what cannot be kept is compiled again in the next process."""
+        folder = self._folder() if data.library._finalized else None
+        if folder is None or any(not loop.can_cache for loop in data.lifted) or data.library.has_dynamic_globals:
+            return
+        path, identity = self._entry(folder, sig, data.codegen)
+        try:
+            *whole, environments = data._reduce()
+            needed = tuple(e for e in environments if e.consts)  # one without would hide that of a kernel of its own
+            write_entry(path, identity, _dumps((_asked_of_others(data.library._final_module), (*whole, needed))))
+        except OSError as e:
+            not_kept(folder, (e.strerror or str(e)).lower())
+
+    def _entry(self, folder: str, sig: Any, codegen: Any) -> tuple[str, bytes]:
+        """Return the file of an entry, and the bytes that say what it is for."""
+        made_by = (numba.__version__, sys.implementation.cache_tag, getattr(sys, "abiflags", ""))
+        identity = repr((self._name, made_by, _key_of(self, sig, codegen))).encode()  # types, processor, bytecode
+        digest = hashlib.blake2b(identity, digest_size=12).hexdigest()
+        return os.path.join(folder, f"{self._name}-{digest}.kernel"), identity
+
+
+def _asked_of_others(module: Any) -> tuple[str, ...]:
+    """The names that machine code needs and does not hold."""
+    named = (*module.functions, *module.global_variables)
+    return tuple(n.name for n in named if n.is_declaration and not n.name.startswith("llvm."))
+
+
+def _all_known(names: tuple[str, ...], target_context: Any) -> bool:
+    """Whether all names can be found: in what was compiled or loaded here, or among what numba has made known."""
+    engine = target_context.codegen()._engine
+    return all(engine.is_symbol_defined(name) or address_of_symbol(name) for name in names)
+
+
+def _rebuilt(payload: bytes, target_context: Any) -> Any:
+    """What an entry holds, ready to be called; a name that nobody knows would end the process that loads it."""
+    try:
+        names, whole = pickle.loads(payload)
+        if not _all_known(names, target_context):
+            target_context.refresh()
+            if not _all_known(names, target_context):
+                raise Unfit
+        found = _rebuild(target_context, *whole)
+        if not found.library.get_pointer_to_function(found.fndesc.llvm_cpython_wrapper_name):
+            raise Unfit  # nothing that Python could call
+        return found
+    except MemoryError:
+        raise
+    except Exception as e:  # whole, but of a numba that calls itself as this one does and is another
+        raise Unfit from e
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """A kernel of which nothing is compiled yet, kept in the folder of all."""
+    made: Any = Kernel(function)
+    made._cache = KernelCache(function, cache_folder)
+    return made

@@ -12,25 +12,22 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from ..arguments import SAMPLES
-from ..errors import ParameterError
-from . import jobs, results, uploads
-from .bin import Bin
-from .events import Events
+from ..errors import IntarsiaError, ParameterError
+from . import jobs, uploads
 from .jobs import Jobs
 from .processes import Process
-from .refusals import HANDLERS, Refused
-from .safety import Safety
-from .schema import LIMITS, schema
-from .showing import FOUND, LABELS, Showing
-from .sketches import Sketches
-from .store import Store
+from .safety import Safety, error
+from .showing import FOUND, LABELS, Showing, Sketches
+from .store import Bin, Events, Store
 from .weaves import Weaves
+from .words import LIMITS, result_told, schema
 
 STATIC = Path(__file__).parent / "static"
 WHOLE = re.compile("-?[0-9]{1,15}")
@@ -75,7 +72,7 @@ class Studio:
         """The row that a request names."""
         row = self.store.get(kind, request.path_params[word])
         if row is None:
-            raise Refused(404, f"there is no such {kind[:-1]}.")
+            raise HTTPException(404, f"there is no such {kind[:-1]}.")
         return row
 
     # routes
@@ -89,7 +86,7 @@ class Studio:
     async def sample_view(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name not in SAMPLES:
-            raise Refused(404, "there is no such sample.")
+            raise HTTPException(404, "there is no such sample.")
         return picture(await self.showing.sample(name, side_of(request)))
 
     async def put_exemplar(self, request: Request) -> Response:
@@ -143,7 +140,7 @@ class Studio:
     async def overlay(self, request: Request) -> Response:
         kind = request.path_params["kind"]
         if kind not in (*FOUND, LABELS):
-            raise Refused(404, f"there is no such overlay; give {', '.join(FOUND)}.")
+            raise HTTPException(404, f"there is no such overlay; give {', '.join(FOUND)}.")
         return picture(await self.showing.overlay(self.row(request, "exemplars"), kind))
 
     async def rim(self, request: Request) -> Response:
@@ -173,7 +170,7 @@ class Studio:
     async def keep(self, request: Request) -> Response:
         key = request.path_params["key"]
         if key != "page" and self.store.get("exemplars", key) is None:
-            raise Refused(404, "there is no such exemplar; give its id, or page.")
+            raise HTTPException(404, "there is no such exemplar; give its id, or page.")
         self.store.put("kept", {"id": key, "value": await said(request)})
         return Response(status_code=204)
 
@@ -210,12 +207,12 @@ class Studio:
         return StreamingResponse(self.events.heard(self.jobs.now), media_type="text/event-stream")
 
     async def result(self, request: Request) -> Response:
-        return JSONResponse(results.told(self.row(request, "results")))
+        return JSONResponse(result_told(self.row(request, "results")))
 
     async def result_file(self, request: Request) -> Response:
         row, name = self.row(request, "results"), request.path_params["name"]
         if name not in [entry["name"] for entry in row["files"]]:
-            raise Refused(404, "there is no such file.")
+            raise HTTPException(404, "there is no such file.")
         path = self.store.folder / "results" / row["id"] / name
         return FileResponse(path, filename=name, headers=KEPT)
 
@@ -252,7 +249,7 @@ class Studio:
 
         found = [request.query_params.get("level", "0"), *(request.path_params[name] for name in ("y", "x"))]
         if not all(WHOLE.fullmatch(text) for text in found):
-            raise Refused(404, "there is no such tile; its level, its row and its column are whole numbers.")
+            raise HTTPException(404, "there is no such tile; its level, its row and its column are whole numbers.")
         level, y, x = map(int, found)
         known = request.headers.get("if-none-match", "").strip('"')
         key, data = await self.weaves.tile(request.path_params["id"], (level, y, x), known, wanted)
@@ -341,6 +338,18 @@ def sight_of(request: Request) -> dict[str, Any]:
     """What of a picture is seen: all of it, reduced, or a part of it, pixel for pixel."""
     box = box_of(request)
     return {"side": side_of(request)} if box is None else {"box": box}
+
+
+async def refused(request: Request, e: Exception) -> Response:
+    """One line for every error; what is not meant for a client is not told."""
+    if isinstance(e, HTTPException):
+        return error(e.status_code, str(e.detail))
+    if not isinstance(e, IntarsiaError):
+        return error(500, f"internal error, {type(e).__name__}; please report it.")
+    return error(400 if e.exit_code in (2, 3, 4) else 500, str(e))
+
+
+HANDLERS: dict[Any, Any] = dict.fromkeys((IntarsiaError, HTTPException, Exception), refused)
 
 
 def app_of(studio: Studio, token: str | None = None) -> Safety:

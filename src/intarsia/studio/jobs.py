@@ -11,14 +11,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from starlette.exceptions import HTTPException
+
 from ..errors import IntarsiaError, ParameterError
-from .events import Events
 from .processes import FailedError, Process
-from .refusals import Refused
-from .results import result_of
-from .schema import LIMITS
-from .store import OPEN, Row, Store, digest
-from .words import Words, exemplar_words, plain, words_of
+from .store import OPEN, Events, Row, Store, digest
+from .words import LIMITS, Words, exemplar_words, plain, result_of, words_of
 
 PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
 SLOW = ("efros-leung",)
@@ -82,7 +80,7 @@ class Jobs:
         if label is not None and (not isinstance(label, str) or len(label) > 200 or not label.isprintable()):
             raise ParameterError("the label is a text of at most 200 characters.")
         if sum(job["state"] == "queued" for job in self.store.all("jobs")) >= LIMITS["queue"]:
-            raise Refused(429, f"{LIMITS['queue']} jobs wait already; wait for some, or cancel them.")
+            raise HTTPException(429, f"{LIMITS['queue']} jobs wait already; wait for some, or cancel them.")
         asked = {"verb": verb, "exemplars": exemplars, "options": options}
         words_of(asked, self.store)
         names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
@@ -107,7 +105,7 @@ class Jobs:
         """Return a job."""
         job = self.store.get("jobs", name)
         if job is None:
-            raise Refused(404, "there is no such job.")
+            raise HTTPException(404, "there is no such job.")
         return told(job | self._live.get(name, {}))
 
     @property
@@ -121,7 +119,7 @@ class Jobs:
         if job["state"] == "queued":
             return self._tell(job | {"state": "cancelled", "ended": time.time()})
         if job["state"] != "running":
-            raise Refused(409, f"this job is {job['state']}.")
+            raise HTTPException(409, f"this job is {job['state']}.")
         if name not in self._cancelled:
             self._cancelled.add(name)
             self._running[name].cancel()

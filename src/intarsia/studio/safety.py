@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse
 
-from .schema import LIMITS
+from .words import LIMITS
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
@@ -33,12 +33,9 @@ ENTERED = """<!doctype html><title>intarsia</title><link rel="icon" href="data:,
 <meta http-equiv="refresh" content="0;url=/">
 """
 READS = ("GET", "HEAD")
+TOO_LARGE = "this is too large."
 SLOWEST = 20.0  # s between two parts of what comes in
 LARGE = {"/api/exemplars": LIMITS["upload"], "/api/images": LIMITS["image"]}
-
-
-class TooLargeError(Exception):
-    """More came in than may."""
 
 
 class Safety:
@@ -79,31 +76,28 @@ class Safety:
         if refusal is not None:
             await refusal(scope, receive, sent)
             return
-        try:
-            await self.app(scope, self._limited(scope, receive), sent)
-        except TooLargeError:
-            await _error(413, "this is too large.")(scope, receive, sent)
+        await self.app(scope, self._limited(scope, receive), sent)
 
     def _refusal(self, scope: Any) -> Any:
         """Return what a request is answered that does not come in; None for one that does."""
         headers = Headers(scope=scope)
         if "content-length" in headers and "transfer-encoding" in headers:
-            return _error(400, "this tells its length in two ways; send Content-Length or Transfer-Encoding.")
+            return error(400, "this tells its length in two ways; send Content-Length or Transfer-Encoding.")
         own = {f"{host}:{self.port}" for host in (self.host, "127.0.0.1", "localhost")}
         if headers.get("host") not in own:
-            return _error(403, "this host is not served here.")
+            return error(403, "this host is not served here.")
         origin, site = headers.get("origin"), headers.get("sec-fetch-site")
         if origin is not None and origin not in {f"http://{host}" for host in own}:
-            return _error(403, "requests from other pages are not served.")
+            return error(403, "requests from other pages are not served.")
         entering = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"  # by a link, on whatever page
         if site not in (None, "same-origin") and (scope["method"] not in READS or not (site == "none" or entering)):
-            return _error(403, "requests from other pages are not served.")
+            return error(403, "requests from other pages are not served.")
         if scope["path"] == "/" and scope["method"] == "GET" and (code := _code(scope)) is not None:
             return self._entered(code, headers)
         if not self._known(headers):
             return _not_known(scope["path"])
         if scope["method"] not in READS and headers.get("x-intarsia") != "1":
-            return _error(403, "a request that changes something carries the header X-Intarsia: 1.")
+            return error(403, "a request that changes something carries the header X-Intarsia: 1.")
         return None
 
     def _known(self, headers: Headers) -> bool:
@@ -138,7 +132,7 @@ class Safety:
         async def limited() -> Message:
             nonlocal got, whole
             if announced > most:
-                raise TooLargeError
+                raise HTTPException(413, TOO_LARGE)
             if whole:  # what comes after a body tells only that the client went away
                 return await receive()
             try:
@@ -148,7 +142,7 @@ class Safety:
             whole = not message.get("more_body", False)
             got += len(message.get("body", b""))
             if got > most:
-                raise TooLargeError
+                raise HTTPException(413, TOO_LARGE)
             return message
 
         return limited
@@ -160,8 +154,8 @@ def _code(scope: Any) -> str | None:
 
 def _not_known(path: str) -> Any:
     line = "open the address that intarsia studio printed last: each of them lets one browser in, once."
-    return _error(401, line) if path.startswith("/api/") else PlainTextResponse(f"intarsia: {line}\n", 401)
+    return error(401, line) if path.startswith("/api/") else PlainTextResponse(f"intarsia: {line}\n", 401)
 
 
-def _error(status: int, line: str) -> JSONResponse:
+def error(status: int, line: str) -> JSONResponse:
     return JSONResponse({"error": line}, status)

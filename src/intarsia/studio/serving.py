@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import shutil
 import threading
 import webbrowser
@@ -12,13 +13,57 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import h11
 import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ..errors import InputError, ResourceError, printable
 from .app import Studio, app_of
-from .connections import Connection
-from .safety import Safety
+from .safety import HEADERS, Safety
 from .store import AUTHORIZATION
+
+SOON = 10.0  # s for all headers of a request, from the beginning of the connection or from the answer before
+LAX = re.compile(rb"(?<!\r)\n|\n[ \t]")  # in the header of a request
+QUIET = 256  # connections at once on which nothing is asked; a browser has six
+
+
+class Connection(H11Protocol):
+    """A connection of the server."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin; the one that was quiet longest ends where there are too many."""
+        super().connection_made(transport)
+        self._wait()
+        quiet = [other for other in self.connections if isinstance(other, Connection) and other.is_quiet()]
+        if len(quiet) > QUIET:
+            min(quiet, key=lambda other: other.since).transport.close()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        self._wait()
+        super().on_response_complete()
+
+    def handle_events(self) -> None:
+        """Refuse lines that h11 reads and others read in another way: that end without CR, or go on in the next one."""
+        head = self.conn.trailing_data[0].lstrip().partition(b"\r\n\r\n")[0]
+        if self.conn.their_state is h11.IDLE and LAX.search(head):
+            return self.send_400_response("Lines of a header end in CR and LF, and none goes on in the next one.")
+        return super().handle_events()
+
+    def is_quiet(self) -> bool:
+        """Whether nothing was asked, or all is answered."""
+        return not self.transport.is_closing() and (self.cycle is None or self.cycle.response_complete)
+
+    def _wait(self) -> None:
+        self.since, before = self.loop.time(), self.cycle
+        self.loop.call_later(SOON, lambda: self.transport.close() if self.cycle is before else None)
+
+    def send_400_response(self, msg: str) -> None:
+        """Refuse what is no HTTP, with the headers of every answer."""
+        headers = {**HEADERS, "Content-Type": "text/plain", "Content-Length": str(len(msg)), "Connection": "close"}
+        lines = ["HTTP/1.1 400 Bad Request", *(f"{name}: {value}" for name, value in headers.items()), "", msg]
+        self.transport.write("\r\n".join(lines).encode("ascii"))
+        self.transport.close()
 
 
 class Server(uvicorn.Server):

@@ -1,16 +1,19 @@
-"""What the routes answer that show: views of results, what was found in exemplars, archives."""
+"""What the routes answer that show: views, what was found, sketches, archives; what is drawn is kept a while."""
 
 from __future__ import annotations
 
 import asyncio
 import shutil
 import zipfile
+from collections import OrderedDict
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
-from .pictures import Pictures
-from .processes import Process
+from ..methods.base import METHODS
+from .processes import FailedError, Process, Wanted
 from .store import Row, Store
 from .uploads import Uploads
 from .words import MAP, words_of
@@ -22,6 +25,31 @@ LABELS = "labels"
 VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
+HELD = 64 << 20  # bytes of pictures that are kept
+AGAIN = 0.1  # s between two looks whether there is something else to do
+IDLE = 60.0  # s after which the process ends that nobody asks
+
+
+class Pictures:
+    """Pictures that were drawn lately, by what they are of."""
+
+    def __init__(self, most: int = HELD) -> None:
+        self._held: OrderedDict[tuple[Any, ...], bytes] = OrderedDict()
+        self._most, self._size = most, 0
+
+    def get(self, key: tuple[Any, ...]) -> bytes | None:
+        """Return a picture, if it is kept."""
+        if key in self._held:
+            self._held.move_to_end(key)
+        return self._held.get(key)
+
+    def keep(self, key: tuple[Any, ...], data: bytes) -> bytes:
+        """Keep a picture; those that were asked for longest ago give way."""
+        self._size += len(data) - len(self._held.pop(key, b""))
+        self._held[key] = data
+        while self._size > self._most:
+            self._size -= len(self._held.popitem(last=False)[1])
+        return data
 
 
 class Showing:
@@ -165,3 +193,74 @@ class Showing:
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
+
+
+class Sketches:
+    """Grows sketches in a process of its own, which gives way to jobs at once, and ends when it is not asked."""
+
+    def __init__(self, uploads: Uploads, pictures: Pictures, busy: Callable[[], bool]) -> None:
+        self.uploads, self.pictures, self.busy = uploads, pictures, busy
+        self.process = Process(nice=19)
+        self._asked = 0
+        self._rest: asyncio.TimerHandle | None = None
+
+    async def get(self, row: Row, method: str, wanted: Wanted) -> bytes:
+        """Return the sketch of a method as PNG, empty where it cannot serve this exemplar.
+
+        FailedError where it is no longer wanted.
+        """
+        if method not in (AUTO_METHOD, *METHODS):
+            raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
+        key = ("sketch", row["id"], method)
+        while (found := self.pictures.get(key)) is None:
+            grown = await self._grown(row, method, wanted)
+            if grown is not None:
+                return self.pictures.keep(key, grown)
+        return found
+
+    async def end(self) -> None:
+        """Stop at once."""
+        if self._rest is not None:
+            self._rest.cancel()
+        await self.process.end()
+
+    async def _grown(self, row: Row, method: str, wanted: Wanted) -> bytes | None:
+        """A sketch; none where it gave way to something else, which may have ended since."""
+        watch: list[asyncio.Task[None]] = []
+
+        async def free() -> bool:
+            """Whether it is still wanted, once there is nothing else to do."""
+            while self.busy() and await wanted():
+                await asyncio.sleep(AGAIN)
+            watch.append(asyncio.create_task(self._give_way()))
+            return await wanted()
+
+        self._asked += 1
+        try:
+            paths = self.uploads.paths_of(row)
+            _, data = await self.process.ask("sketch", within=WITHIN, wanted=free, paths=paths, method=method)
+            picture: bytes = data
+            return picture
+        except FailedError:
+            if any(task.done() for task in watch):
+                return None
+            raise
+        finally:
+            for task in watch:
+                task.cancel()
+            self._asked -= 1
+            self._let_rest()
+
+    async def _give_way(self) -> None:
+        while not self.busy():
+            await asyncio.sleep(AGAIN)
+        self.process.cancel()
+
+    def _let_rest(self) -> None:
+        if self._rest is not None:
+            self._rest.cancel()
+        self._rest = asyncio.get_running_loop().call_later(IDLE, self._end_idle)
+
+    def _end_idle(self) -> None:
+        if not self._asked:
+            self._ending = asyncio.create_task(self.process.end())

@@ -1,7 +1,12 @@
-"""The studio's folder: exemplars, images, results as files named by content, a note beside each, and a table of all."""
+"""The studio's folder: exemplars, images, results as files named by content, a note beside each, and a table of all.
+
+What is taken away from it can be brought back for a while; then, or when the studio ends, it goes for ever. And whoever
+listens hears what happens there.
+"""
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import json
 import os
@@ -9,10 +14,12 @@ import re
 import shutil
 import sqlite3
 import time
-from collections.abc import Iterable
+from collections.abc import AsyncIterator, Callable, Iterable
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
+
+from starlette.exceptions import HTTPException
 
 from ..errors import ParameterError, ResourceError, printable
 
@@ -36,6 +43,10 @@ TOLD = ".told.json"
 """The note beside files: their row, so that a table which lost them finds them again."""
 
 OPEN = ("queued", "running")
+
+WHILE = 60.0  # s: the page offers it for ten, and once more for all when another thing is taken away
+MOST = 1000  # events that wait for a listener; one that is further behind begins anew
+BREATH = 10.0  # s without an event, after which a line says that the server is there
 
 
 class Store:
@@ -256,3 +267,95 @@ def digest(files: Iterable[Path], *more: str) -> str:
     for word in more:
         whole.update(word.encode())
     return whole.hexdigest()[:16]
+
+
+class Bin:
+    """Jobs with what they made, and exemplars, that were taken away."""
+
+    def __init__(self, store: Store, events: Events) -> None:
+        self.store, self.events = store, events
+
+    def take(self, kind: str, row: Row) -> None:
+        """Take a job or an exemplar away, unless it is needed just now."""
+        if kind == "jobs" and row["state"] in OPEN:
+            raise HTTPException(409, f"this job is {row['state']}; cancel it first.")
+        under_way = [job["exemplars"] for job in self.store.all("jobs") if job["state"] in OPEN]
+        if kind == "exemplars" and any(row["id"] in names for names in under_way):
+            raise HTTPException(409, "a job with this exemplar is under way; cancel it first.")
+        gone = self.store.put(kind, row | {"gone": time.time()})
+        self.events.tell("gone", {kind[:-1]: row["id"]})
+        asyncio.get_running_loop().call_later(WHILE, self._forget, kind, gone)
+
+    def back(self, kind: str, name: str) -> Row:
+        """Bring back what was taken away."""
+        row = self.store.get(kind, name, gone=True)
+        if row is None:
+            raise HTTPException(404, f"no such {kind[:-1]} was taken away a moment ago.")
+        del row["gone"]
+        return self.store.put(kind, row)
+
+    def empty(self) -> None:
+        """Let everything go that is in here."""
+        for kind in ("jobs", "exemplars"):
+            for row in self.store.all(kind, gone=True):
+                self._forget(kind, row)
+
+    def _forget(self, kind: str, row: Row) -> None:
+        """Remove the files, and what a job made unless another one made the same; the row last."""
+        name = row["id"]
+        if self.store.get(kind, name, gone=True) != row:  # it was brought back, and perhaps taken away once more
+            return
+        if kind == "exemplars":
+            self.store.drop(kind, name)
+            return
+        others = [j for gone in (False, True) for j in self.store.all("jobs", gone) if j["id"] != name]
+        if row["result"] is not None and all(other["result"] != row["result"] for other in others):
+            self.store.drop("results", row["result"])
+        self.store.drop_row("jobs", name)
+
+
+class Events:
+    """Who listens, and what they are told."""
+
+    def __init__(self) -> None:
+        self._ears: set[asyncio.Queue[bytes | None]] = set()
+
+    def tell(self, kind: str, said: Any) -> None:
+        """Tell everybody."""
+        line = written(kind, said)
+        for ear in list(self._ears):
+            if ear.qsize() >= MOST:
+                self._ears.discard(ear)
+                ear.put_nowait(None)
+            else:
+                ear.put_nowait(line)
+
+    def close(self) -> None:
+        """Let everybody go."""
+        for ear in self._ears:
+            ear.put_nowait(None)
+        self._ears.clear()
+
+    async def heard(self, first: Callable[[], list[tuple[str, Any]]]) -> AsyncIterator[bytes]:
+        """What a listener hears: how things are, then each event."""
+        ear: asyncio.Queue[bytes | None] = asyncio.Queue()
+        self._ears.add(ear)
+        try:
+            for kind, said in first():
+                yield written(kind, said)
+            while True:
+                try:
+                    line = await asyncio.wait_for(ear.get(), BREATH)
+                except TimeoutError:
+                    yield b": here\n\n"
+                    continue
+                if line is None:
+                    return
+                yield line
+        finally:
+            self._ears.discard(ear)
+
+
+def written(kind: str, said: Any) -> bytes:
+    """An event as it is sent."""
+    return f"event: {kind}\ndata: {json.dumps(said)}\n\n".encode()

@@ -9,15 +9,16 @@ from collections.abc import Awaitable, Callable
 from itertools import pairwise
 from typing import Any
 
+from starlette.exceptions import HTTPException
+
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError
 from ..request.argv import to_line
-from . import schema
-from .pictures import Pictures
 from .processes import Process
-from .refusals import Refused
+from .showing import Pictures
 from .store import Row, Store
 from .uploads import Uploads
+from .words import options as options_of
 from .words import words_of
 
 WITHIN = 120.0  # s for one answer
@@ -46,7 +47,7 @@ class Weaves:
         method, seed, options = given.get("method", AUTO_METHOD), given.get("seed", 0), given.get("options", {})
         if type(seed) is not int or not 0 <= seed < 1 << 64:
             raise ParameterError("the seed is a whole number from 0 to 2**64 - 1.")
-        known = schema.options("weave")
+        known = options_of("weave")
         if not isinstance(options, dict) or any(n in known and not known[n]["parameter"] for n in options):
             raise ParameterError("options is an object of the method's parameters.")
         asked = {"exemplars": [given.get("exemplar")], "options": {**options, "method": method, "size": "1x1"}}
@@ -69,7 +70,7 @@ class Weaves:
     def get(self, name: str) -> Row:
         """Return what was asked for under this id, while it is known."""
         if name not in self._known:
-            raise Refused(404, "there is no such endless canvas; begin one with POST /api/weaves.")
+            raise HTTPException(404, "there is no such endless canvas; begin one with POST /api/weaves.")
         self._known.move_to_end(name)
         return self._known[name]
 

@@ -1,25 +1,92 @@
-"""From a job to its request, and from what the command said back to what can be told and copied."""
+"""What may be asked, as the table of the request has it; from a job to its request; and what is told of a result."""
 
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import cache
+from pathlib import Path
 from typing import Any
 
+from ..arguments import SAMPLES
+from ..cli.app import COMMANDS
+from ..cli.help import entries
+from ..disk.limits import DEFAULT_PIXELS
 from ..errors import InputError, ParameterError, said
-from ..params import parse
-from ..request.argv import to_argv
+from ..params import OVER, Parameter
+from ..request.argv import to_argv, to_line
 from ..request.as_json import from_json, text_of
-from ..request.request import Request, fields_of_verb
+from ..request.field import Field
+from ..request.python import to_python
+from ..request.request import Request, fields_of_verb, parameters_of_verb
 from ..request.verbs import known_parameters
-from . import schema
-from .store import Row, Store
+from ..version import VERSION
+from .store import ID, Row, Store
+
+VERBS = ("grow", "paint", "extend", "heal", "tile", "weave", "render")
+"""The commands that a job can be."""
+
+LIMITS = {
+    "pixels": DEFAULT_PIXELS,
+    "upload": 512 << 20,
+    "files": 24,
+    "image": 64 << 20,
+    "json": 1 << 20,
+    "queue": 1000,
+}
+"""Most pixels of a picture; bytes of an upload, files in it, bytes of an image and of JSON; jobs that wait."""
 
 LONGEST, MOST = 10_000, 100  # characters of a value, values of an option
-ID = re.compile(r"[0-9a-f]{16}")
 MAP = "map.npz"
 """The file of a result that holds its map."""
+
+
+PUBLIC = (
+    "id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "python", "needs", "made", "score",
+)  # fmt: skip
+
+
+Option = dict[str, Any]
+
+
+@cache
+def options(verb: str) -> dict[str, Option]:
+    """The options of a verb by name: the fields of a job, and the parameters of methods."""
+    fields = [f for f in fields_of_verb(verb) if not f.local and f.flags and f.kind.name != "written"]
+    own = [_of_parameter(p) for p, _ in parameters_of_verb(verb).values()]
+    return {option["name"]: option for option in [*map(_of_field, fields), *own]}
+
+
+@cache
+def schema() -> dict[str, Any]:
+    """All of it, as JSON."""
+    verbs = {v: {"summary": COMMANDS[v], "options": list(options(v).values())} for v in VERBS}
+    return {"version": VERSION, "verbs": verbs, "methods": entries(), "samples": list(SAMPLES), "limits": LIMITS}
+
+
+def _of_field(f: Field) -> Option:
+    """What is told of a field."""
+    default = f.default if isinstance(f.default, str | int | float) else None
+    if default is None and (f.kind.choices or f.default is not None) and not f.many and f.kind.name != "choice":
+        default = f.kind.text(f.default)
+    return {
+        "name": f.key, "flag": f.flag, "kind": f.kind.name, "help": f.help, "default": default,
+        "low": getattr(f.kind, "low", None), "high": getattr(f.kind, "high", None), "unit": "",
+        "choices": list(f.kind.choices), "multiple": f.many, "required": f.required, "parameter": False,
+    }  # fmt: skip
+
+
+def _of_parameter(p: Parameter) -> Option:
+    """What is told of a parameter, and of the methods that have it."""
+    told = p.as_dict()
+    if p.kind == "extent" and isinstance(told["default"], list):
+        told["default"].reverse()
+    return told | {
+        "flag": "--" + p.name.replace("_", "-"), "multiple": False, "required": False, "parameter": True,
+        "methods": known_parameters()[p.name][1], "image": p.kind in OVER,
+    }  # fmt: skip
 
 
 @dataclass
@@ -64,9 +131,9 @@ class Words:
 def words_of(job: Mapping[str, Any], store: Store) -> Words:
     """Return the request of a job, checked as the command checks it; ParameterError in one line."""
     verb, given = job["verb"], dict(job["options"])
-    if verb not in schema.VERBS:
-        raise ParameterError(f"{said(verb)} is no verb; give one of {', '.join(schema.VERBS)}.")
-    words, known, more = Words(), schema.options(verb), dict[str, Any]()
+    if verb not in VERBS:
+        raise ParameterError(f"{said(verb)} is no verb; give one of {', '.join(VERBS)}.")
+    words, known, more = Words(), options(verb), dict[str, Any]()
     if verb == "render":
         more["saved"] = words.name(_map_of(given.pop("map", None), store), MAP)
     more["files"] = _exemplars(words, verb, job["exemplars"], store)
@@ -116,7 +183,7 @@ def _map_of(name: Any, store: Store) -> str:
     return f"../{row['id']}/{MAP}"
 
 
-def _value(option: schema.Option, value: Any, words: Words, store: Store) -> Any:
+def _value(option: Option, value: Any, words: Words, store: Store) -> Any:
     """The value of an option, or its values, as texts; files in place of ids."""
     if option["kind"] == "flag":
         return value
@@ -143,33 +210,54 @@ def score_words(words: Words, picture: str) -> list[str]:
     return to_argv(scored, joined=True)
 
 
-def _image(option: schema.Option, value: Any, words: Words, store: Store) -> str:
+def _image(option: Option, value: Any, words: Words, store: Store) -> str:
     if value in option["choices"]:
         return str(value)
     row = _row("images", value, f"an image; {option['name']} needs one", store)
     return words.name(f"../../images/{row['id']}.png", f"{option['name']}.png")
 
 
-def _text(option: schema.Option, value: Any) -> str:
+def _text(option: Option, value: Any) -> str:
     """A value as a command reads it; what would be the name of a file is refused."""
-    name = option["name"]
-    if isinstance(value, list) and value and all(isinstance(v, int | float | str) for v in value):
-        value = text_of(option["kind"], value)
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
+    name, parts = option["name"], value if isinstance(value, list) else [value]
+    if not parts or not all(isinstance(v, int | float | str) and not isinstance(v, bool) for v in parts):
         raise ParameterError(f"{name}={said(value)} is not allowed; give a number or a text.")
-    text = str(value)
+    text = text_of(option["kind"], value)
     if len(text) > LONGEST or not text.isprintable():
         raise ParameterError(f"{name} is too long, or holds what cannot be printed; give something legible.")
-    if option["parameter"]:
-        if option["image"] and text not in option["choices"]:
-            try:
-                float(text)
-            except ValueError:
-                raise ParameterError(f"{name}={said(text)} is not allowed; give a number or an image's id.") from None
-        parse(known_parameters()[name][0], text)
+    if option.get("image") and text not in option["choices"]:
+        try:
+            float(text)
+        except ValueError:
+            raise ParameterError(f"{name}={said(text)} is not allowed; give a number or an image's id.") from None
     return text
 
 
 def plain(line: str) -> str:
     """An error of the command, said of the option by the name that it has here."""
     return re.sub(r"^Invalid value for '--([a-z-]+)'[^:]*", lambda found: found[1].replace("-", "_"), line)
+
+
+def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: Sequence[Path]) -> Row:
+    """Return the row of a result: what the command told, without a path."""
+    holds = {Path(entry["path"]).name: entry["holds"] for entry in answer.get("files", [])}
+    holds.setdefault(MAP, "map")
+    entries = [{"name": p.name, "holds": holds.get(p.name, "recipe"), "bytes": p.stat().st_size} for p in sorted(files)]
+    pictures = [Path(entry["path"]).name for entry in answer.get("files", []) if Path(entry["path"]).name != MAP]
+    clean, judged = words.cleaned(answer), bool(pictures) and job["verb"] != "render"
+    asked = words.asked(pictures[0] if pictures else "out.png")
+    return {
+        "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
+        "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
+        "command": to_line(asked, joined=True), "python": to_python(asked, clean), "made": time.time(), "score": None,
+        "label": job["label"], "began": job["began"],
+        "inputs": {own: path for path, own in words.called.items()},
+        "score_words": score_words(words, pictures[0]) if judged else None,
+    }  # fmt: skip
+
+
+def result_told(row: Row) -> Row:
+    """What clients are told of a result."""
+    address = f"/api/results/{row['id']}"
+    files = [entry | {"url": f"{address}/files/{entry['name']}"} for entry in row["files"]]
+    return {key: row.get(key) for key in PUBLIC} | {"files": files, "needs": list(row.get("inputs", {}))}

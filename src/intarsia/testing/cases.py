@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,9 +12,10 @@ from hypothesis.strategies import DrawFn
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
+from ..arrays import Array, Int32, Mask, Pair, UInt8
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, Wrap
-from ..image import Array
+from ..image import Plane
 from ..methods.base import Ability, Method
 from ..run import Run
 from ..sourcemap import SourceMap
@@ -35,7 +36,7 @@ def noise(height: int, width: int, seed: int) -> NDArray[np.uint64]:
     return np.asarray(z ^ (z >> np.uint64(32)), np.uint64)
 
 
-def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> NDArray[np.uint8]:
+def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> UInt8:
     """Return a procedural texture (height, width, channels): soft blobs of some 6 px under a little noise.
 
     Made of whole numbers only, so it is the same on every machine.
@@ -52,7 +53,7 @@ def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> NDArra
     return np.stack(layers, axis=2).astype(np.uint8)
 
 
-def as_depth(pixels: NDArray[np.uint8], dtype: str) -> Array:
+def as_depth(pixels: UInt8, dtype: str) -> Array:
     """Return 8-bit pixels in another depth: 16 bits times 257, floats over 255."""
     if dtype == "uint16":
         return pixels.astype(np.uint16) * np.uint16(257)
@@ -87,7 +88,7 @@ class Case:
     """One request to a method."""
 
     exemplars: tuple[Exemplar, ...]
-    size: tuple[int, int]
+    size: Pair
     seed: int
     wrap: Wrap
 
@@ -104,6 +105,11 @@ class Case:
             start=start,
             run=Run(threads),
         )
+
+    def painted(self, plane: Callable[[int, Exemplar], Plane]) -> Case:
+        """The same request, with other base planes: by the number of an exemplar, and the exemplar."""
+        made = (Exemplar.of(plane(n, e), usable=e.usable, toroidal=e.toroidal) for n, e in enumerate(self.exemplars))
+        return replace(self, exemplars=tuple(made))
 
 
 def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
@@ -143,12 +149,12 @@ def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     )
 
 
-def which_of(smap: SourceMap) -> NDArray[np.uint8]:
+def which_of(smap: SourceMap) -> UInt8:
     """Return the exemplar number of every pixel, also where the map leaves it out."""
     return np.zeros((smap.height, smap.width), np.uint8) if smap.which is None else smap.which
 
 
-def pose_of(smap: SourceMap) -> NDArray[np.uint8]:
+def pose_of(smap: SourceMap) -> UInt8:
     """Return the isometry of every pixel, also where the map leaves it out."""
     return np.zeros((smap.height, smap.width), np.uint8) if smap.pose is None else smap.pose
 
@@ -168,13 +174,13 @@ def same_map(a: SourceMap, b: SourceMap) -> bool:
     return a.digest == b.digest
 
 
-def same_pixels(a: SourceMap, b: SourceMap, where: NDArray[np.bool_]) -> bool:
+def same_pixels(a: SourceMap, b: SourceMap, where: Mask) -> bool:
     """Say whether two maps show the same exemplar pixels, in the same poses, wherever `where` says so."""
     pairs = ((a.yx, b.yx), (which_of(a), which_of(b)), (pose_of(a), pose_of(b)))
     return all(bool((one[where] == two[where]).all()) for one, two in pairs)
 
 
-def unbroken(smap: SourceMap, axis: int) -> NDArray[np.bool_]:
+def unbroken(smap: SourceMap, axis: int) -> Mask:
     """Say where a pixel and the next along an axis (the first after the last) continue one another."""
     which, pose = which_of(smap), pose_of(smap)
     step = np.array([(i.j[0][axis], i.j[1][axis]) for i in ISOMETRIES])[pose]
@@ -182,7 +188,7 @@ def unbroken(smap: SourceMap, axis: int) -> NDArray[np.bool_]:
     return np.asarray((yx == smap.yx + step).all(axis=2) & (other == which) & (turned == pose))
 
 
-def depth(start: SourceMap, wrap: Wrap) -> NDArray[np.int32]:
+def depth(start: SourceMap, wrap: Wrap) -> Int32:
     """Return how far, along rows, columns and diagonals, every pixel is from the nearest hole."""
     known = ~start.holes
     if known.all():

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import SearchStrategy
-from numpy.typing import NDArray
 
+from ..arrays import Mask, Pair
 from ..blend import Blend, Levelling
 from ..canvas import Canvas
 from ..errors import CancelledError, ParameterError
@@ -92,7 +92,7 @@ class Laws:
         """Return the requests on which the laws are tested."""
         return (chosen if self.few else cases)(self.method, least=self.least)
 
-    def rim(self, exemplars: Sequence[Exemplar], size: tuple[int, int]) -> int:
+    def rim(self, exemplars: Sequence[Exemplar], size: Pair) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
         resolved = self.method.resolved(exemplars, Canvas(*size))
         return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
@@ -123,7 +123,7 @@ class Laws:
 HOLES = ("right half", "middle", "scattered", "corners", "all")
 
 
-def hole_of(name: str, height: int, width: int, seed: int) -> NDArray[np.bool_]:
+def hole_of(name: str, height: int, width: int, seed: int) -> Mask:
     """Return which pixels of a canvas are holes."""
     y, x = np.mgrid[:height, :width]
     shapes = {
@@ -259,11 +259,8 @@ class MethodContract(StartLaws):
 
         def law(case: Case) -> None:
             first = case.exemplars[0].base.samples[0, 0]
-            flat = []
-            for e in case.exemplars:
-                plane = e.base.like(np.broadcast_to(first, e.base.samples.shape))
-                flat.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-            out = replace(case, exemplars=tuple(flat)).grow(self.method)
+            flat = case.painted(lambda _, e: e.base.like(np.broadcast_to(first, e.base.samples.shape)))
+            out = flat.grow(self.method)
             assert (out.render(feather=feather).samples == first).all()
 
         self.for_all(law, 5)
@@ -419,15 +416,15 @@ class MethodContract(StartLaws):
         """Law 13: 8 bits, the same times 257 in 16 bits, and over 255 in floats give the same map; of data, too."""
 
         def law(case: Case) -> None:
-            kind, maps = (Kind.COLOUR, Kind.DATA)[case.seed % 2], []
+            digests = set()
             for dtype in ("uint8", "uint16", "float32", "float64"):
-                deep = []
-                for n, e in enumerate(case.exemplars):
+
+                def plane(n: int, e: Exemplar, dtype: str = dtype) -> Plane:
                     pixels = as_depth(texture(e.height, e.width, e.base.channels, n), dtype)
-                    plane = Plane(pixels, kind, Transfer.SRGB)
-                    deep.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-                maps.append(replace(case, exemplars=tuple(deep)).grow(self.method).map)
-            assert len({m.digest for m in maps}) == 1
+                    return Plane(pixels, (Kind.COLOUR, Kind.DATA)[case.seed % 2], Transfer.SRGB)
+
+                digests.add(case.painted(plane).grow(self.method).map.digest)
+            assert len(digests) == 1
 
         self.for_all(law)
 
@@ -441,13 +438,13 @@ class MethodContract(StartLaws):
             for power in (-30, -5, 3, 30):
                 factor, maps = (1 + case.seed % 97 / 10) * 10.0 ** (power - (power == 30)), []
                 for scale in (1.0, factor):
-                    planes = []
-                    for n, e in enumerate(case.exemplars):
+
+                    def plane(n: int, e: Exemplar, scale: float = scale) -> Plane:
                         levels = texture(e.height, e.width, e.base.channels, n)
                         levels[e.height // 2, e.width // 2 - 1 : e.width // 2 + 1, :] = [[0], [255]]
-                        plane = Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
-                        planes.append(Exemplar.of(plane, usable=e.usable, toroidal=e.toroidal))
-                    maps.append(replace(case, exemplars=tuple(planes)).grow(self.method).map)
+                        return Plane((levels * (scale / 255)).astype(np.float32), Kind.DATA)
+
+                    maps.append(case.painted(plane).grow(self.method).map)
                 assert same_map(*maps), factor
 
         self.for_all(law, 2)

@@ -22,7 +22,7 @@ from ...cli.report import listen
 from ...errors import InputError, MethodError, ParameterError
 from ...exemplar import Exemplar
 from ...image import Plane
-from ...kernels.announcing import no_longer, on_first_compilation
+from ...kernels.cache import no_longer, on_first_compilation
 from ...run import Run
 from ...sourcemap import SourceMap
 from ...synthesis import synthesize
