@@ -19,8 +19,8 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
     {"errors", "geometry", "lazy", "version"},
-    {"arguments", "arrays", "disk", "frames", "kernels"},
-    {"draws", "field", "image", "run"},
+    {"arguments", "arrays", "disk", "frames"},
+    {"draws", "field", "image", "kernels", "run"},
     {"guide", "params"},
     {"blend"},
     {"sourcemap"},

@@ -194,8 +194,8 @@ class Exemplar:
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Which pixels may be sampled, (H, W), also where all may be."""
-        return np.ones((self.height, self.width), bool) if self.usable is None else self.usable
+        """Which pixels may be used (H, W), also where all may."""
+        return np.ones((self.height, self.width), bool) if self.usable is None else np.asarray(self.usable)
 
     @property
     def source(self) -> Source:
@@ -225,9 +225,7 @@ class Exemplar:
     def _digest(self) -> str:
         h = hashlib.sha256()
         for name, plane in self.planes.items():
-            p = plane.pixels
-            h.update(f"{name}|{plane.kind}|{plane.transfer}|{p.dtype}|{p.shape}|".encode())
-            h.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
+            plane.hashed(h, name)
         h.update(b"mask" + (b"" if self.usable is None else np.packbits(self.usable).tobytes()))
         h.update(b"toroidal" if self.toroidal else b"")
         if self.weights:
@@ -308,3 +306,8 @@ def resized(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]
         return np.asarray(mask.reshape(size[0], times, size[1], times).any(axis=(1, 3)))
     times = size[0] // mask.shape[0]
     return mask.repeat(times, axis=0).repeat(times, axis=1)
+
+
+def sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
+    """The exemplars that are not only there to lie under a start map; all where none is."""
+    return [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)

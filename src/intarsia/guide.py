@@ -105,9 +105,7 @@ class Guide:
         """SHA-256 of all that matters for a result."""
         h = hashlib.sha256(f"{float(self.weight)!r}|{int(self.reach)}".encode())
         for plane in (*self.sources, self.target):
-            p = plane.pixels
-            h.update(f"|{plane.kind}|{plane.transfer}|{p.dtype}|{p.shape}|".encode())
-            h.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
+            plane.hashed(h)
         return h.hexdigest()
 
     @property

@@ -141,6 +141,12 @@ class Plane:
             pixels = pixels[:, :, 0]
         return Plane(pixels, self.kind, self.transfer, self.meta)
 
+    def hashed(self, digest: Any, name: str = "") -> None:
+        """Feed a digest with all of a plane that matters for a result."""
+        p = self.pixels
+        digest.update(f"{name}|{self.kind}|{self.transfer}|{p.dtype}|{p.shape}|".encode())
+        digest.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
 

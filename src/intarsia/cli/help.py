@@ -16,9 +16,9 @@ from ..disk.limits import allowing
 from ..errors import ParameterError
 from ..methods.base import METHODS, method_class, preset
 from ..params import Parameter, parameters
+from ..request.as_json import parameter_values
 from ..request.field import HEADINGS, Field
 from ..request.kinds import FLAG, File, Kind, Number, Pair, Whole
-from ..request.pictures import value_of
 from ..request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
 from ..request.verbs import able
 from .report import Report
@@ -166,13 +166,9 @@ def request_of(verb: str, given: dict[str, Any]) -> Request:
     """Understand the values of all options of a verb."""
     if given.get("document") is not None:
         given = as_published(given["document"], given)
-    slug = given.get("method", AUTO_METHOD)
-    own = {p.name: p for p in parameters(method_class(slug))} if slug in METHODS else {}
-    values = {}
-    for name, (p, _) in parameters_of_verb(verb).items():
-        if (text := given.pop(name)) is not None:
-            values[name] = value_of(own.get(name, p), text)
-    return Request(verb, **given, parameters=values)
+    values = parameter_values(verb, given.get("method", AUTO_METHOD), given)
+    fields = {name: value for name, value in given.items() if name not in parameters_of_verb(verb)}
+    return Request(verb, **fields, parameters=values)
 
 
 def as_published(document: str, given: dict[str, Any]) -> dict[str, Any]:

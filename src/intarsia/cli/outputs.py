@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -72,15 +72,14 @@ def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
     return "_".join([*stems, done, *([] if seed is None else [str(seed)])])
 
 
-def usual_files(
-    name: str, found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None
+def fitting_files(
+    found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None, called: Callable[[str], str]
 ) -> dict[str, str]:
-    """Name the file of each plane of the set `found` where no name was given; they are drawn so many times longer."""
-    endings = {
-        n: usual_ending(p, plane, times, depth)
+    """Name the file of each plane of the set `found` in a format that holds it, drawn so many times longer."""
+    return {
+        n: called(n) + usual_ending(p, plane, times, depth)
         for n, p in found.items() if (plane := exemplar.picture(n)) is not None
     }  # fmt: skip
-    return {n: f"{name}{f'_{n}' if number else ''}{ending}" for number, (n, ending) in enumerate(endings.items())}
 
 
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
@@ -121,17 +120,6 @@ def _twice(path: str) -> ParameterError:
     return ParameterError(
         f"{path} would be written twice; put {{stem}} or {{seed}} into the name, or choose different names."
     )
-
-
-def kept_files(folder: str, found: Set, exemplar: Exemplar, times: float, depth: str | None) -> dict[str, str]:
-    """Name the file of each plane of a set as it is named itself, in another folder and a format that holds it."""
-    kept = {name: plane for name in found if (plane := exemplar.picture(name)) is not None}
-    out = {}
-    for name, plane in kept.items():
-        file, layer = files.formats.split_layer(found[name])
-        own = stem_of(found) if len(kept) == 1 else Path(file).stem + (f"_{name}" if layer is not None else "")
-        out[name] = os.path.join(folder, own + usual_ending(found[name], plane, times, depth))
-    return out
 
 
 def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = False) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import files
@@ -13,6 +14,7 @@ from ..canvas import Canvas
 from ..errors import ParameterError, printable
 from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
+from ..files.formats import split_layer
 from ..files.sets import Material
 from ..lazy import lazy
 from ..methods.base import Method, measures_distances, recipe_settings, traits
@@ -28,11 +30,10 @@ from .outputs import (
     check_apart,
     check_place,
     filled_name,
-    kept_files,
+    fitting_files,
     layer_files,
     memory_of,
     plane_files,
-    usual_files,
     usual_name,
 )
 from .report import Report
@@ -202,10 +203,18 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dic
         return layer_files(out, exemplar, request.depth)
     if request.out:
         return plane_files(filled_name(request.out, fields), sets[0])
-    longer = max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
-    if request.folder:
-        return kept_files(filled_name(request.folder, fields), sets[0], exemplar, longer, request.depth)
-    return usual_files(usual, sets[0], exemplar, longer, request.depth)
+    found, longer = sets[0], max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
+
+    def called(plane: str) -> str:
+        """In a folder as the plane's own file; else as the exemplar, but for what was done."""
+        if not request.folder:
+            return usual if plane == next(iter(found)) else f"{usual}_{plane}"
+        file, layer = split_layer(found[plane])
+        alone = sum(exemplar.picture(name) is not None for name in found) == 1
+        own = stem_of(found) if alone else Path(file).stem + (f"_{plane}" if layer is not None else "")
+        return os.path.join(filled_name(request.folder, fields), own)
+
+    return fitting_files(found, exemplar, longer, request.depth, called)
 
 
 def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:

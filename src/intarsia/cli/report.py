@@ -26,7 +26,6 @@ the exemplars of that map."""
 _listener: Listener | None = None
 _listening: list[Report] = []
 _registered = False
-_hears_trouble = False
 
 
 def listen(listener: Listener | None) -> None:
@@ -66,8 +65,8 @@ class Report:
     @contextmanager
     def watching(self, parts: int) -> Iterator[Meter]:
         """Show how far a work of so many equal parts is; also say so once when kernels must be compiled."""
-        _announce_compilation(self)
-        _listen_for_trouble()
+        _listening.append(self)
+        _listen()
         meter = Meter(self, parts)
         try:
             yield meter
@@ -141,23 +140,14 @@ class Meter:
         self._bar.update(self._task, completed=self._fraction, description=self._stage)
 
 
-def _announce_compilation(report: Report) -> None:
-    """Have the report of the moment told when a kernel of this process must be compiled."""
+def _listen() -> None:
+    """Have the reports of the moment told when a kernel of this process must be compiled, and what is wrong with it."""
     global _registered
-    from ..kernels.cache import on_first_compilation
-
-    _listening.append(report)
     if not _registered:
+        from ..kernels.cache import on_first_compilation, on_trouble
+
         _registered = True
         on_first_compilation(_compiling)
-
-
-def _listen_for_trouble() -> None:
-    global _hears_trouble
-    if not _hears_trouble:
-        from ..kernels.cache import on_trouble
-
-        _hears_trouble = True
         on_trouble(_troubled)
 
 

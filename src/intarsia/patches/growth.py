@@ -179,7 +179,7 @@ class Stages:
         settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
         for k in np.unique(target[stray]).tolist():
             here = target == k
-            kept = np.where(here & (found == k), self.map.each_number, HOLE).astype(np.uint8)
+            kept = np.where(here & (found == k), self.map.numbers, HOLE).astype(np.uint8)
             start = replace(self.map, which=kept)
             plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
             inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
@@ -193,7 +193,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     """Return the number of the label that every output pixel has where it comes from; -1 in holes."""
     out = np.full(smap.yx.shape[:2], -1, np.int16)
     for n, source in enumerate(guide.sources):
-        mine = smap.each_number == n
+        mine = smap.numbers == n
         yx = smap.yx[mine]
         out[mine] = numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
     return out

@@ -29,13 +29,16 @@ def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
                 values[field.name] = _read(field, value)
             elif field.required:
                 raise ParameterError(f"Missing option {_called(field)}.")
-    slug = values.get("method", AUTO_METHOD)
+    return Request(verb, **values, parameters=parameter_values(verb, values.get("method", AUTO_METHOD), given))
+
+
+def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Read the parameters of methods among the options that are given, as the method `slug` has them."""
     own = {p.name: p for p in parameters(method_class(slug))} if slug in METHODS else {}
-    asked = {
+    return {
         name: value_of(own.get(name, p), text_of(p.kind, given[name]))
         for name, (p, _) in parameters_of_verb(verb).items() if given.get(name) is not None
     }  # fmt: skip
-    return Request(verb, **values, parameters=asked)
 
 
 def to_json(request: Request) -> dict[str, Any]:

@@ -33,7 +33,7 @@ class Kind:
 
     def text(self, value: Any) -> str:
         """Write a value as it is read."""
-        return str(value)
+        return self.between.join(map(str, value)) if isinstance(value, tuple) else str(value)
 
     def json(self, value: Any) -> Any:
         """What a recipe says of a value: a number, a truth value, or a text."""
@@ -147,9 +147,6 @@ class Size(Kind):
             raise ValueError(f"{text} is not allowed; give sides of at least 1 px, at most 2**{power} px in all.")
         return width, height
 
-    def text(self, value: Any) -> str:
-        return "x".join(map(str, value))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Rectangle(Kind):
@@ -166,9 +163,6 @@ class Rectangle(Kind):
         if min(width, height) < 1:
             raise ValueError(f"{text} is empty; give a width and a height of at least 1 px.")
         return x, y, width, height
-
-    def text(self, value: Any) -> str:
-        return ",".join(map(str, value))
 
     def json(self, value: Any) -> Any:
         return list(value)
@@ -210,9 +204,6 @@ class Place(Kind):
             raise ValueError(f"{text} is no place; give {self.such_as}.")
         x, y = text.split(",")
         return int(x), int(y)
-
-    def text(self, value: Any) -> str:
-        return ",".join(map(str, value))
 
 
 ENDLESS = Place(one="-?[0-9]{1,13}", such_as="column and row such as -4096,1000000")
@@ -270,14 +261,12 @@ class Seeds(Kind):
             seeds.extend(range(first, last + 1))
         return tuple(dict.fromkeys(seeds))
 
-    def text(self, value: Any) -> str:
-        return ",".join(map(str, value))
-
 
 @dataclass(frozen=True, kw_only=True)
 class NamedFile(Kind):
     """NAME=FILE; gives the pair."""
 
+    between: ClassVar[str] = "="
     name: str = "written"
     shown: str = "NAME=FILE"
 
@@ -286,9 +275,6 @@ class NamedFile(Kind):
         if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
             raise ValueError(f"{text} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.")
         return name, path
-
-    def text(self, value: Any) -> str:
-        return "=".join(value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -321,6 +307,7 @@ class Channels(Kind):
 class NamedNumber(Kind):
     """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
 
+    between: ClassVar[str] = "="
     name: str = "named"
     shown: str = "NAME=F"
     most: float = 1
@@ -335,9 +322,6 @@ class NamedNumber(Kind):
         if not name or not 0 <= value <= self.most:
             raise ValueError(f"{text} is not {self.shown}; give {self.remedy}.")
         return name, value
-
-    def text(self, value: Any) -> str:
-        return f"{value[0]}={value[1]}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -41,11 +41,11 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     for first in range(0, smap.height, BAND):
         size = min(BAND, smap.height - first), smap.width
         band = _band(smap, first, size)
-        part = Part(band.yx, band.each_number, band.each_pose, size)
+        part = Part(band.yx, band.numbers, band.turns, size)
         if band.exact:
             total += exact_energy(part, pieces, SeamPrice(knee=knee))
         else:
-            fine = positions(band.yx, band.sub), matrices(band.frame, band.each_pose)
+            fine = positions(band.yx, band.sub), matrices(band.frame, band.turns)
             total += warped_energy(part, fine, pieces, SeamPrice(knee=knee))
     return 1_000_000 * total // (knee * smap.height * smap.width)
 
@@ -75,7 +75,7 @@ def _pieces(feats: Features, exemplars: Exemplars, smap: SourceMap) -> Pieces:
 
 def seam_total(feats: Features, exemplars: Exemplars, smap: SourceMap) -> int:
     """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
-    which, pose, total = smap.each_number, smap.each_pose, 0
+    which, pose, total = smap.numbers, smap.turns, 0
     for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)):
         if smap.exact:
             steps = STEPS[pose][:, :, :, axis]

@@ -208,21 +208,11 @@ def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
     return tuple((x / UNIT, y / UNIT) for y, x in lattice.vectors)
 
 
-def angles(lattice: Lattice) -> tuple[float, ...]:
-    """The directions of the vectors in degrees: 0 to the right, 90 downwards."""
-    return tuple(round(math.degrees(math.atan2(y, x)), 1) % 360 for y, x in lattice.vectors)
-
-
-def periods(lattice: Lattice) -> tuple[float, ...]:
-    """The lengths of the vectors, px."""
-    return tuple(round(math.hypot(*v) / UNIT, 2) for v in lattice.vectors)
-
-
 def _as_dict(one: Lattice) -> dict[str, Any]:
     return {
         "vectors": [list(v) for v in xy(one)],
-        "periods": list(periods(one)),
-        "angles": list(angles(one)),
+        "periods": [round(math.hypot(*v) / UNIT, 2) for v in one.vectors],
+        "angles": [round(math.degrees(math.atan2(y, x)), 1) % 360 for y, x in one.vectors],  # 0 to the right, 90 down
         "confidence": round(one.confidence, 4),
         "contrast": round(one.contrast, 4),
         "points": one.points,

@@ -19,7 +19,7 @@ from ...exemplar import Exemplar
 from ...guide import Guide
 from ...image import Kind, Plane
 from ...tasks.completion import Margins, extended
-from ..figures import Figure, Panel, cropped, given, grown, shaded
+from ..figures import Figure, Panel, cropped, given, grown, plotted, shaded
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 PEBBLES = "sample:pebbles"
@@ -78,8 +78,33 @@ def repetitions(exemplar: Exemplar) -> list[Panel]:
 def multiresolution(exemplar: Exemplar) -> list[Panel]:
     """Figure 4.9: without and with the pyramid."""
     e = cropped(exemplar, 200)
-    coarse = patches("c", e, 200, "1.0 s", pyramid="mean", pyramid_draws="every")
-    return [given(e), patches("b", e, 200, "33.4 s"), coarse]
+    made = patches("b", e, 200, "33.4 s"), patches("c", e, 200, "1.0 s", pyramid="mean", pyramid_draws="every")
+    work = laws(np.array([e.width]))
+    counted = zip(made, (work["blocks"], work["pyramid"]), strict=True)
+    return [given(e), *(panel._replace(values=panel.values | {"differences": float(n[0])}) for panel, n in counted)]
+
+
+def laws(side: Array) -> dict[str, Array]:
+    """Differences of pixels for each that is grown, by the laws of 2.3, 3.4 and 4.3.2, of square inputs."""
+
+    def searched(places: Any, n: int) -> Any:
+        """So many blocks along each axis, n times smaller than 25 px with seams of 5 px."""
+        return places**2 * 2 * (5 // n) * (25 // n + 2 * (5 // n)) / 35**2
+
+    around = searched(36, 1) + searched(17, 2)  # what fits into an area of twice the block's side
+    return {
+        "pixels": side**2 * (12 * 25 + 13), "blocks": searched(side - 34, 1),
+        "pyramid": searched(side // 4 - 7, 4) + around,
+    }  # fmt: skip
+
+
+def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
+    """Figures 2.4, 3.8 and 4.8: the laws over the side of the input; the gain by the last of them."""
+    side = np.arange(64, 513)
+    drawn = dict([*laws(side).items()][:curves])
+    *before, last = drawn.values()
+    values = {"growth": last[-1] / last[0], "gain": before[-1][-1] / last[-1] if before else 1.0}
+    return [Panel("a", "differences for a pixel, input of 64 to 512 px", plotted(side, drawn), values)]
 
 
 def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
@@ -147,6 +172,9 @@ UPRIGHT = {"c": (0,)}
 POSED = UPRIGHT | {"d": (0, 1, 2, 6), "e": (0, 3, 4, 5, 7), "f": tuple(range(8))}
 ALPHAS = {0.5: "50 s", 1: "51 s", 2: "50 s", 3: "49 s", 5: "51 s"}
 FIGURES = (
+    Figure("2.4", "The work grows with the size of the input.", partial(costs, curves=1), PEBBLES, "growth 60 a"),
+    Figure("3.8", "Blocks take clearly less of it than pixels.", partial(costs, curves=2), PEBBLES, "gain 10 a"),
+    Figure("4.8", "The pyramid takes clearly less than blocks.", partial(costs, curves=3), PEBBLES, "gain 10 a"),
     Figure(
         "2.5", "Pixel by pixel; a larger neighbourhood keeps larger structures.",
         pixel_results, PEBBLES, "whole b c",
@@ -184,7 +212,7 @@ FIGURES = (
     Figure("4.6", "On a regular texture it makes the result slightly worse.", repetitions, "sample:tiles", "seams b c"),
     Figure(
         "4.9", "By the pyramid 30 times as fast, of equal quality if stochastic.",
-        multiresolution, PEBBLES, "s c b",
+        multiresolution, PEBBLES, "differences c b",
     ),
     Figure(
         "4.10", "On a regular texture the pyramid joins blocks worse.",
