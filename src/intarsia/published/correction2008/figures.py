@@ -26,12 +26,12 @@ def varied(name: str, *values: Any) -> Callable[[Exemplar], list[Panel]]:
 
 FIGURES = (
     Figure(
-        "1", "The penalty favours the proximity set: at infinity the jump set is left out, and pieces are largest.",
-        varied("kappa", 1.0, 1.5, "inf"), USUAL, "whole b c d",
+        "1", "The penalty favours the proximity set, so pieces are larger; at infinity the jump set is left out.",
+        varied("kappa", 1.0, 1.5, "inf"), USUAL, "whole b c; whole b d",
     ),
     Figure(
-        "2", "A jump set of more neighbourhoods leads to pixels that fit better, so seams cost less.",
-        varied("k", 1, 2, 4), USUAL, "seams d c b",
+        "2", "A jump set leads to pixels that fit better than those of the proximity set alone, so seams cost less.",
+        varied("k", 1, 2, 4), USUAL, "seams c b; seams d b",
     ),
     Figure(
         "3", "Each pixel is replaced by what fits better, so every pass leaves fewer breaks.",

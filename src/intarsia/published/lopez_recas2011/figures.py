@@ -118,7 +118,8 @@ def failures(exemplar: Exemplar) -> list[Panel]:
     y, x = upright
     bent = upright + 6 * np.sin([x / 23 + y / 61 + 1, y / 27 + x / 57])
     i, j = upright // 18
-    shades = {"a": (i * 7919 + j * 4729) % 180 + 60, "c": 150 - 16 * ((i + j) % 2), "d": 150 - 16 * (j % 2), "f": 170}
+    drawn = (i * i * 7919 + i * j * 31 + j * j * 4729) % 181 + 60
+    shades = {"a": drawn, "c": 150 - 16 * ((i + j) % 2), "d": 150 - 16 * (j % 2), "f": 170}
     panels = []
     for letter, shade in shades.items():
         joint = ((bent if letter == "f" else upright) % 18 < 2.5).any(axis=0)
