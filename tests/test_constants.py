@@ -11,7 +11,7 @@ from house import ROOT, named, tree
 ROOMS = (
     "courses/*.py", "lattice/*.py", "choosing/*.py", "segments/*.py", "seams/cost.py", "seams/energy_kernels.py",
     "seams/worst.py", "analysis/rim.py", "analysis/symmetry.py", "analysis/elements.py", "analysis/rarity.py",
-    "analysis/light.py", "patches/hole_edge_kernels.py", "corrections/stack.py", "corrections/descent.py",
+    "analysis/light.py", "patches/repetition_kernels.py", "corrections/stack.py", "corrections/descent.py",
     "corrections/advected.py", "corrections/appearance.py", "corrections/guide.py", "corrections/orientation.py",
     "corrections/outlines.py", "corrections/parallel_controllable.py",
 )  # fmt: skip
