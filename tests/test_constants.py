@@ -11,9 +11,9 @@ from house import ROOT, named, tree
 ROOMS = (
     "courses/*.py", "lattice/*.py", "choosing/*.py", "segments/*.py", "seams/cost.py", "seams/energy_kernels.py",
     "seams/worst.py", "analysis/rim.py", "analysis/symmetry.py", "analysis/elements.py", "analysis/rarity.py",
-    "analysis/light.py", "patches/hole_edge_kernels.py", "corrections/stack.py", "corrections/descent.py",
+    "analysis/light.py", "patches/repetition_kernels.py", "corrections/stack.py", "corrections/descent.py",
     "corrections/advected.py", "corrections/appearance.py", "corrections/guide.py", "corrections/span.py",
-    "corrections/appearance.py", "corrections/parallel_controllable.py",
+    "corrections/parallel_controllable.py",
 )  # fmt: skip
 PLACES = sorted(path for pattern in ROOMS for path in ROOT.glob(pattern))
 

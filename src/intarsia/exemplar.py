@@ -265,6 +265,9 @@ class Exemplar:
             )
 
 
+Exemplars = Sequence[Exemplar]
+
+
 def check_size(name: str, plane: Plane, first: str, base: Plane) -> None:
     """Refuse a plane whose size does not fit that of the base; `name` and `first` are what messages call them."""
     size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"

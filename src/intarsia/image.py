@@ -151,9 +151,9 @@ class Plane:
         return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
 
     def _repr_png_(self) -> bytes:
-        from .disk.depth import preview_png
+        from .disk.depth import encoded, looked_at
 
-        return preview_png(self.pixels, self.kind, self.transfer is Transfer.LINEAR)
+        return encoded(looked_at(self.pixels, self.kind, self.transfer is Transfer.LINEAR))
 
 
 def _frozen(pixels: Array) -> bool:

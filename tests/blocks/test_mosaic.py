@@ -10,7 +10,7 @@ import pytest
 from long import but_some
 
 import intarsia as ia
-from intarsia.blocks.grid import BlockGrid, BlockSettings
+from intarsia.blocks.grid import BlockGrid
 from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
@@ -127,7 +127,7 @@ def test_every_period_of_a_photograph_is_shown_equally_often(name: str, textures
     """Those that lie whole in it, on the grid of the blocks."""
     e = ia.read(textures[name])
     method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    settings = BlockSettings(method.lattice, method.block, isometries=method.isometries)
+    settings = ia.NearRegular(method.lattice, method.block, isometries=method.isometries)
     mosaic = Mosaic.of(settings, e, Canvas(9, 9), 0)
     (a, b), second = mosaic.laid.grid.vectors
     area = a * second[1] - b * second[0]

@@ -128,7 +128,7 @@ def test_no_pair_returns_in_its_course_or_the_next_two(
 def test_heights_close_as_nearly_as_any_sum(height: int) -> None:
     """Once each but for the last two rounds; then by trying all, each up to three times."""
     heights = (23, 31, 47)
-    rows = StackedRows(heights, 3, (), (1, 1), 0)
+    rows = StackedRows(0, 0, 0, heights, 3, (), (1, 1))
     order = rows._closing(height)
     rounds = max(0, height // sum(heights) - 1)
     assert all(order.count(k) >= rounds for k in range(3))

@@ -167,7 +167,7 @@ def test_places_are_those_counted_one_by_one() -> None:
 
 
 def test_what_fills_does_not_strike_and_is_sure() -> None:
-    work = Covering(Laying().settings([EXEMPLAR], 32, 1), [EXEMPLAR], Canvas(216, 216), repeated(1, 1), 0)
+    work = Covering(Laying(), Laying().settings([EXEMPLAR], 32, 1), [EXEMPLAR], Canvas(216, 216), repeated(1, 1))
     found = wholes(EXEMPLAR)
     assert found is not None
     elements = Elements(work.growth.variants, [found])

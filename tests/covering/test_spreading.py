@@ -133,7 +133,7 @@ def test_what_strikes_returns_less() -> None:
     assert shown_spots(out) < 0.95 * shown_spots(made.map)
     assert not out.holes.any()
     work, now = work_of(made), work_of(Synthesis(**{**vars(made), "map": out}))
-    assert now.field.sum() < work.field.sum()
+    assert now.field().sum() < work.field().sum()
     steps = [int((w.sewing.prices > 4 * work.sewing.price.knee).sum()) for w in (work, now)]
     assert steps[1] < 1.4 * steps[0]
 
@@ -158,10 +158,10 @@ def test_every_patch_saves_more_than_it_costs() -> None:
         laid += 1
 
     work.paste = watched  # type: ignore[method-assign]
-    totals = [int(work.field.sum())]
+    totals = [int(work.field().sum())]
     for _ in range(3):
         work.wave(ONE)
-        totals.append(int(work.field.sum()))
+        totals.append(int(work.field().sum()))
     assert laid
     assert all(a >= b for a, b in pairwise(totals))
 
@@ -221,10 +221,10 @@ def test_a_lattice_is_kept() -> None:
 def test_steps_of_a_lattice_are_those_of_the_exemplar(pose: int) -> None:
     """Turned pieces step by turned vectors; what fits is measured pixel by pixel, the best come first."""
     e = Exemplar.of(texture(60, 60, 3, 1))
-    growth = Growth(PatchSettings((16, 16), (4, 4), isometries=(pose,), rim=1), [e], Canvas(60, 60))
+    growth = Growth(PatchSettings((16, 16), (4, 4), isometries=(pose,), listed=12, rim=1), [e], Canvas(60, 60))
     growth.growing.variant[:], growth.growing.yx[:] = 0, np.moveaxis(np.indices((60, 60)), 0, 2)
     growth.growing.variant[24:32, 24:32] = HOLE
-    found = in_step(growth, ((13.0, 2.0), (1.0, 17.0)), (20, 20), (0, 20, 20), 12)
+    found = in_step(growth, ((13.0, 2.0), (1.0, 17.0)), (20, 20), (0, 20, 20))
     assert found.rows[0].tolist() == [0, 0, 20, 20]
     assert (np.diff(found.rows[:, 0]) >= 0).all()
     a, b = (np.array(v[::-1]) @ np.array(ISOMETRIES[pose].j) for v in ((13, 2), (1, 17)))

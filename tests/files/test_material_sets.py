@@ -373,7 +373,7 @@ class TestOtherSizes:
         ia.synthesize(noise(), (52, 60), ia.ImageQuilting(patch=12)).map.save("m.npz")
         from intarsia.cli import batch
 
-        monkeypatch.setattr(batch, "carry_out", None)  # what grows
+        monkeypatch.setattr(batch, "made_of", None)  # what grows
         said = run(f"{line} -o out.tif", 2).stderr.splitlines()[-1]
         assert all(w in said for w in words.split()), said
 

@@ -10,7 +10,6 @@ import pytest
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.blocks.grid import BlockSettings
 from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.courses.near_regular import FEW
@@ -103,7 +102,7 @@ def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tupl
 
 def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> None:
     """Wherever on the canvas, a block is moved by whole steps of the lattice, rounded once."""
-    settings = BlockSettings(lattice=((22.25, 0), (0, 17.7)), block=40, slack=0)
+    settings = ia.NearRegular(lattice=((22.25, 0), (0, 17.7)), block=40, slack=0)
     mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 210, 17.7, 22.25)), Canvas(900, 900), 5)
     random = [move for (i, j), move in moves(mosaic, 900, 900).items() if (i + j) % 2 == 0]
     assert len(random) > 150
@@ -116,7 +115,7 @@ def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> No
 
 def test_places_are_used_in_turn() -> None:
     """Every second block shows a place drawn without putting back, so all are shown about as often."""
-    settings = BlockSettings(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
     mosaic = Mosaic.of(settings, Exemplar.of(tiling(160, 192, 20, 24)), Canvas(800, 800), 3)
     shown: dict[tuple[int, int], int] = {}
     for (i, j), move in moves(mosaic, 800, 800).items():
@@ -132,7 +131,7 @@ def test_places_are_used_in_turn() -> None:
 
 def test_a_gap_shows_something_else_than_what_lies_beside_it() -> None:
     """It neither repeats a block beside it, nor goes on with it as the exemplar does, where others fit, too."""
-    settings = BlockSettings(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
     mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 240, 20, 24)), Canvas(900, 900), 7)
     found = moves(mosaic, 900, 900)
     pairs = repeated = continued = 0
@@ -176,7 +175,7 @@ def test_threads_change_nothing() -> None:
 @pytest.mark.parametrize("lattice", [((22.25, 0), (0, 17.5)), ((30, 0), (15, 16)), ((21, 5), (-4, 18))])
 @pytest.mark.parametrize("corner", [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)])
 def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
-    settings, (y, x) = BlockSettings(lattice), corner
+    settings, (y, x) = ia.NearRegular(lattice), corner
     e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
     mosaic = Mosaic.of(settings, e, Canvas(10, 10), 5)
     whole = mosaic.on_sheet(y, x, 150, 170)
@@ -188,7 +187,7 @@ def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
 
 def test_two_neighbours_never_meet_inside_a_gap() -> None:
     """They would meet along the mitre, in a seam that no cut counts."""
-    settings = BlockSettings(lattice=((20, 0), (0, 21)), block=20)
+    settings = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
     mosaic = Mosaic.of(settings, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
     moved = mosaic.on_sheet(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
 
@@ -216,7 +215,7 @@ def test_a_wrapped_canvas_continues_in_itself() -> None:
     """The window of the mosaic one canvas further on shows the same."""
     canvas = Canvas(203, 290, ia.Wrap.BOTH)
     e = Exemplar.of(tiling(120, 140, 17, 24))
-    mosaic = Mosaic.of(BlockSettings(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
     here = mosaic.on_sheet(0, 0, 203, 290)
     np.testing.assert_array_equal(mosaic.on_sheet(203, -290, 203, 290), here)
     np.testing.assert_array_equal(mosaic.on_sheet(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
@@ -245,7 +244,7 @@ def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
 def test_wrapped_blocks_are_read_at_strained_places() -> None:
     """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
     e = Exemplar.of(tiling(120, 140, 17, 24))
-    settings = BlockSettings(lattice=((24, 0), (0, 17)), block=17, slack=0)
+    settings = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0)
     mosaic = Mosaic.of(settings, e, Canvas(200, 293, ia.Wrap.BOTH), 3)
     shown = mosaic.on_sheet(0, 0, 200, 293)
     for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
@@ -291,7 +290,7 @@ def test_the_sheet_shows_the_poses_that_the_map_names() -> None:
     """Every px of the sheet is the exemplar's px that it is turned into."""
     pixels = texture(41, 47, 3, 2)
     e = Exemplar.of(pixels)
-    mosaic = Mosaic.of(BlockSettings(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
+    mosaic = Mosaic.of(ia.NearRegular(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
     yx = mosaic.on_sheet(0, 0, 200, 200)
     shown, picture = mosaic.sheet.to_exemplar(yx)[0], features([e]).pictures[0]
     np.testing.assert_array_equal(picture[shown[..., 0], shown[..., 1]], mosaic.sheet.picture[yx[..., 0], yx[..., 1]])

@@ -75,7 +75,7 @@ def test_no_window_is_searched_more_than_twice(monkeypatch, distance: int, isome
 
 def test_the_least_distance_is_kept_by_every_search(monkeypatch) -> None:
     """By the pyramid and the exact search, too, also where most windows must be searched again."""
-    monkeypatch.setattr("intarsia.patches.repeats.LITTLE", 0)
+    monkeypatch.setattr("intarsia.patches.repetition.LITTLE", 0)
     e = Exemplar.of(texture(70, 66, 3))
     fast, coarse = ia.ImageQuilting(patch=12, overlap=4), ia.PatchSampling(patch=4, overlap=4, pyramid="mean")
     for one, farthest in ((fast, 30), (replace(fast, search="exact"), 30), (coarse, 24)):
@@ -87,7 +87,7 @@ def test_the_least_distance_is_kept_by_every_search(monkeypatch) -> None:
 
 def test_the_exact_search_among_what_is_left_finds_the_best(monkeypatch) -> None:
     """With search="exact" the best patch that is permitted comes first."""
-    monkeypatch.setattr("intarsia.patches.repeats.LITTLE", 0)
+    monkeypatch.setattr("intarsia.patches.repetition.LITTLE", 0)
     e = Exemplar.of(texture(50, 46, 3, 2))
     laid_out = posed_exemplars([e], features([e]), (0, 6), (10, 10))
     rows = tuple(spread(60, 10, 3, False)[0])

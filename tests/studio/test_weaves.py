@@ -115,6 +115,17 @@ class TestTiles:
             drawn = opened(served.bytes(f"/api/weaves/{row['id']}/{y}/{x}.png"))
             assert np.array_equal(drawn, texture[256 * y : 256 * y + 256, 256 * x : 256 * x + 256])
 
+    def test_a_picture_of_a_parameter_holds_on_the_canvas(
+        self, served: Served, small: str, texture: ia.Weave
+    ) -> None:
+        numbers = (np.arange(64 * 64) % 256).reshape(64, 64).astype(np.uint8)
+        row = begun(served, small, options={"jitter_output": served.image(numbers)})
+        method: Any = texture.method
+        jittered = replace(texture, method=replace(method, jitter_output=Field(numbers)))
+        drawn = opened(tile(served, row, 0, 0).content)
+        assert np.array_equal(drawn, jittered[0:256, 0:256])
+        assert not np.array_equal(drawn, texture[0:256, 0:256])
+
     def test_another_seed_is_another_texture(self, served: Served, small: str, texture: ia.Weave) -> None:
         five, six = begun(served, small), begun(served, small, seed=6)
         assert np.array_equal(opened(tile(served, five, 1, -1).content), texture[256:512, -256:0])

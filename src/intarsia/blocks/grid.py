@@ -3,14 +3,18 @@
 All lengths are whole numbers of 1/256 px, so that a block's place in the lattice is exact however far out it lies
 (rows and columns may be as large as 2**40 px). A block is a parallelogram spanned by two lattice vectors; for the
 usual lattices of bricks, tiles and weaves it is a rectangle.
+
+An exemplar in several poses that keep its lattice, one below the other on one sheet.
+
+Kernels then read mirrored and turned blocks like all others; a place on the sheet says which pose it is. Where the
+lattice lies in a posed copy is found by correlating the copy with the exemplar.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -164,18 +168,6 @@ LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd el
 UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
 COMBINATIONS = 6
 PAIRS = 10  # shifted copies that the cost of a phase is averaged over
-
-
-class BlockSettings(NamedTuple):
-    """How blocks of a lattice are laid: the parameters of near-regular, decided; in px."""
-
-    lattice: Sequence[Sequence[float]]  # the vectors, (x, y)
-    block: int | None = None  # wanted side of a block; None: one period
-    border: int = 14  # width of the zone in which gaps are compared and cut in
-    slack: int = 3  # how far a gap's block may leave the lattice
-    bend: int = 0  # how far parts of a gap's block may move so that lines meet
-    isometries: Poses = "none"
-    channel_weights: Weights = None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,11 @@ Source: Lopez Recas 2011, 4.2. Departures: the block grid begins where cuts are 
 parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
 real lattice vectors; periods that the exemplar's border cuts are completed from others; every position is used about
 equally often; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no two cuts meet.
+
+How blocks lie on a canvas that closes on itself.
+
+Around a wrapped canvas the lattice is stretched a little: M' maps whole periods onto the canvas, and the block at q
+is read near M M'^-1 q.
 """
 
 from __future__ import annotations
@@ -25,13 +30,14 @@ from ..draws import below, deck, draw
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import cell_of
+from ..lattice.lattice import cell_of, unfit
+from ..methods.near_regular import NearRegular
 from ..patches.growing_map import Continuation
 from ..run import Run
 from ..search.sizes import elements
 from . import bend_kernels, gap_kernels
 from .gap_kernels import FAR
-from .grid import BlockGrid, BlockSettings, Places, Sheet, lattice_poses, posed_places, sheet_of
+from .grid import BlockGrid, Places, Sheet, lattice_poses, posed_places, sheet_of
 from .places import BAR, GapTable, Shares, dealt, grid_and_places, place_shares
 
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
@@ -126,12 +132,6 @@ def returning(counts: Pair, i: int, j: int) -> Pair:
     return (i % rows if rows else i), (j % columns if columns else j)
 
 
-def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
-    """Say why a canvas does not close, and at which sizes it does."""
-    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
-    return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
-
-
 STAGE = 2011
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
@@ -142,7 +142,7 @@ APART = 0.5  # the same, where all of them repeat a neighbour
 class Mosaic:
     """An endless mosaic."""
 
-    settings: BlockSettings  # the parameters that it is laid by
+    settings: NearRegular  # the parameters that it is laid by
     seed: int  # what the draws follow from
     laid: LaidBlocks  # where the blocks lie
     sheet: Sheet  # the exemplar's features and usable pixels in all poses, one below the other, that blocks are read in
@@ -158,14 +158,13 @@ class Mosaic:
 
     @classmethod
     def of(
-        cls, settings: BlockSettings, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
+        cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
     ) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
         feats = features([exemplar], settings.channel_weights)
         picture = feats.pictures[0]
-        usable = exemplar.free
         cell = cell_of(settings.lattice, picture.shape[:2])
-        grid, ground, places = grid_and_places(settings, picture, usable, cell, float(elements(exemplar).size))
+        grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell, float(elements(exemplar).size))
         laid = LaidBlocks.of(grid, canvas, settings.border / 2)
         poses = lattice_poses(settings.isometries, grid.vectors, exemplar, feats)
         wider, source = replace(feats, pictures=(ground.picture,), _memo={}), ground.placed(grid)

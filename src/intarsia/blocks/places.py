@@ -4,6 +4,21 @@ Where places overlap (blocks of half periods, periods completed from others) the
 places, its edges in few: read equally often, they would show the edges less. So a place's share falls while its px are
 shown more often than the mean, and rises while they are shown less: steps towards the least sum of squares of how
 often px are shown. Shares are whole numbers; equal ones are left where places show the exemplar evenly enough.
+
+The exemplar, continued past its edges: periods that its border cuts are completed from others, if these fit.
+
+Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods
+is cut in two. Where at least half of it is there, the rest is taken one or more periods away (on the opposite side of
+the exemplar, if that fits best), joined along the cheapest seam (Kwatra et al. 2003, eq. 1). A seam that is dearer than
+those between blocks would be seen: then the periods stay cut, and are not shown.
+
+How well every place fits into a gap of a mosaic, where places are few; and prices that make gaps use them evenly.
+
+Random blocks show every place equally often, but gaps take what fits best, and some places fit nearly everywhere. As
+in an auction (Bertsekas 1988) a place's price rises while more gaps than its share want it, and falls while fewer do:
+in the end gaps take every place about as often as it is to be shown, each where it fits best. The gaps of the auction
+are imagined, around neighbours that are drawn, so prices are a matter of the exemplar alone: no window or seed changes
+them. They are many: prices that even out few gaps even out just these.
 """
 
 from __future__ import annotations
@@ -22,8 +37,9 @@ from ..errors import MethodError
 from ..kernels import paths
 from ..kernels.paths import BARRED
 from ..lattice.candidates import UNIT
+from ..methods.near_regular import NearRegular
 from . import gap_kernels
-from .grid import BlockGrid, BlockSettings, Cell, Places, Sheet, block_places, block_vectors, phased
+from .grid import BlockGrid, Cell, Places, Sheet, block_places, block_vectors, phased
 
 LEAST_KNOWN = 0.5  # of a period: less of it is not completed
 WELL = 1.3  # a seam may cost so much more than the average one between blocks
@@ -289,7 +305,7 @@ class FewPlaces(MethodError):
 
 
 def grid_and_places(
-    settings: BlockSettings, picture: Int16, usable: Mask, cell: Cell, element: float
+    settings: NearRegular, picture: Int16, usable: Mask, cell: Cell, element: float
 ) -> tuple[BlockGrid, Continued, Places]:
     """Choose the blocks and complete the periods around them; smaller ones where there are too few places for large.
 

@@ -12,13 +12,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..analysis.features import Features
 from ..arrays import Array, Int16, Int64, Mask, Pair
 from ..errors import MethodError
+from ..exemplar import Exemplar
 from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector
 from ..lazy import ndimage
 from .wall_kernels import FACE as CUT
+
+
+def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
+    """Features, those without slopes, and which pixels are usable; axes are swapped where courses stand upright."""
+    found = feats.pictures[0], feats.level, exemplar.free
+    one, two, three = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in found) if upright else found
+    return one, two, three
 
 
 def peaks(profile: Array, height: float, prominence: float, distance: int) -> list[int]:

@@ -2,43 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol
 
 from ..analysis.features import features
-from ..arrays import Int32, Laid, UInt8
-from ..blocks.grid import BlockSettings, resolved_poses
+from ..arrays import Laid
+from ..blocks.grid import resolved_poses
 from ..blocks.mosaic import Mosaic
 from ..blocks.places import FewPlaces
 from ..canvas import Canvas
 from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
 from ..methods.near_regular import NearRegular
 from ..params import AUTO
 from ..patches.growing_map import Continuation, drafted
 from ..run import Run
 from ..sourcemap import SourceMap
-from ..tiles.tiling import Tiling
+from ..tiles.tiling import TileLayout, Tiling
 from .rectify import Rectified, rectified_for
 from .unequal import masonry_of
 from .wall import Wall
 
 FEW = "the exemplar holds fewer than two places for a block, so its best tile is repeated; a larger one varies more."
 SEEDS = 4  # whose layouts are kept at a time
+Layer = Wall | Mosaic | TileLayout  # an endless texture: any window of it can be made alone
 
 
-class Layer(Protocol):
-    """An endless texture: any window of it can be made alone."""
-
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run
-    ) -> tuple[Int32, UInt8 | None]:
-        """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
-
-
-def resolved(method: NearRegular, exemplars: Sequence[Exemplar], canvas: Canvas) -> NearRegular:
+def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
     """Lay the courses straight and find the lattice; MethodError where there is none."""
     if method.heights == "unequal":
         _check_unequal(method, canvas)
@@ -54,7 +44,7 @@ def resolved(method: NearRegular, exemplars: Sequence[Exemplar], canvas: Canvas)
     return replace(method, lattice=lattice, isometries=poses, straighten=straighten)
 
 
-def synthesize(method: NearRegular, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
     start = Continuation.of(canvas, method.border)
     if start is not None and start.full:
@@ -74,7 +64,7 @@ def synthesize(method: NearRegular, exemplars: Sequence[Exemplar], canvas: Canva
     return SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
 
-def window(method: NearRegular, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
     """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
 
     def prepared() -> tuple[NearRegular, tuple[Rectified, Layer]]:
@@ -90,12 +80,13 @@ def window(method: NearRegular, exemplars: Sequence[Exemplar], box: Box, seed: i
 
 def _check_unequal(method: NearRegular, canvas: Canvas) -> None:
     """Refuse what courses of unequal heights have no place for."""
-    if method.spread:
-        raise ParameterError("heights=unequal lays stones, not blocks; leave spread out.")
-    if method.straighten == "on":
-        raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
-    if canvas.start is not None:
-        raise ParameterError("heights=unequal lays a whole canvas; take another method where one is begun.")
+    for wrong, what in (
+        (method.spread, "lays stones, not blocks; leave spread out."),
+        (method.straighten == "on", "follows courses as they run; leave straighten out."),
+        (canvas.start is not None, "lays a whole canvas; take another method where one is begun."),
+    ):
+        if wrong:
+            raise ParameterError(f"heights=unequal {what}")
 
 
 def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
@@ -117,12 +108,9 @@ def _layer(
         return rectified, Wall.unequal(weights, exemplar, canvas, seed)
     if len(lattice) == 1:
         return rectified, Wall.of(lattice, weights, exemplar, canvas, seed)
-    settings = BlockSettings(
-        lattice, method.block, method.border, method.slack, method.bend, method.isometries, weights
-    )
     start = start if rectified.straight is None else None
     try:
-        return rectified, Mosaic.of(settings, exemplar, canvas, seed, start)
+        return rectified, Mosaic.of(method, exemplar, canvas, seed, start)
     except FewPlaces:
         run.notes.append(FEW)
         return rectified, Tiling.of(lattice, weights, method.border, exemplar).layout(canvas)

@@ -5,6 +5,11 @@ pixels are shown twice, where they are narrowed some are left out. Pixels move a
 the courses puts them; along them only as much as makes the joints between bricks stand upright.
 
 Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); how is not said there.
+
+Which course each pixel of an exemplar lies in, where courses slant, converge or bow: a smooth phase.
+
+The strongest wave of the texture is followed from window to window, first its direction and pitch, then its phase. What
+remains is a polynomial of few numbers, rounded, so that no last bit of a transform decides.
 """
 
 from __future__ import annotations
@@ -253,7 +258,6 @@ def _windows(n: int, begins: Int64, step: int) -> Floats:
     """How much each of n pixels counts in windows of 2 step px, (windows, n)."""
     x = np.arange(n) - begins[:, None]
     return np.where((x >= 0) & (x < 2 * step), np.sin(np.pi * (x + 0.5) / (2 * step)) ** 2, 0.0)
-
 
 
 class Gain(NamedTuple):

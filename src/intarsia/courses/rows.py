@@ -7,7 +7,7 @@ can be made without the others.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,30 +16,112 @@ from ..canvas import Canvas
 from ..draws import below, deck, draw
 from ..errors import ParameterError
 from ..lattice.candidates import UNIT
+from ..lattice.lattice import unfit
 from .brickwork import Line
 
 ORDER, PHASE = 1 << 20, 1 << 21  # keep its draws apart from those of chains
 SPARE = 64  # px above the height of a canvas that sums of heights are looked for: far above what may be strained
+STAGE = 2012  # keeps the draws of courses apart from those of others
+STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
 
 
 @dataclass(frozen=True)
-class StackedRows:
-    """Courses of unequal heights on an endless canvas, which run along x; the members are those of `CourseRows`."""
+class Rows:
+    """Where the courses of an endless canvas lie; course i begins at row ``place(2 i, column)``, in 1/256 px."""
+
+    width: int  # columns of a canvas that wraps along the courses, else 0
+    around: int  # courses around a canvas that wraps down the rows, else 0
+    turn: int  # once around along the courses, course i goes on as course i + turn
+
+    def place(self, twice: int, u: int) -> int:
+        """The row at which course `twice` / 2 begins in a column, in 1/256 px; exact however far out."""
+        raise NotImplementedError
+
+    def course_at(self, y: int, u: int) -> int:
+        """The course that covers a pixel."""
+        raise NotImplementedError
+
+    def row(self, twice: int, u: int) -> int:
+        """The same as `place` in whole px."""
+        return self.place(twice, u) // UNIT
+
+    def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
+        """The rows, counted from `y0`, at which course i begins in `count` columns."""
+        return np.full(count, self.row(2 * i, first) - y0, np.int64)
+
+    def named(self, i: int, turns: int) -> int:
+        """The number of a course `turns` times around; around a canvas numbers return."""
+        i += self.turn * turns
+        return i % self.around if self.around else i
+
+    def rank(self, name: int) -> int:
+        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
+        if self.around and name >= self.around - self.around % 4:
+            return 4 + name % 4
+        return (0, 2, 1, 3)[name % 4]
+
+
+def turned(canvas: Canvas, upright: bool) -> tuple[bool, bool, int, int]:
+    """Whether a canvas wraps down and along its courses, and its sides so (`upright`: they run down the canvas)."""
+    wraps, sides = (canvas.wrap.y, canvas.wrap.x), (canvas.height, canvas.width)
+    return (*wraps[::-1], *sides[::-1]) if upright else (*wraps, *sides)
+
+
+@dataclass(frozen=True)
+class CourseRows(Rows):
+    """The courses of an endless canvas, which run along x and may lean."""
+
+    phase: int  # the row at which course 0 begins in column 0, 1/256 px
+    pitch: Pair  # px from course to course, as a fraction
+    slope: Pair  # px down for each px along, as a fraction
+
+    @classmethod
+    def of(cls, line: Line, canvas: Canvas, upright: bool) -> CourseRows:
+        """Lay the rows of an exemplar on a canvas (`upright`: the courses run down the canvas); ParameterError."""
+        down, along, height, width = turned(canvas, upright)
+        pitch, around, slope, turn = (line.pitch, UNIT), 0, line.slope, 0
+        if down:
+            around = max(1, round(height * UNIT / line.pitch))
+            strain = height * UNIT / (around * line.pitch) - 1
+            if abs(strain) > STRAIN:
+                fitting = [round(n * line.pitch / UNIT) for n in (around - 1, around, around + 1) if n > 0]
+                good = sorted(sorted(fitting, key=lambda n: abs(n - height))[:2])
+                raise ParameterError(unfit(int(upright), height, "is no whole number of courses", strain, good))
+            pitch = (height, around)
+        if along:
+            turn = round(width * line.slope[0] * pitch[1] / (line.slope[1] * pitch[0]))
+            slope = (turn * pitch[0], pitch[1] * width)
+        return cls(width if along else 0, around, turn, line.phase, pitch, slope)
+
+    def place(self, twice: int, u: int) -> int:
+        (a, b), (c, d) = self.pitch, self.slope
+        return self.phase + (twice * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)
+
+    def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
+        if self.slope[0] == 0:
+            return super().rows(i, first, count, y0)
+        return np.array([self.row(2 * i, first + k) - y0 for k in range(count)], np.int64)
+
+    def course_at(self, y: int, u: int) -> int:
+        (a, b), (c, d) = self.pitch, self.slope
+        return (y * UNIT * b * d - self.phase * b * d - u * c * UNIT * b) // (UNIT * a * d)
+
+
+@dataclass(frozen=True)
+class StackedRows(Rows):
+    """Courses of unequal heights on an endless canvas, which run along x."""
 
     heights: tuple[int, ...]  # of the courses of the exemplar, px
     seed: int
     order: tuple[int, ...]  # of a canvas that wraps down the rows: its courses from top to bottom; else none
     stretch: Pair  # of all heights, as a fraction
-    width: int  # columns of a canvas that wraps along the courses, else 0
-    turn: int = 0
     _orders: dict[int, tuple[int, ...]] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
     def of(cls, heights: tuple[int, ...], canvas: Canvas, upright: bool, seed: int) -> StackedRows:
         """Stack courses on a canvas (`upright`: they run down the canvas); ParameterError where they cannot close."""
-        down, along = (canvas.wrap.x, canvas.wrap.y) if upright else (canvas.wrap.y, canvas.wrap.x)
-        height, width = (canvas.width, canvas.height) if upright else (canvas.height, canvas.width)
-        rows = cls(heights, seed, (), (1, 1), width if along else 0)
+        down, along, height, width = turned(canvas, upright)
+        rows = cls(width if along else 0, 0, 0, heights, seed, (), (1, 1))
         if not down:
             return rows
         order = rows._closing(height)
@@ -50,33 +132,18 @@ class StackedRows:
                 f"wrap: {name}={height} px is no sum of heights of courses ({', '.join(map(str, sorted(heights)))} "
                 f"px); choose {max(total, min(heights))} px."
             )
-        return cls(heights, seed, order, (height, total), rows.width)
-
-    @property
-    def around(self) -> int:
-        """How many courses lie around a canvas that wraps down the rows, else 0."""
-        return len(self.order)
+        return cls(rows.width, len(order), 0, heights, seed, order, (height, total))
 
     def kind(self, i: int) -> int:
         """Which course of the exemplar course `i` is as high as."""
         number, k = divmod(i, self.around or len(self.heights))
         return self._ordered(number)[k]
 
-    def row(self, twice: int, u: int) -> int:
-        """The row at which course `twice` / 2 begins; exact however far out."""
-        return self.place(twice, u) // UNIT
-
     def place(self, twice: int, u: int) -> int:
-        """The same in 1/256 px."""
         i, half = divmod(twice, 2)
         return (self._top(i) + self._top(i + half)) // 2
 
-    def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
-        """The rows, counted from `y0`, at which course i begins in `count` columns."""
-        return np.full(count, self.row(2 * i, first) - y0, np.int64)
-
     def course_at(self, y: int, u: int) -> int:
-        """The course that covers a pixel."""
         low, high = -1, 1
         while self.row(2 * low, u) > y:
             low *= 2
@@ -86,14 +153,6 @@ class StackedRows:
             middle = (low + high) // 2
             low, high = (middle, high) if self.row(2 * middle, u) <= y else (low, middle)
         return low
-
-    def named(self, i: int, turns: int) -> int:
-        """The number of a course; around a canvas numbers return."""
-        return i % self.around if self.around else i
-
-    def rank(self, name: int) -> int:
-        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
-        return rank_of(name, self.around)
 
     def _ordered(self, number: int) -> tuple[int, ...]:
         """The courses of the exemplar in the order in which they are laid, the `number`-th time."""
@@ -122,115 +181,6 @@ class StackedRows:
                     sums.setdefault(total + self.heights[k], (*some, k))
         best = min(sums, key=lambda total: (abs(total - rest), total))
         return (*order, *sums[best])
-
-
-STAGE = 2012  # keeps the draws of courses apart from those of others
-STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
-
-
-class Rows(Protocol):
-    """Where the courses of an endless canvas lie; course i begins at row ``place(2 i, column)``, in 1/256 px."""
-
-    @property
-    def width(self) -> int:
-        """Columns of a canvas that wraps along the courses, else 0."""
-
-    @property
-    def turn(self) -> int:
-        """Once around along the courses, course i goes on as course i + turn."""
-
-    @property
-    def around(self) -> int:
-        """Courses around a canvas that wraps down the rows, else 0."""
-
-    def row(self, twice: int, u: int) -> int:
-        """The row at which course `twice` / 2 begins in a column."""
-
-    def place(self, twice: int, u: int) -> int:
-        """The same in 1/256 px."""
-
-    def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
-        """The rows, counted from `y0`, at which course i begins in `count` columns."""
-
-    def course_at(self, y: int, u: int) -> int:
-        """The course that covers a pixel."""
-
-    def named(self, i: int, turns: int) -> int:
-        """The number of a course `turns` times around; around a canvas numbers return."""
-
-    def rank(self, name: int) -> int:
-        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
-
-
-@dataclass(frozen=True)
-class CourseRows:
-    """The courses of an endless canvas, which run along x and may lean."""
-
-    phase: int  # the row at which course 0 begins in column 0, 1/256 px
-    pitch: Pair  # px from course to course, as a fraction
-    slope: Pair  # px down for each px along, as a fraction
-    around: int  # courses around a canvas that wraps down the rows, else 0
-    width: int  # columns of a canvas that wraps along the courses, else 0
-    turn: int  # once around along the courses, course i goes on as course i + turn
-
-    @classmethod
-    def of(cls, line: Line, canvas: Canvas, upright: bool) -> CourseRows:
-        """Lay the rows of an exemplar on a canvas (`upright`: the courses run down the canvas); ParameterError."""
-        down, along = (canvas.wrap.x, canvas.wrap.y) if upright else (canvas.wrap.y, canvas.wrap.x)
-        height, width = (canvas.width, canvas.height) if upright else (canvas.height, canvas.width)
-        pitch, around, slope, turn = (line.pitch, UNIT), 0, line.slope, 0
-        if down:
-            around = max(1, round(height * UNIT / line.pitch))
-            strain = height * UNIT / (around * line.pitch) - 1
-            if abs(strain) > STRAIN:
-                name = "width" if upright else "height"
-                fitting = [round(n * line.pitch / UNIT) for n in (around - 1, around, around + 1) if n > 0]
-                good = [str(n) for n in sorted(sorted(fitting, key=lambda n: abs(n - height))[:2])]
-                raise ParameterError(
-                    f"wrap: {name}={height} px is no whole number of courses (strain {100 * strain:.1f} %, at most "
-                    f"2 %); choose {' or '.join(good)} px."
-                )
-            pitch = (height, around)
-        if along:
-            turn = round(width * line.slope[0] * pitch[1] / (line.slope[1] * pitch[0]))
-            slope = (turn * pitch[0], pitch[1] * width)
-        return cls(line.phase, pitch, slope, around, width if along else 0, turn)
-
-    def row(self, twice: int, u: int) -> int:
-        """The row at which course `twice` / 2 begins in a column; exact however far out."""
-        return self.place(twice, u) // UNIT
-
-    def place(self, twice: int, u: int) -> int:
-        """The same in 1/256 px."""
-        (a, b), (c, d) = self.pitch, self.slope
-        return self.phase + (twice * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)
-
-    def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
-        """The rows, counted from `y0`, at which course i begins in `count` columns."""
-        if self.slope[0] == 0:
-            return np.full(count, self.row(2 * i, first) - y0, np.int64)
-        return np.array([self.row(2 * i, first + k) - y0 for k in range(count)], np.int64)
-
-    def course_at(self, y: int, u: int) -> int:
-        """The course that covers a pixel."""
-        (a, b), (c, d) = self.pitch, self.slope
-        return (y * UNIT * b * d - self.phase * b * d - u * c * UNIT * b) // (UNIT * a * d)
-
-    def named(self, i: int, turns: int) -> int:
-        """The number of a course `turns` times around; around a canvas numbers return."""
-        i += self.turn * turns
-        return i % self.around if self.around else i
-
-    def rank(self, name: int) -> int:
-        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
-        return rank_of(name, self.around)
-
-
-def rank_of(name: int, around: int) -> int:
-    """When a course is laid, by its number and how many lie around a canvas (0: it is endless)."""
-    if around and name >= around - around % 4:
-        return 4 + name % 4
-    return (0, 2, 1, 3)[name % 4]
 
 
 class Piece(NamedTuple):

@@ -21,7 +21,19 @@ from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lazy import ndimage
 from ..params import Weights
-from .brickwork import FACE, FINDING, Bricks, Brickwork, Line, bricks_of, levelled, model, spans_of, with_joints
+from .brickwork import (
+    FACE,
+    FINDING,
+    Bricks,
+    Brickwork,
+    Line,
+    along_x,
+    bricks_of,
+    levelled,
+    model,
+    spans_of,
+    with_joints,
+)
 from .wall_kernels import FACE as CUT
 
 
@@ -87,13 +99,11 @@ def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
 
 def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     feats = features([exemplar], weights)
-    lines, picture, level = course_lines(feats, [exemplar]), feats.pictures[0], feats.level
+    lines = course_lines(feats, [exemplar])
     if not lines:
         raise MethodError("no lines run across the exemplar between courses.")
-    usable: Array = exemplar.free
     upright = lines[0].axis == 1
-    if upright:
-        picture, level, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, level, usable))
+    picture, level, usable = along_x(feats, exemplar, upright)
     work = work_of(level, usable, lines[0].at)
     bricks = bricks_of(work)
     if bricks is None:

@@ -33,8 +33,7 @@ from ..lazy import ndimage
 from ..params import Weights
 from ..run import Run
 from . import wall_kernels
-from . import wall_kernels as kernels
-from .brickwork import FACE, Brickwork, bricks_of, brickwork_of
+from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains, Stones
 from .rows import STAGE, CourseLayout, CourseRows, Piece, Rows, StackedRows
 from .unequal import masonry_of
@@ -214,14 +213,10 @@ def _courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     feats = features([exemplar], weights)
-    picture, level = feats.pictures[0], feats.level
-    usable: Array = exemplar.free
-    vector = cell_of(lattice, picture.shape[:2])[0]
+    vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
     upright = abs(vector[1]) > abs(vector[0])
-    if upright:
-        picture, level, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, level, usable))
-        vector = (vector[1], vector[0])
-    return brickwork_of(level, usable, vector), picture, usable, upright
+    picture, level, usable = along_x(feats, exemplar, upright)
+    return brickwork_of(level, usable, vector[::-1] if upright else vector), picture, usable, upright
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
@@ -302,7 +297,7 @@ class Wall:
                 for (strip, following), ((top,), (end,)) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
                     inner = slice(RUN_UP, RUN_UP + len(top))
                     end = end + (following[2] - strip[2])[inner]
-                    kernels.pour(strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0)
+                    wall_kernels.pour(strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0)
                 done += 2 * len(courses)
         run.tick(total, total, draft)
         return self._usable(out), None
@@ -363,7 +358,7 @@ class Wall:
         table = np.array([self._row(i, p, first, y0) for p in pieces], np.int64)
         spans = np.array([self._span(i, k, pieces, y0) for k in range(len(pieces))], np.int64)
         out, wrong = np.empty((tall, wide, 2), np.int32), np.empty((tall, wide), np.int64)
-        kernels.lay(self.scene, table, top - reach, spans, out, wrong)
+        wall_kernels.lay(self.scene, table, top - reach, spans, out, wrong)
         return out, wrong, top - reach + y0
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
@@ -371,7 +366,7 @@ class Wall:
         line = self.work.line
         here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
         x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
-        if p.left == kernels.OPEN:  # a board lies still: only its whole length tells where it is
+        if p.left == wall_kernels.OPEN:  # a board lies still: only its whole length tells where it is
             x = np.arange(p.low, p.high)
         off = (self.work.beds[p.course][x] + self.work.beds[p.course + 1][x]) * UNIT - 2 * line.lean(x)
         place = int(off.sum()) // (2 * len(x)) + int(line.lean(np.array(here)))
@@ -386,7 +381,7 @@ class Wall:
             return 0, 1, 0
         left, right = pieces[k - 1], pieces[k]
         wander = REACH.open
-        if left.right != kernels.OPEN:
+        if left.right != wall_kernels.OPEN:
             wander = min(self.work.thickness + REACH.beyond, REACH.most)
         wander = max(0, min(wander, (left.end - left.first) // 2 - 1, (right.end - right.first) // 2 - 1))
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
@@ -395,7 +390,7 @@ class Wall:
     def _cut(self, both_strips: tuple[Strip, Strip]) -> Cut:
         """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
         upper, lower = both_strips
-        cost, gap = kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
+        cost, gap = wall_kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
         wide, both = len(cost), 2 * RUN_UP + 1
         pins = [paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))]
         inner = cost[RUN_UP : wide - RUN_UP].copy()

@@ -1,4 +1,17 @@
-"""A finished map, of any method, whose windows are covered anew by patches cut in: what all such passes share."""
+"""A finished map, of any method, whose windows are covered anew by patches cut in: what all such passes share.
+
+Repair is the plainest of these passes: the worst seams are found, and covered anew.
+
+A method that fills window by window never looks back: its errors stay, and where the border of a patch cuts through a
+stone, the stone stays cut. Here the dearest places are taken first, in passes; the windows of a pass lie apart. A patch
+is sought that fits the pixels around the middle of such a window, and is cut in by maximum flow, in which the old seams
+inside the window and around it are remembered. It stays only where all seams together become cheaper by it.
+
+Source: the refinement of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, section 4, for
+maps of any method, as ``graphcut`` does it: the price ``sharp``, outlines in the search, pieces nearby that may grow,
+and placements compared by rough cuts. Departures: nothing is drawn; a pass covers many places, so that threads share
+the work.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +25,7 @@ import numpy as np
 from ..analysis.sums import window_sums
 from ..arrays import Array, Mask, Pair
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
@@ -67,7 +80,7 @@ class Repaired:
 
 
 def repaired(
-    repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+    repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> Repaired:
     """Cover the worst seams of a finished map, as long as the whole becomes better.
 
@@ -183,8 +196,8 @@ class Constraints:
 SLACK = 1  # px: how far a patch may leave the lattice, whose vectors are fractions
 
 
-def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick, most: int) -> Candidates:
-    """Return the `most` best patches for the window at `at` that lie whole steps from the one that has `shown` there.
+def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick) -> Candidates:
+    """Return the best patches for the window at `at` that lie whole steps from the one that has `shown` there.
 
     `lattice`: one vector or two (dx, dy), px of the exemplar. A middle that was made a hole does not count.
     """
@@ -198,8 +211,7 @@ def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick, most: int) ->
         ends[k] = -far, far + 1
     there = np.zeros(valid.shape, np.uint8)
     mark_steps(steps, ends, shown[1:], torus, (UNIT, SLACK), valid.view(np.uint8), there)
-    places = np.flatnonzero(there)
-    grown = growth.growing
+    places, most, grown = np.flatnonzero(there), growth.settings.listed, growth.growing
     assert isinstance(growth.finder, PatchSearch)
     feats, known = growth.finder.windows(grown.variant, grown.yx, np.array([at], np.int64), growth.layout.wraps)
     rows = np.empty((len(places), 4), np.int64)
@@ -238,7 +250,7 @@ class Laying:
     distance: int = 0
     own: bool = False
 
-    def settings(self, exemplars: Sequence[Exemplar], side: int, listed: int) -> PatchSettings:
+    def settings(self, exemplars: Exemplars, side: int, listed: int) -> PatchSettings:
         """Windows of so many px a side, with so many candidates."""
         alike = (1.0,) * (exemplars[0].base.channels - exemplars[0].base.alpha)
         weights = self.weights or alike
@@ -249,19 +261,19 @@ class Covering:
     """A finished map, and the windows in which patches are cut in.
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well. No
-    exemplar pixel is put nearer to another copy of it than `distance` px; 0: no such rule.
+    exemplar pixel is put nearer to another copy of it than the laying says.
     """
 
     def __init__(
-        self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap,
-        distance: int, stitch: GraphcutSettings = PLAIN, own: bool = False,
+        self, laying: Laying, settings: PatchSettings, exemplars: Exemplars, canvas: Canvas, smap: SourceMap,
+        stitch: GraphcutSettings = PLAIN,
     ) -> None:  # fmt: skip
         overlap = (settings.patch[0] // 4, settings.patch[1] // 4)  # around the middle that is to be covered
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
-        self.growth = Growth(replace(settings, overlap=overlap, rim=1), exemplars, whole, own=own)
+        self.growth = Growth(replace(settings, overlap=overlap, rim=1), exemplars, whole, own=laying.own)
         self.growth.growing.locked[:] = False if canvas.start is None else kept(canvas.start, smap)
-        self.bars = Constraints(self.growth, canvas.guide, distance)
-        self.margin = min(settings.patch) // REACH
+        self.bars = Constraints(self.growth, canvas.guide, laying.distance)
+        self.margin, self.lattice = min(settings.patch) // REACH, laying.lattice
         stitch = replace(stitch, margin=self.margin)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
         self._plain, self._unpriced = self.sewing.price, list[Box]()
@@ -323,27 +335,27 @@ class Covering:
             means.append(np.minimum(2 * sums // (size[0] * size[1]), 1 << 20).astype(np.int32))
         return means
 
-    def stepped(
-        self, boxes: list[Box], holes: list[Box], lattice: Steps, listed: int, run: Run
-    ) -> list[Candidates]:
-        """The same that lie whole steps of a lattice from what is in the middles of windows."""
-        sewn, shown = self.sewing, []
-        for y, x, h, w in boxes:  # the patch that goes on what is in the middle
-            at = (y + h // 2) % sewn.variant.shape[0], (x + w // 2) % sewn.variant.shape[1]
-            u, s = (sewn.yx[at] - (h // 2, w // 2)).tolist()
-            shown.append((int(sewn.variant[at]), u, s))
-        with sewn.opened(holes), run.pool() as each:
-            return each(
-                lambda pair: in_step(self.growth, lattice, pair[0][:2], pair[1], listed), zip(boxes, shown, strict=True)
-            )
+    def candidates(self, boxes: list[Box], holes: list[Box], prices: Prices | None, run: Run) -> list[Candidates]:
+        """The candidates that fit windows, which do not touch one another, around holes in them.
 
-    def found(self, boxes: list[Box], holes: list[Box], prices: Prices, run: Run) -> list[Candidates]:
-        """The candidates that fit windows, which do not touch one another, around holes in them."""
-        sewn, search = self.sewing, self.growth.finder
+        On a lattice those whole steps from what is in the middles of the windows; elsewhere prices count, too.
+        """
+        sewn, search, shown = self.sewing, self.growth.finder, list[Pick]()
         assert isinstance(search, PatchSearch)
-        at = np.array([box[:2] for box in boxes], np.int64)
+        if self.lattice:
+            for y, x, h, w in boxes:  # the patch that goes on what is in the middle
+                at = (y + h // 2) % sewn.variant.shape[0], (x + w // 2) % sewn.variant.shape[1]
+                u, s = (sewn.yx[at] - (h // 2, w // 2)).tolist()
+                shown.append((int(sewn.variant[at]), u, s))
+            with sewn.opened(holes), run.pool() as each:
+                return each(
+                    lambda pair: in_step(self.growth, self.lattice, pair[0][:2], pair[1]),
+                    zip(boxes, shown, strict=True),
+                )
+        assert prices is not None
+        firsts = np.array([box[:2] for box in boxes], np.int64)
         size = min(search.batch(), -(-len(boxes) // run.workers))
-        chunks = [at[begin : begin + size] for begin in range(0, len(boxes), size)]
+        chunks = [firsts[begin : begin + size] for begin in range(0, len(boxes), size)]
         with sewn.opened(holes, sewn.locked), run.pool() as each:  # what must stay is what patches must fit
             found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
         return [candidates for part in found for candidates in part]
@@ -362,19 +374,19 @@ def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
 class Repairing(Covering):
     """A finished map under repair."""
 
-    def __init__(self, repair: Repair, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap) -> None:
+    def __init__(self, repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap) -> None:
         settings = PatchSettings(
             repair.patch, (0, 0), weights=repair.weights, structure=STRUCTURE, courses=COURSES,
             isometries=repair.isometries,
         )  # fmt: skip
         stitch = GraphcutSettings(seam="sharp")
-        super().__init__(settings, exemplars, canvas, smap, repair.distance, stitch)
+        super().__init__(Laying(distance=repair.distance), settings, exemplars, canvas, smap, stitch)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
 
     def cover(self, wave: dict[Pair, Pair], run: Run) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
-        found = self.found(boxes, list(map(middle, boxes)), self.sewing.search_prices(), run)
+        found = self.candidates(boxes, list(map(middle, boxes)), self.sewing.search_prices(), run)
         with run.pool() as each:
             cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
         laid: list[Cut] = []

@@ -3,7 +3,7 @@
 One white pebble among gray ones is seen each time it returns. A patch that covers it covers parts of its neighbours,
 too, and fuses them. So its outline stays, and what is inside comes from another whole element, one that does not strike
 and fills it. Of each element that strikes as many are kept as area asks for, times a share, whole ones, the farthest
-apart (`showings.py`).
+apart (`striking.py`).
 
 Source: the cut along the outline is that of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003.
 That elements are exchanged within their outlines is this project's own.
@@ -11,7 +11,6 @@ That elements are exchanged within their outlines is this project's own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from scipy import fft
 
 from ..arrays import Array, Int64, Mask, Pair
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import widened
 from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
@@ -30,7 +29,7 @@ from ..seams.whole import MUST, RING, RULE, Elements, Mending
 from ..segments.wholes import things, wholes
 from ..sourcemap import SourceMap
 from .covering import Covering, Laying
-from .striking import COUNTING, Show, Staying, asked_for
+from .striking import COUNTING, Show, asked_for, too_many
 
 
 class Scale(NamedTuple):
@@ -62,13 +61,13 @@ class Place(NamedTuple):
     x: int
 
 
-def known(exemplars: Sequence[Exemplar]) -> bool:
+def known(exemplars: Exemplars) -> bool:
     """Whether the elements of all exemplars are known."""
     return all(wholes(e) is not None for e in exemplars)
 
 
 def exchanged(
-    share: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+    share: float, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> SourceMap:
     """Return a finished map in which every striking element is shown as often as area asks, times `share`, or less.
 
@@ -80,7 +79,7 @@ def exchanged(
         return smap
     side = min(SCALE.window, *(n // 2 for e in exemplars for n in (e.height, e.width)), smap.height, smap.width)
     settings = laying.settings(exemplars, side, 1)
-    work = Covering(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
+    work = Covering(laying, settings, exemplars, canvas, smap)
     elements = Elements(work.growth.variants, [w for w in map(wholes, exemplars) if w is not None])
     if len(elements.boxes) < RULE.fewest:
         return smap
@@ -134,18 +133,15 @@ class Exchange:
         """The showings of striking elements that are too many, where `most` of each may stay."""
         box = np.empty((self.map.count - 1, 5), np.int64)
         boxes_of_parts(self.map.joined, self.sewn.wraps, box)
-        shows = dict[int, list[Show]]()
+        shows = list[Show]()
         for k in range(1, self.map.count):
             element, area = int(self.map.shown.element[k]), int(self.map.shown.area[k])
             whole = int(self.elements.known[0][element])
             if self.strikes[element] and 100 * area >= COUNTING.seen * whole and area >= RULE.least:
                 y, x, h, w = box[k - 1, :4].tolist()
                 kin = int(self.elements.kin[element])
-                shows.setdefault(kin, []).append(Show(kin, (y, x, h, w), k, 100 * area // whole))
-        fixed = set(np.unique(self.map.joined[self.sewn.locked]).tolist())
-        staying = Staying(most, self.map.shape, self.sewn.wraps)
-        stay = {show.part for mine in shows.values() for show in staying.of(mine, fixed)}
-        return [show for kin in sorted(shows) for show in shows[kin] if show.part not in stay]
+                shows.append(Show(kin, (y, x, h, w), k, 100 * area // whole))
+        return too_many(shows, most, self.map.joined, self.sewn.locked, self.sewn.wraps)
 
     def _barred(self, box: Box, pick: Pick) -> Array:
         stays = ~self.free[self.sewn.index(box)]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..methods.base import Method, keeps_lattice, traits
 from ..run import Run
 from ..sourcemap import SourceMap
@@ -16,7 +16,7 @@ from .striking import thinned
 
 
 def gone_over(
-    method: Method, asked: Mapping[str, float], exemplars: Sequence[Exemplar], canvas: Canvas, run: Run,
+    method: Method, asked: Mapping[str, float], exemplars: Exemplars, canvas: Canvas, run: Run,
     make: Callable[[Run], SourceMap],
 ) -> SourceMap:  # fmt: skip
     """Make the map of a method, and go over it for what is `asked`: `spread` and `striking`, and by how much."""

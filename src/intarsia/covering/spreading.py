@@ -17,7 +17,7 @@ Optimization", Eurographics 2015. What a repeat costs is this project's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ from ..analysis.sums import spreads
 from ..arrays import Array, Pair, UInt8
 from ..canvas import Canvas
 from ..corrections import stack
-from ..exemplar import Exemplar, sampled
+from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from ..patches.growth import Pick
 from ..run import Run
@@ -48,7 +48,7 @@ MOST = 384  # up to so much
 
 
 def origins_of(
-    variants: PosedExemplars, usable: UInt8, feats: Features, exemplars: Sequence[Exemplar]
+    variants: PosedExemplars, usable: UInt8, feats: Features, exemplars: Exemplars
 ) -> Origins:
     """Say of every pixel of the variants which exemplar pixel it is; of these, the cell and how much they strike.
 
@@ -136,7 +136,7 @@ ROWS = 256  # of the canvas, a multiple of a block's: so many are priced togethe
 
 
 def spread_out(
-    price: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+    price: float, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> SourceMap:
     """Return a finished map in which what strikes returns less; the same map where nothing can be gained.
 
@@ -162,7 +162,7 @@ def spread_out(
     return work.growth.map(smap.blend)
 
 
-def wave_sides(exemplars: Sequence[Exemplar], smap: SourceMap) -> list[int]:
+def wave_sides(exemplars: Exemplars, smap: SourceMap) -> list[int]:
     """The windows' sides of all waves, px; none where exemplars or map are too small."""
     shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
     size, found = _element(exemplars), []
@@ -173,7 +173,7 @@ def wave_sides(exemplars: Sequence[Exemplar], smap: SourceMap) -> list[int]:
     return found
 
 
-def _element(exemplars: Sequence[Exemplar]) -> int:
+def _element(exemplars: Exemplars) -> int:
     shorter = min(min(e.height, e.width) for e in exemplars)
     return min(max(max(round(sizes.elements(e).size) for e in exemplars), 16), max(shorter // 3, 16))
 
@@ -182,11 +182,10 @@ class Spreading(Covering):
     """A finished map whose repeats are spread, by windows of one size at a time, the largest first."""
 
     def __init__(
-        self, price: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
+        self, price: float, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
         settings = laying.settings(exemplars, side, SCALE.listed)
-        super().__init__(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
-        self.lattice = laying.lattice
+        super().__init__(laying, settings, exemplars, canvas, smap)
         shown = sampled(exemplars)
         sewn, element = self.sewing, _element(shown)
         self._shorter = min(min(e.height, e.width) for e in shown)
@@ -200,7 +199,7 @@ class Spreading(Covering):
         beside = around(max(element * SCALE.around // 100, STEP), sewn.variant.shape[1])
         spare, near = (part * self.share // 256 for part in (SCALE.spare, SCALE.near))
         self.terms = Terms(unit, spare, near, max(self._shorter * SCALE.reach // 100, 1), beside)
-        self._field, self._stale = np.empty((*sewn.variant.shape, 1), np.int32), True
+        self._field = np.zeros((*sewn.variant.shape, 1), np.int32)
         self._size()
 
     def resize(self, side: int) -> None:
@@ -212,38 +211,28 @@ class Spreading(Covering):
     def _size(self) -> None:
         """List what is shown in tiles that hold two windows, and look for the dearest windows."""
         self.sharpen(SCALE.knee)
-        sewn, whole = self.sewing, (0, 0, *self.sewing.variant.shape)
+        sewn = self.sewing
         self._taper = max(self.side * SCALE.taper // 100, 1)
         tile = max(self._shorter * SCALE.tile // 100, 2 * self.side)
         self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
         self.repeats = Repeats(sewn.grown, self.origins, self.copies, self.terms)
-        self._list(whole)
-        self._price_all()
-        self._stale = False
-        self.worst = WorstSeams(self._field, self.growth.layout.patch, sewn.wraps)
+        self._list((0, 0, *sewn.variant.shape))
+        self.worst, self._stale = WorstSeams(self._field, self.growth.layout.patch, sewn.wraps), True
 
-    @property
     def field(self) -> Array:
         """What repeats cost every pixel of the map as it is, in 1/FINE: (H, W, 1) int32."""
-        if self._stale:
-            self._measure()
-        return self._field
-
-    def _measure(self) -> None:
-        self._price_all()
-        self._stale = False
-        self.worst.read()
-
-    def _price_all(self) -> None:
         height, width = self.sewing.variant.shape
-        for top in range(0, height, ROWS):
+        for top in range(0, height if self._stale else 0, ROWS):
             rows = min(ROWS, height - top)
             self._field[top : top + rows, :, 0] = self._priced((top, 0, rows, width))
+        if self._stale:
+            self._stale = False
+            self.worst.read()
+        return self._field
 
     def wave(self, run: Run) -> int:
         """Cover the dearest windows that lie apart; returns how many patches were laid."""
-        if self._stale:
-            self._measure()
+        self.field()
         wave = self.worst.apart(self.around, SCALE.dear)
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
         if not boxes:
@@ -252,7 +241,7 @@ class Spreading(Covering):
         for begin in range(0, len(boxes), AT_ONCE):
             run.tick(begin, len(boxes), self.growth.draft)
             some = boxes[begin : begin + AT_ONCE]
-            found = self._candidates(some, told, run)
+            found = self.candidates(some, list(map(middle, some)), told, run)
             with run.pool() as each:
                 cuts += each(lambda pair: self._best(*pair), zip(some, found, strict=True))
         return self._laid(zip(wave, cuts, strict=True))
@@ -326,12 +315,6 @@ class Spreading(Covering):
         copies_kernels.list_box(self.sewing.grown, self.sewing.pieces, self.origins, self.copies, box)
 
     # ---- candidates
-
-    def _candidates(self, boxes: list[Box], told: Prices | None, run: Run) -> list[Candidates]:
-        holes = list(map(middle, boxes))
-        if told is None:
-            return self.stepped(boxes, holes, self.lattice, SCALE.listed, run)
-        return self.found(boxes, holes, told, run)
 
     def _told(self) -> Prices:
         """How striking and how used the middle of every patch is, for the short-list."""

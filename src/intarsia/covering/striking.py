@@ -1,6 +1,6 @@
 """Striking things of a finished map, shown so often at most: the others are covered by what goes on around them.
 
-One brown leaf on a lawn is seen each time it returns, however well it is spread. Of each thing (`segments/things.py`)
+One brown leaf on a lawn is seen each time it returns, however well it is spread. Of each thing (`segments/wholes.py`)
 as many are kept as area asks for, times a share, no two within a quarter of the canvas: whole ones, the farthest apart.
 Over every other a patch is cut in that shows none: the thing must go, what is around it may, by maximum flow, and the
 placement is the one with the cheapest seams of those that fit around it.
@@ -12,8 +12,7 @@ is this project's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +20,8 @@ import numpy as np
 from ..analysis.features import pose_array
 from ..arrays import Array, Pair
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
+from ..geometry import apart
 from ..kernels.pieces_of_maps import boxes_of_parts, parts
 from ..patches.growth import Pick
 from ..run import Run
@@ -63,7 +63,7 @@ class Show(NamedTuple):
         return 2 * (max(self.box[2:]) + COUNTING.around)
 
 
-def asked_for(share: float, exemplars: Sequence[Exemplar], canvas: Canvas) -> int:
+def asked_for(share: float, exemplars: Exemplars, canvas: Canvas) -> int:
     """How often a thing may be shown: as area asks, times `share`; at least once where that is not 0."""
     pixels = sum(int(e.free.sum()) for e in exemplars)
     asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
@@ -81,10 +81,13 @@ class Staying(NamedTuple):
         """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
         near = 4 * (min(self.size) // COUNTING.apart) ** 2
         middles = np.array([[2 * s.box[axis] + s.box[2 + axis] for axis in (0, 1)] for s in shows], np.int64)
+        around = np.multiply(2, self.size)
         stays, stay, far = np.zeros(len(shows), bool), list[Show](), np.full(len(shows), near)
 
         def keep(k: int) -> None:
-            away = self._far(middles, middles[k])
+            gap = np.abs(middles - middles[k])  # in half px
+            short = np.where(self.wraps, np.minimum(gap % around, -gap % around), gap)
+            away = (short * short).sum(axis=1)
             far[:] = np.minimum(far, away) if stay else away
             stays[k] = True
             stay.append(shows[k])
@@ -100,17 +103,11 @@ class Staying(NamedTuple):
                 keep(k)
         return stay
 
-    def _far(self, middles: Array, middle: Array) -> Array:
-        """The squares of how far middles (n, 2) are from another, all in half px."""
-        gap, length = np.abs(middles - middle), np.multiply(2, self.size)
-        short = np.where(self.wraps, np.minimum(gap % length, -gap % length), gap)
-        return np.asarray((short * short).sum(axis=1))
-
 
 class Often:
     """How often the things of exemplars are shown, and which of their showings are too many."""
 
-    def __init__(self, share: float, exemplars: Sequence[Exemplar], canvas: Canvas, locked: Array) -> None:
+    def __init__(self, share: float, exemplars: Exemplars, canvas: Canvas, locked: Array) -> None:
         self.wraps, self.locked = (canvas.wrap.y, canvas.wrap.x), locked
         found, self.labels, areas = [things(e) for e in exemplars], list[Array](), [np.zeros(1, np.int64)]
         self.strikes = [mine.strikes for mine in found]
@@ -156,16 +153,17 @@ class Often:
     def surplus(self, thing: Array) -> tuple[Array, list[Show]]:
         """The parts of the canvas, and the showings that are too many."""
         part, shows = self.shown(thing)
-        fixed = set(np.unique(part[self.locked]).tolist())
-        staying = Staying(self.most, part.shape, self.wraps)
-        by_thing = dict[int, list[Show]]()
-        for show in shows:
-            by_thing.setdefault(show.thing, []).append(show)
-        out = []
-        for number in sorted(by_thing):
-            stay = {show.part for show in staying.of(by_thing[number], fixed)}
-            out += [show for show in by_thing[number] if show.part not in stay]
-        return part, out
+        return part, too_many(shows, self.most, part, self.locked, self.wraps)
+
+
+def too_many(shows: Iterable[Show], most: int, part: Array, locked: Array, wraps: tuple[bool, bool]) -> list[Show]:
+    """Of the showings on a canvas of parts those that are too many, thing by thing; what is locked stays."""
+    fixed, staying = set(np.unique(part[locked]).tolist()), Staying(most, part.shape, wraps)
+    by_thing = dict[int, list[Show]]()
+    for show in shows:
+        by_thing.setdefault(show.thing, []).append(show)
+    stay = {show.part for some in by_thing.values() for show in staying.of(some, fixed)}
+    return [show for number in sorted(by_thing) for show in by_thing[number] if show.part not in stay]
 
 
 class Scale(NamedTuple):
@@ -202,7 +200,7 @@ class Job(NamedTuple):
 
 
 def thinned(
-    share: float, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, run: Run
+    share: float, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> SourceMap:
     """Return a finished map in which every striking thing is shown as often as area asks, times `share`, or less.
 
@@ -223,18 +221,21 @@ def thinned(
             work.cover(part, shows, run.part(number, len(fit)))
             part, many = often.surplus(work.things())
     run.tick(1, 1)
-    return smap if work is None else work.growth.map(smap.blend)
+    if work is None:
+        return smap
+    work.sewing.bar = None  # no circle keeps what is not needed any more
+    return work.growth.map(smap.blend)
 
 
 class Thinning(Covering):
     """A finished map whose showings of things that are too many are covered, by windows of one size at a time."""
 
     def __init__(
-        self, often: Often, laying: Laying, exemplars: Sequence[Exemplar], canvas: Canvas, smap: SourceMap, side: int
+        self, often: Often, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
         settings = laying.settings(exemplars, side, SCALE.listed)
-        super().__init__(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
-        self.often, self.lattice = often, laying.lattice
+        super().__init__(laying, settings, exemplars, canvas, smap)
+        self.often, self.sewing.bar = often, self._barred
         variants, table = self.growth.variants, self.growth.variants.table
         posed = list(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True))
         self.labels = [pose_array(often.labels[e], pose) for e, pose in posed]
@@ -285,7 +286,7 @@ class Thinning(Covering):
                 run.tick(total - len(left) + begin, total, self.growth.draft)
                 some = wave[begin : begin + AT_ONCE]
                 with run.pool() as each:
-                    pairs = zip(some, self._candidates(some, run), strict=True)
+                    pairs = zip(some, self._found(some, run), strict=True)
                     cuts += each(lambda pair: self._best(part, *pair), pairs)
             for cut in cuts:
                 if cut is not None and not self.bars.returns(cut.box, cut.pick, cut.take):
@@ -294,7 +295,8 @@ class Thinning(Covering):
 
     def _apart(self, shows: list[Show]) -> tuple[list[Job], list[Show]]:
         """Those whose windows do not touch, with their windows, and the others."""
-        out, others, side, size = list[Job](), list[Show](), self.side, self.sewing.variant.shape
+        out, others, side = list[Job](), list[Show](), self.side
+        size, wraps = self.sewing.variant.shape, self.sewing.wraps
         far, n = side + self.around, SCALE.edge
         counts = [max(length // far, 1) for length in size]  # cells, so that what is near lies in the same or the next
         taken = dict[Pair, list[Box]]()
@@ -303,55 +305,35 @@ class Thinning(Covering):
             for axis in (0, 1):
                 first = show.box[axis] + show.box[2 + axis] // 2 - side // 2
                 low, high = show.box[axis] - n, show.box[axis] + show.box[2 + axis] + n
-                if not self.sewing.wraps[axis]:
+                if not wraps[axis]:
                     low, high, inside = max(low, 0), min(high, size[axis]), min(max(first, 0), size[axis] - side)
                     first, middle = inside, middle and inside == first
                 at.append(first % size[axis])
                 hole[axis], hole[2 + axis] = low, high - low
             cell = [a * n // length for a, n, length in zip(at, counts, size, strict=True)]
             around = {((cell[0] + y) % counts[0], (cell[1] + x) % counts[1]) for y in (-1, 0, 1) for x in (-1, 0, 1)}
-            if all(self._gap(at, box) >= far for a in around for box in taken.get(a, ())):
+            if all(max(map(apart, at, box, size, wraps)) >= far for a in around for box in taken.get(a, ())):
                 out.append(Job(show, (at[0], at[1], side, side), (hole[0], hole[1], hole[2], hole[3]), middle))
                 taken.setdefault((cell[0], cell[1]), []).append(out[-1].box)
             else:
                 others.append(show)
         return out, others
 
-    def _gap(self, at: Sequence[int], box: Box) -> int:
-        """How far two windows are shifted, along the axis where they are more."""
-        gaps = []
-        for axis, length in enumerate(self.sewing.variant.shape):
-            gap = abs(at[axis] - box[axis])
-            gaps.append(min(gap, length - gap) if self.sewing.wraps[axis] else gap)
-        return max(gaps)
+    def _barred(self, box: Box, pick: Pick) -> Array:
+        """Where a patch over a box would show a thing, or may not be anyway."""
+        begin, *size = self.looks.frames[pick[0]].tolist()
+        y, x = ((np.arange(n) + first) % side for n, first, side in zip(box[2:], pick[1:], size, strict=True))
+        shows: Array = self.looks.things[begin + y[:, None] * size[1] + x] > 0
+        return shows | self.bars(box, pick) if self.bars.any else shows
 
-    @contextmanager
-    def _barred(self, box: Box, pick: Pick) -> Iterator[None]:
-        """Lock what a patch over a box, and around it, would show a thing at, in the meantime."""
-        sewn, first, size = self.sewing, list[int](), list[int]()
-        for n, length, wrap in zip(box[2:], sewn.variant.shape, sewn.wraps, strict=True):
-            first.append(min(self.margin, (length - n) // 2) if wrap else self.margin)
-            size.append(n + 2 * first[-1])
-        window, patch = (box[0] - first[0], box[1] - first[1], size[0], size[1]), (
-            pick[0], pick[1] - first[0], pick[2] - first[1])  # fmt: skip
-        was = np.empty(size, bool)
-        kernels.lock(sewn.grown, sewn.locked, self.looks, window, patch, was)
-        try:
-            yield
-        finally:
-            kernels.unlock(sewn.grown, sewn.locked, window, was)
-
-    def _candidates(self, wave: list[Job], run: Run) -> list[Candidates]:
-        if self.lattice:
-            boxes, holes = [job.box for job in wave], [job.hole for job in wave]
-            return self.stepped(boxes, holes, self.lattice, SCALE.listed, run)
+    def _found(self, wave: list[Job], run: Run) -> list[Candidates]:
         out = dict[int, Candidates]()
         for middle in (True, False):
             mine = [k for k, job in enumerate(wave) if job.middle == middle]
             if mine:
                 boxes, holes = [wave[k].box for k in mine], [wave[k].hole for k in mine]
-                found = self.found(boxes, holes, self._priced(middle), run)
-                out.update(zip(mine, found, strict=True))
+                prices = None if self.lattice else self._priced(middle)
+                out.update(zip(mine, self.candidates(boxes, holes, prices, run), strict=True))
         return [out[k] for k in range(len(wave))]
 
     def _often(self, part: Array, job: Job, found: Candidates) -> tuple[Array, int]:
@@ -390,7 +372,7 @@ class Thinning(Covering):
             return known[window][0]
 
         def stays(cut: Cut, step: int) -> int:
-            return kernels.count_left(going(cut.box), cut.take, step) * step * step
+            return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
 
         knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
         length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(part, job, found)
@@ -399,15 +381,13 @@ class Thinning(Covering):
         rarer = np.flatnonzero((often * SCALE.rarer[0] <= now * SCALE.rarer[1]) | (not self.often.most))
         for k in rarer[np.argsort(costs[rarer], kind="stable")][: SCALE.tries].tolist():
             variant, u, s = found.rows[k, 1:].tolist()
-            with self._barred(box, (variant, u, s)):
-                cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
+            cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
             price = cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
             if best is None or price < least:
                 best, least = (variant, u, s), price
         if best is None:
             return None
-        with self._barred(box, best):
-            cut = sewn.cut(box, best, self.margin, saved=going)
+        cut = sewn.cut(box, best, self.margin, saved=going)
         area = known[cut.box][1]
         strong = max(int(self.often.peaks[show.thing]), SCALE.strong) ** 2
         most = SCALE.dear[0] * length * knee * strong // (SCALE.dear[1] * SCALE.strong**2)

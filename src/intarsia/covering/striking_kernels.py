@@ -146,34 +146,6 @@ def things_shown(grown: Any, looks: Any, out: Any) -> None:
 
 
 @kernel
-def lock(grown: Any, locked: Any, looks: Any, box: Any, pick: Any, kept: Any) -> None:
-    """Lock what a patch that begins at a box must not replace, as it shows a thing; `kept` says what was locked."""
-    wrap = grown.wrap
-    height, width = locked.shape
-    begin, rows, columns = looks.frames[pick[0]]
-    for i in range(box[2]):
-        y, row = canvas_place(box[0] + i, height, wrap[0]), begin + (pick[1] + i) % rows * columns
-        for j in range(box[3]):
-            x = canvas_place(box[1] + j, width, wrap[1])
-            if y >= 0 and x >= 0:
-                kept[i, j] = locked[y, x]
-                if looks.things[row + (pick[2] + j) % columns] > 0:
-                    locked[y, x] = True
-
-
-@kernel
-def unlock(grown: Any, locked: Any, box: Any, kept: Any) -> None:
-    """Undo :func:`lock`."""
-    height, width = locked.shape
-    for i in range(box[2]):
-        y = canvas_place(box[0] + i, height, grown.wrap[0])
-        for j in range(box[3]):
-            x = canvas_place(box[1] + j, width, grown.wrap[1])
-            if y >= 0 and x >= 0:
-                locked[y, x] = kept[i, j]
-
-
-@kernel
 def mark_part(part: Any, wrap: Any, box: Any, number: int, edge: int, price: int, out: Any) -> int:
     """Write a price where a box shows a part, or lies within `edge` steps of it, 0 elsewhere; returns its pixels.
 
@@ -192,13 +164,3 @@ def mark_part(part: Any, wrap: Any, box: Any, number: int, edge: int, price: int
                 far = edge - abs(a - i)
                 out[a, max(j - far, 0) : min(j + far + 1, w)] = price
     return count
-
-
-@kernel
-def count_left(wanted: Any, take: Any, step: int) -> int:
-    """Count the pixels of a window that are wanted, and are not taken; of every `step`-th."""
-    left = 0
-    for i in range(take.shape[0]):
-        for j in range(take.shape[1]):
-            left += wanted[i * step, j * step] > 0 and take[i, j] == 0
-    return left

@@ -120,11 +120,6 @@ def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
     return seen[:, :, 0] if seen.shape[2] == 1 else seen
 
 
-def preview_png(pixels: Array, kind: str, linear: bool) -> bytes:
-    """Return the same as the bytes of a PNG."""
-    return encoded(looked_at(pixels, kind, linear))
-
-
 def encoded(pixels: Array, quality: int | None = None) -> bytes:
     """Return 8 bits (H, W) or (H, W, C) as the bytes of a PNG, or, where a quality of 1 to 95 is named, of a JPEG."""
     from PIL import Image

@@ -135,7 +135,9 @@ def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Pl
     owners: dict[str, PathLike] = {}
     base: Plane | None = None
     for name, path in paths.items():
-        plane = _named_plane(name, path)
+        plane = read_plane(path, KIND_OF_NAME.get(name, Kind.COLOUR))
+        if name == "normal" and uses_directx(path):
+            plane = replace(plane, meta=plane.meta | {"normals": "dx"})
         more = unpacked(name, plane, order, printable(path)) if name in mixed else {name: plane}
         for twice in planes.keys() & more.keys():
             first = printable(owners[twice])
@@ -145,13 +147,6 @@ def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Pl
         planes |= more
         owners |= dict.fromkeys(more, path)
     return planes
-
-
-def _named_plane(name: str, path: PathLike) -> Plane:
-    plane = read_plane(path, KIND_OF_NAME.get(name, Kind.COLOUR))
-    if name == "normal" and uses_directx(path):
-        plane = replace(plane, meta=plane.meta | {"normals": "dx"})
-    return plane
 
 
 def _exemplar_name(path: PathLike, files: Mapping[str, PathLike]) -> str:

@@ -116,17 +116,12 @@ def shown(table: Array, usage: Array) -> Array:
     return np.where(there == side * side, counts, -1)
 
 
-def _local(sources: Sources) -> tuple[Array, float]:
-    """How often every square, a twelfth of the exemplar wide, is shown, and how often one would be on average."""
-    every = shown(sources.level.windows.table, sources.usage)
-    whole = every[every >= 0]
-    return whole, float(whole.sum()) / max(whole.size, 1)
-
-
 def _overused(sources: Sources) -> float:
-    """How often the place is shown that 2 % are shown more often than, by the mean."""
-    often, mean = _local(sources)
-    return float(np.sort(often)[often.size * 98 // 100]) / mean if often.size and mean else 1.0
+    """How often the place is shown that 2 % are shown more often than, by the mean; places are a twelfth wide."""
+    every = shown(sources.level.windows.table, sources.usage)
+    often = np.sort(every[every >= 0])
+    mean = float(often.sum()) / max(often.size, 1)
+    return float(often[often.size * 98 // 100]) / mean if mean else 1.0
 
 
 def _again(sources: Sources, sides: Sequence[int]) -> float:

@@ -266,7 +266,7 @@ def joins_at(judged: Judged, size: Pair) -> Array:
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
 
 
-def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair, most: int = MOST) -> tuple[Often, ...]:
+def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Often, ...]:
     """Look for the places of the exemplars that are shown far more often than others, the most used first."""
     first = [look.sources[0] for look in judged.looks if look.sources]
     if not first:
@@ -279,7 +279,7 @@ def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair, most: int
         return ()
     found = list[Often]()
     apart = 2 * side + SIDE // first[0].level.windows.stride
-    while len(found) < most and sum(len(o.spots) for o in found) < MANY and often.max() >= OFTEN * mean:
+    while len(found) < MOST and sum(len(o.spots) for o in found) < MANY and often.max() >= OFTEN * mean:
         row, column = (int(n) for n in np.unravel_index(int(often.argmax()), often.shape))
         times = float(often[row, column]) / mean
         often[max(0, row - apart + 1) : row + apart, max(0, column - apart + 1) : column + apart] = -1

@@ -6,6 +6,13 @@ only propose, a score decides.
 
 Source: Lopez Recas 2011, section 3.3 (peaks, pairs, reduction); regions of dominance: Liu, Collins and Tsin,
 "A computational model for periodic pattern perception", PAMI 2004. Departures: the waves are ours.
+
+Where a texture agrees with itself: the correlation map that lattices are read from.
+
+Two pictures are correlated with themselves: the colours without slow changes of light, and the strength of
+the edges, which joints have in common where stones differ in colour. The map is their mean.
+
+Source: Lopez Recas 2011, sections 3.1 and 3.2. Departures: high-pass, second channel, whole numbers.
 """
 
 from __future__ import annotations

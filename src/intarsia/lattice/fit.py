@@ -6,6 +6,11 @@ gives the vectors to a fraction of a px.
 
 Source: Lopez Recas 2011, eq. 3.22 (mean at the lattice points). Departures: contrast with the rest of the
 cell, the penalty for few points, sub-pixel vectors by least squares over all peaks.
+
+Large exemplars: the lattice is searched in a reduced copy, then made exact at full resolution.
+
+At full resolution only a few lattice points are looked at: the exemplar, moved by about that vector, is
+compared with itself in whole numbers, a few px to every side. Where it differs least lies the exact vector.
 """
 
 from __future__ import annotations

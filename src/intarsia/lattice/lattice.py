@@ -7,6 +7,11 @@ have one vector; most textures have none, and are told so.
 
 Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``.
 All decisions compare whole numbers.
+
+Lengths of which a lattice goes into itself: a whole number of periods along an axis.
+
+Source: no paper; a definition. Around an axis of n px the lattice closes where one of its vectors is (n, 0); how far
+the nearest one is from that is the misfit.
 """
 
 from __future__ import annotations
@@ -87,6 +92,12 @@ def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | No
             raise ParameterError("the two lattice vectors are parallel, or nearly so; give others, or only one.")
         return vectors[0], vectors[1]
     return vectors[0], None
+
+
+def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
+    """Say why a canvas does not close, and at which sizes it does."""
+    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
+    return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
 
 
 NEAR = 0.05  # of the shortest vector: 2 px on tiles of 40 px, which a joint hides

@@ -5,6 +5,14 @@ many points must agree, and on whether the peaks lie on the points or merely som
 cloth agree with each other exactly as well as the cells of a lattice do; but a lattice repeats in nearly every part.
 
 Source: no paper; thresholds set on photographs with and without a lattice, and checked on other crops of them.
+
+Textures that repeat in one direction only: courses of stones, planks, lines of text.
+
+Stones of free length make rows that lie one pitch apart; along the row nothing returns. What is known is the
+pitch, a vector across the rows: moved by it along any line parallel to the rows, the texture agrees with
+itself, and half a pitch further it does not.
+
+Source: no paper; our own rule, as two vectors must be wrong on such textures.
 """
 
 from __future__ import annotations

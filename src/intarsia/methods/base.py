@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
@@ -16,7 +16,7 @@ from ..params import check, parameters
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
-    from ..exemplar import Exemplar
+    from ..exemplar import Exemplar, Exemplars
     from ..geometry import Box
     from ..run import Run
     from ..sourcemap import SourceMap
@@ -52,10 +52,10 @@ class Method(Protocol):
     def blend(self) -> Blend:
         """How the pieces are meant to be joined; follows from the parameters."""
 
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
+    def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
         """Return the method with every automatic parameter decided, or refuse what cannot work."""
 
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
         """Fill the canvas and return the map. The same arguments give the same map, whatever `run` holds."""
 
 
@@ -77,7 +77,7 @@ class Traits(NamedTuple):
     isometries: str | tuple[int, ...] = "none"
     min_repeat_distance: int = 0
     snap: str = "on"
-    asked: Callable[[Sequence[Exemplar], Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
+    asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
 
     @property
     def spans(self) -> dict[str, list[int] | None]:
@@ -162,13 +162,13 @@ class MethodBase:
         """Whether pieces show the exemplar as it is, so that patches of it may cover them."""
         return True
 
-    def resolved(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Self:
+    def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
         """Decide what is automatic; without an engine nothing is."""
         check_finished(self, canvas.endless)
         found: Self = engine_of(self).resolved(self, exemplars, canvas) if self.engine else self
         return found
 
-    def synthesize(self, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+    def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
         """Have the engine make the map, and go over it once more where `spread` or `striking` says so."""
         method = self.resolved(exemplars, canvas)
 
@@ -186,7 +186,7 @@ class MethodBase:
 class EndlessBase(MethodBase):
     """What methods begin with whose engine makes windows, each alone."""
 
-    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
         """Have the engine make a box of the endless plane."""
         check_finished(self, True)
         smap: SourceMap = engine_of(self).window(self, exemplars, box, seed, run)
@@ -196,7 +196,7 @@ class EndlessBase(MethodBase):
 class WindowMethod(Method, Protocol):
     """A method whose map can be made window by window, each alone: one that claims WINDOW."""
 
-    def window(self, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+    def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
         """Return the map of a box of the endless plane, at most FARTHEST px away; it depends on nothing outside.
 
         A plain canvas of H x W px, filled by `synthesize`, is the box (0, 0, H, W).
@@ -213,7 +213,7 @@ REFUSED = {
 """What is said where an ability is asked for that a method does not claim; the first of them is said."""
 
 
-def needed(exemplars: Sequence[Exemplar], canvas: Canvas) -> frozenset[Ability]:
+def needed(exemplars: Exemplars, canvas: Canvas) -> frozenset[Ability]:
     """Return the abilities that exemplars and canvas ask for."""
     asked = {
         Ability.WRAP: canvas.wrap is not Wrap.NONE,
@@ -225,7 +225,7 @@ def needed(exemplars: Sequence[Exemplar], canvas: Canvas) -> frozenset[Ability]:
     return frozenset(ability for ability, yes in asked.items() if yes)
 
 
-def check_start(start: SourceMap, exemplars: Sequence[Exemplar]) -> None:
+def check_start(start: SourceMap, exemplars: Exemplars) -> None:
     """A start map must point into the exemplars that are given, at whole pixels."""
     if not start.exact:
         raise InputError(
@@ -239,7 +239,7 @@ def check_start(start: SourceMap, exemplars: Sequence[Exemplar]) -> None:
     start.check_sources()
 
 
-def check_abilities(method: Method, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+def check_abilities(method: Method, exemplars: Exemplars, canvas: Canvas) -> None:
     """Refuse to ask a method for what it does not claim."""
     missing = needed(exemplars, canvas) - method.supports
     for ability, words in REFUSED.items():

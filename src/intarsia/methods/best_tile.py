@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..params import AUTO, param
+from ..params import param
 from . import parameters
 from .base import Ability, EndlessBase
 
@@ -30,10 +30,9 @@ class BestTile(EndlessBase):
     engine: ClassVar[str] = "intarsia.tiles.best_tile"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
-        low=-65536, high=65536, unit="px",
-    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+        "by which steps the texture repeats; automatic: found in the exemplar"
+    )
     band: int = param(
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",

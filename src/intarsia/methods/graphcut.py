@@ -67,11 +67,10 @@ class Graphcut(parameters.CutSquares):
         0.7, "float", "how much lines that run across the exemplar between courses of stones or boards count in the "
         "search: 1 as much as colour; 0, or where there are none: not", low=0, high=2,
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "two steps by which the texture repeats: patches are laid whole steps from the first, give or "
-        "take 3 px; automatic: anywhere",
-        low=-65536, high=65536, unit="px",
-    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+        "two steps by which the texture repeats: patches are laid whole steps from the first, give or take 3 px; "
+        "automatic: anywhere"
+    )
     isometries: str | tuple[int, ...] = parameters.poses()
     usage: float = parameters.usage_price()
     spread: float = parameters.spread_price()

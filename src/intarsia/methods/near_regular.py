@@ -36,10 +36,9 @@ class NearRegular(EndlessBase):
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.WINDOW}
     )
 
-    lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
-        low=-65536, high=65536, unit="px",
-    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+        "by which steps the texture repeats; automatic: found in the exemplar"
+    )
     block: int | None = param(
         AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
         low=4, high=1 << 14, unit="px",

@@ -17,7 +17,6 @@ Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -29,7 +28,7 @@ from .base import Ability, EndlessBase, engine_of, passes_of
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
-    from ..exemplar import Exemplar
+    from ..exemplar import Exemplars
     from ..geometry import Box
 
 
@@ -62,10 +61,9 @@ class ParallelControllable(EndlessBase):
         "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar",
-        low=-65536, high=65536, unit="px",
-    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+        "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar"
+    )
     kappa: float | str = param(
         2, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
         "preference, inf: never jump",
@@ -110,7 +108,7 @@ class ParallelControllable(EndlessBase):
         """Whether pixels are copies: not so where the texture lies turned or scaled."""
         return (self.angle, self.zoom) == (0, 1)
 
-    def asked(self, exemplars: Sequence[Exemplar], where: Canvas | Box) -> dict[str, str]:
+    def asked(self, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
         """Return a hash of what each function among the parameters says at all places that a picture asks it for."""
         found: dict[str, str] = engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
         return found

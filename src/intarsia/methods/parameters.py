@@ -27,6 +27,7 @@ poses = partial(
     param, "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
 )
 usage_price = partial(param, 0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+lattice_vectors = partial(param, AUTO, "vectors", low=-65536, high=65536, unit="px")
 repeat_distance = partial(
     param, 0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
 )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Mask, Pair
-from ..geometry import spread
+from ..geometry import apart, spread
 from ..lazy import ndimage
 
 Wraps = tuple[bool, bool]
@@ -169,7 +169,8 @@ class _Neighbours:
         for r in rows:
             for c in columns:
                 for k in self.cells.get((r, c), ()):
-                    if all(self._gap(axis, place[axis], self.found[k][axis]) <= self.patch[axis] for axis in (0, 1)):
+                    gaps = map(apart, place, self.found[k], self.size, self.wraps)
+                    if all(gap <= side for gap, side in zip(gaps, self.patch, strict=True)):
                         yield k
 
     def _cells_near(self, axis: int, at: int) -> set[int]:
@@ -179,7 +180,3 @@ class _Neighbours:
             near |= {(a % length) // patch for a in range(at - patch, at + patch + 1, max(patch // 2, 1))}
             near |= {((at + patch) % length) // patch, 0, (length - 1) // patch}
         return near
-
-    def _gap(self, axis: int, a: int, b: int) -> int:
-        gap = abs(a - b)
-        return min(gap, self.size[axis] - gap) if self.wraps[axis] else gap

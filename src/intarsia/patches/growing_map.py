@@ -1,4 +1,10 @@
-"""A map that grows patch by patch: what is known, what must stay, and in which order windows are filled."""
+"""A map that grows patch by patch: what is known, what must stay, and in which order windows are filled.
+
+The start map of a canvas, for methods that lay out an endless texture by a lattice, by courses or by tiles.
+
+Such a method continues a picture, too: its texture is laid so that the lattice of the picture goes on, and is then cut
+against the picture along the cheapest seam (Kwatra et al. 2003, eq. 1), at most as deep as the rim.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +18,8 @@ from ..arrays import Array, Int16, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import below
-from ..exemplar import Exemplar
-from ..geometry import ISOMETRIES, Wrap
+from ..exemplar import Exemplars
+from ..geometry import ISOMETRIES, Wrap, apart
 from ..kernels import windows
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
@@ -188,7 +194,7 @@ class GrowingMap:
         y, x = (np.arange(n) + a for n, a in zip(layout.patch, at, strict=True))
         return np.asarray(self.variant[np.ix_(y % layout.height, x % layout.width)] != HOLE, dtype=np.uint8)
 
-    def map(self, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> SourceMap:
+    def map(self, exemplars: Exemplars, canvas: Canvas, blend: Blend) -> SourceMap:
         """The map as far as it has grown; it shares its memory with this one where it can."""
         yx, which, pose = self.variants.to_exemplars(self.yx, self.variant)
         return SourceMap(
@@ -253,6 +259,5 @@ def _neighbours(starts: tuple[int, ...], patch: int, length: int, wrap: bool) ->
     """Of every window along an axis, which ones overlap it (itself included)."""
     out = []
     for a in starts:
-        gaps = [min(abs(a - b), length - abs(a - b)) if wrap else abs(a - b) for b in starts]
-        out.append([k for k, gap in enumerate(gaps) if gap < patch])
+        out.append([k for k, b in enumerate(starts) if apart(a, b, length, wrap) < patch])
     return out

@@ -7,7 +7,7 @@ patches that were laid before.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from ..blend import Blend
 from ..canvas import Canvas
 from ..draws import draw_many
 from ..errors import MethodError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..geometry import laid
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
@@ -145,7 +145,7 @@ class Stages:
 
     map: SourceMap
 
-    def __init__(self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, blend: Blend) -> None:
+    def __init__(self, settings: PatchSettings, exemplars: Exemplars, canvas: Canvas, blend: Blend) -> None:
         self.settings, self.exemplars, self.canvas, self.blend = settings, exemplars, canvas, blend
 
     def __iter__(self) -> Iterator[Growth]:
@@ -179,8 +179,7 @@ class Stages:
         settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
         for k in np.unique(target[stray]).tolist():
             here = target == k
-            which = self.map.numbers
-            kept = np.where(here & (found == k), which, HOLE).astype(np.uint8)
+            kept = np.where(here & (found == k), self.map.numbers, HOLE).astype(np.uint8)
             start = replace(self.map, which=kept)
             plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
             inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
@@ -193,9 +192,8 @@ class Stages:
 def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     """Return the number of the label that every output pixel has where it comes from; -1 in holes."""
     out = np.full(smap.yx.shape[:2], -1, np.int16)
-    which = smap.numbers
     for n, source in enumerate(guide.sources):
-        mine = which == n
+        mine = smap.numbers == n
         yx = smap.yx[mine]
         out[mine] = numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
     return out
@@ -279,7 +277,7 @@ class Growth:
     """
 
     def __init__(
-        self, settings: PatchSettings, exemplars: Sequence[Exemplar], canvas: Canvas, inside_only: bool = False,
+        self, settings: PatchSettings, exemplars: Exemplars, canvas: Canvas, inside_only: bool = False,
         wanted: Mask | None = None, turn: Turn = ONLY, own: bool = False,
     ) -> None:  # fmt: skip
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn

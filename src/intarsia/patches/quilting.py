@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from ..analysis.symmetry import resolved_isometries
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..methods.image_quilting import ImageQuilting
 from ..params import AUTO, extent
 from ..run import Run
@@ -19,7 +18,7 @@ from .growth import Boundaries, PatchSettings, Repeats, Stages
 STAGE = 2002  # keeps this method's draws apart from those of others
 
 
-def resolved(method: ImageQuilting, exemplars: Sequence[Exemplar], canvas: Canvas) -> ImageQuilting:
+def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> ImageQuilting:
     """Decide patch and overlap from the size of the texture's elements."""
     patch = default_patch(exemplars, canvas.guide) if method.patch is AUTO else method.patch
     rows, columns = extent(patch)
@@ -35,7 +34,7 @@ def resolved(method: ImageQuilting, exemplars: Sequence[Exemplar], canvas: Canva
 
 
 def synthesize(
-    method: ImageQuilting, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+    method: ImageQuilting, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
     """Grow the map window by window, choosing by price and joining along the cheapest seam."""
     stages = Stages(settings_of(method), exemplars, canvas, method.blend)

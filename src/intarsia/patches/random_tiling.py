@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from ..analysis.features import features
 from ..analysis.symmetry import resolved_isometries
 from ..canvas import Canvas
 from ..draws import draw
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..geometry import spread
 from ..methods.random_tiling import RandomTiling
 from ..params import AUTO, extent
@@ -23,7 +22,7 @@ from .growing_map import GrowingMap, random_patch
 STAGE = 2000
 
 
-def resolved(method: RandomTiling, exemplars: Sequence[Exemplar], canvas: Canvas) -> RandomTiling:
+def resolved(method: RandomTiling, exemplars: Exemplars, canvas: Canvas) -> RandomTiling:
     """Decide the patch from the size of the texture's elements."""
     patch = default_patch(exemplars) if method.patch is AUTO else method.patch
     isometries = resolved_isometries(method.isometries, exemplars, extent(patch))
@@ -31,7 +30,7 @@ def resolved(method: RandomTiling, exemplars: Sequence[Exemplar], canvas: Canvas
     return replace(method, patch=patch, isometries=isometries)
 
 
-def synthesize(method: RandomTiling, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: RandomTiling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Draw a patch for every cell of the grid."""
     patch = method.footprint
     rows, height = spread(canvas.height, patch[0], 0, canvas.wrap.y)

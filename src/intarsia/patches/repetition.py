@@ -4,6 +4,14 @@ Every patch laid makes its part of the exemplar a little dearer, so that the who
 which fits beside itself, does not spread. It becomes dearer still close to where it was laid, and the more so the more
 striking it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
 distance is 0.
+
+The least distance of repeats: which patches may still be laid at a place, and the best of them.
+
+No exemplar pixel may be shown twice within so many px of the output. Every patch laid forbids a few rectangles of the
+exemplar to the windows around it. Where all patches of a short-list are forbidden, these rectangles are marked in a
+picture of the exemplar, and the best patch outside them is found by the correlations that were computed already. What
+the windows of one wave forbid one another is known only once they are filled; such a window is searched again. Of small
+exemplars every patch that is still allowed is measured.
 """
 
 from __future__ import annotations

@@ -111,9 +111,9 @@ def grown(
     return Panel(letter, f"{slug}: {told}", picture, values, printed)
 
 
-def shaded(values: Array) -> Any:
-    """A map of numbers as gray: black is the least, white the most, and what is none."""
-    low, high = np.nanmin(values), np.nanmax(values)
+def shaded(values: Array, low: float | None = None, high: float | None = None) -> Any:
+    """A map of numbers as gray: black is the least, white the most, and what is none; of it, or as given."""
+    low, high = (np.nanmin(values) if low is None else low), (np.nanmax(values) if high is None else high)
     return np.nan_to_num((values - low) / (high - low) * 255, nan=255).astype(np.uint8)
 
 

@@ -6,14 +6,12 @@ like there: the difference of each pixel and the other side's continuation (Kwat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..analysis.features import Features, features, pose_array
 from ..analysis.sums import variance
 from ..arrays import Array, Pair
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..frames import matrices, positions
 from ..geometry import ISOMETRIES, Box
 from ..kernels.cuts import SeamPrice
@@ -28,7 +26,7 @@ BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
 BAND = 128  # rows of a map that are looked at together, so that little memory is needed
 
 
-def energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
+def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     """Return what all seams of a map cost by the price ``sharp``, in knees per million px, rounded down.
 
     0 where no seam differs from what it parts. A knee is three eighths of the spread of colours, of the exemplar that
@@ -43,13 +41,11 @@ def energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
     for first in range(0, smap.height, BAND):
         size = min(BAND, smap.height - first), smap.width
         band = _band(smap, first, size)
-        which = band.numbers
-        pose = band.turns
-        part = Part(band.yx, which, pose, size)
+        part = Part(band.yx, band.numbers, band.turns, size)
         if band.exact:
             total += exact_energy(part, pieces, SeamPrice(knee=knee))
         else:
-            fine = positions(band.yx, band.sub), matrices(band.frame, pose)
+            fine = positions(band.yx, band.sub), matrices(band.frame, band.turns)
             total += warped_energy(part, fine, pieces, SeamPrice(knee=knee))
     return 1_000_000 * total // (knee * smap.height * smap.width)
 
@@ -60,7 +56,7 @@ def _band(smap: SourceMap, first: int, size: Pair) -> SourceMap:
     return smap.window(Box(first, 0, first + size[0] + more, size[1] + smap.wrap.x))
 
 
-def _pieces(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> Pieces:
+def _pieces(feats: Features, exemplars: Exemplars, smap: SourceMap) -> Pieces:
     """The exemplars as kernels of energies take them; one that is turned is another where it has normals."""
     poses = smap.poses if feats.normals else (0,)
     flat, shown, table, begin = list[Array](), list[Array](), np.zeros((len(exemplars), 8, 4), np.int64), 0
@@ -70,18 +66,16 @@ def _pieces(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> 
             height, width = picture.shape[:2]
             table[number, pose if feats.normals else slice(None)] = begin, height, width, width
             flat.append(picture.ravel())
-            shown.append(np.ones(height * width, np.uint8) if e.usable is None else e.usable.ravel().astype(np.uint8))
+            shown.append(e.free.ravel().astype(np.uint8))
             begin += picture.size
     torus = np.repeat([e.toroidal for e in exemplars], 8)
     channels = feats.pictures[0].shape[2]
     return Pieces(np.concatenate(flat), table.reshape(-1, 4), np.concatenate(shown), torus, channels)
 
 
-def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
+def seam_total(feats: Features, exemplars: Exemplars, smap: SourceMap) -> int:
     """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
-    which = smap.numbers
-    pose = smap.turns
-    total = 0
+    which, pose, total = smap.numbers, smap.turns, 0
     for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)):
         if smap.exact:
             steps = STEPS[pose][:, :, :, axis]
@@ -99,7 +93,7 @@ def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) 
 
 
 def _along(
-    axis: int, broken: Array, yx: Array, which: Array, steps: Array, feats: Features, exemplars: Sequence[Exemplar]
+    axis: int, broken: Array, yx: Array, which: Array, steps: Array, feats: Features, exemplars: Exemplars
 ) -> int:
     """The cost of the seams between pixels and the next along an axis; `steps` (H, W, 2) lead on from each pixel."""
     a, b = yx[broken], np.roll(yx, -1, axis)[broken]
@@ -117,7 +111,7 @@ def _along(
     return int(costs.sum()) + TONE * int(np.abs(tone).sum())
 
 
-def _read(at: Array, which: Array, feats: Features, exemplars: Sequence[Exemplar]) -> tuple[Array, Array]:
+def _read(at: Array, which: Array, feats: Features, exemplars: Exemplars) -> tuple[Array, Array]:
     """Features at exemplar pixels, and whether they may be read: inside, and usable."""
     out = np.zeros((len(at), feats.pictures[0].shape[2]), np.int64)
     ok = np.zeros(len(at), bool)

@@ -3,6 +3,24 @@
 A patch is cut in with old seams remembered, so it may replace what lies around its window as well, and several
 placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
 and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
+
+Which placements would lay something down beside itself in another pose: it fits by itself, and is seen at once.
+
+Whatever lies at a mirror goes on in its own picture without a seam, and what is turned by half goes on in itself around
+a point. So such placements are the cheapest of all, and look like wings and rosettes.
+
+Which pieces of a map lie about a window, as placements for it: a piece may grow over its neighbours.
+
+A window of one piece that grows as far as a cut says is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate
+Energy Minimization via Graph Cuts", IEEE PAMI 23, 2001), kept to the surroundings of a bad place. No search is needed.
+
+Patches in step: all lie whole steps of one lattice from the first, give or take a few px.
+
+Where threads cross over and under there is no straight joint to cut along: blocks of whole periods end in the middle of
+a strand, wherever they begin. Patches of free shape find their way around it, but miss the lattice. In step they do
+both.
+
+Source: no paper; the lattice of Lopez Recas, Hilsmann and Eisert 2011 asked of the patches of Kwatra et al. 2003.
 """
 
 from __future__ import annotations
@@ -19,7 +37,7 @@ from ..analysis.features import pose_array
 from ..analysis.sums import window_sums
 from ..arrays import Array, Mask, Pair
 from ..draws import draw
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..kernels.windows import Grown
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vectors
@@ -287,7 +305,9 @@ class GraphcutGrowth:
         return self.apart.of_picks(box, shifts)
 
     def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
-        found = self.apart.of_rows(box, self._found(box) if filling else self._around(box))
+        with self.opened([] if filling else [middle(box)]):  # what is to be covered does not count
+            found = self._found(box)
+        found = self.apart.of_rows(box, found)
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
         rows, price = found.rows, self.priced(box, found)
@@ -321,11 +341,6 @@ class GraphcutGrowth:
             return valid
         place = self.first[0] + box[0], self.first[1] + box[1]
         return [in_step(v, lattice, place) for v in valid]
-
-    def _around(self, box: Box) -> Candidates:
-        """The candidates that fit around the middle of a window; the middle is to be covered, and does not count."""
-        with self.opened([middle(box)]):
-            return self._found(box)
 
     @contextmanager
     def opened(self, boxes: Sequence[Box], keep: Array | None = None) -> Iterator[None]:
@@ -453,7 +468,7 @@ def likelihood(x: Array) -> Array:
     return np.where(x >= GONE, 0, out)
 
 
-def pieces_of(variants: PosedExemplars, exemplars: Sequence[Exemplar], unseen: int = 0) -> Pieces:
+def pieces_of(variants: PosedExemplars, exemplars: Exemplars, unseen: int = 0) -> Pieces:
     """Return the variants as kernels of seams take them: with every pixel, whether it may be shown.
 
     The last `unseen` channels are left out: what is not seen makes no seam.

@@ -11,6 +11,12 @@ The paper gives every old seam a node between its two pixels; here the same ener
 
 Pieces are read as they go on in their exemplar, so what a seam costs follows from the map alone. Where a piece does
 not go on, its last pixel stands for what would be there.
+
+What every two neighbouring pixels of a window cost, whichever of them a patch takes.
+
+Much of it follows from the map alone and is read once for all patches that are tried in a window: what is shown, which
+pixels stay, and where pieces meet. Between two pixels of one piece that goes on nothing is paid now, and the same
+whichever of the two becomes new.
 """
 
 from __future__ import annotations

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 from ..analysis.symmetry import resolved_isometries
 from ..canvas import Canvas
 from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..lattice.lattice import Vectors, cell_of, check_lattice
 from ..methods.graphcut import LARGEST, Graphcut
 from ..params import AUTO, extent
@@ -26,7 +25,7 @@ REFINED = 3, 5  # for so many windows so many of the worst places are covered an
 TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
 
 
-def resolved(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas) -> Graphcut:
+def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut:
     """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
     patch, room = method.patch, _room(method, exemplars, canvas)
     if patch is AUTO and canvas.guide is None:
@@ -48,7 +47,7 @@ def resolved(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas) ->
     return known
 
 
-def synthesize(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Fill the canvas window by window, then cover the worst seams; under a guide patches are chosen as it says."""
     if canvas.guide is not None:
         return _guided(method, exemplars, canvas, seed, run)
@@ -61,7 +60,7 @@ def synthesize(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas, 
     return growth.map(method.blend)
 
 
-def _guided(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Patches are chosen window by window as the guide says, and cut in with old seams remembered."""
     stages = Stages(settings_of(method, method.usage), exemplars, canvas, method.blend)
     in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
@@ -71,7 +70,7 @@ def _guided(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas, see
     return stages.map
 
 
-def _room(method: Graphcut, exemplars: Sequence[Exemplar], canvas: Canvas) -> int:
+def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
     """The largest window, px, that may lie in every place of a period; what keeps to a lattice is checked."""
     if not method.lattice:
         return LARGEST

@@ -299,15 +299,12 @@ class Mending:
             number, y, x = out[k, 1:].tolist()
             element = self.elements[number]
             near, at = RULE.apart * element.side, (y - element.at[0], x - element.at[1])
-            if not any(self._near(at, other, near) for other in self.often.get(number, ())):
+            others = (map(apart, at, other, self.shape, self.sewn.wraps) for other in self.often.get(number, ()))
+            if all(max(gaps) >= near for gaps in others):
                 places.append((number, y, x))
                 if len(places) == RULE.tries:
                     break
         return places
-
-    def _near(self, a: Pair, b: Pair, far: float) -> bool:
-        places = zip(a, b, self.shape, self.sewn.wraps, strict=True)
-        return all(apart(one, two, length, wrap) < far for one, two, length, wrap in places)
 
     def _laid(self, number: int, top: int, left: int) -> Candidate | None:
         """An element laid at a place of the canvas, with its joint."""

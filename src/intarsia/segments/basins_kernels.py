@@ -1,4 +1,10 @@
-"""Basins of a relief, and the tree in which they merge, the weakest border first."""
+"""Basins of a relief, and the tree in which they merge, the weakest border first.
+
+Segments of a picture: neighbouring pixels grow together while no edge between them stands out.
+
+Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", IJCV 2004. Weights are whole numbers
+and the order of the edges is given, so ties are settled by the caller's stable sort and nothing else.
+"""
 
 from __future__ import annotations
 

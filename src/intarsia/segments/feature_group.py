@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Int32, Int64, Mask, Pair
+from ..arrays import Array, Int32, Int64, Mask, Pair
 from ..lazy import ndimage
 from .felzenszwalb import LEAST_PIXELS
 
@@ -95,8 +94,8 @@ def measured(elements: Int32) -> Group | None:
     found = ndimage.find_objects(elements)
     ends = np.array([(s[0].start, s[0].stop, s[1].start, s[1].stop) for s in found])[counted]
     rows, columns = np.divmod(inside, elements.shape[1])
-    centres = np.stack([FINE * _sums(names, v, count) // np.maximum(areas, 1) for v in (rows, columns)], axis=1)
-    edges = np.bincount(names[_edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
+    centres = np.stack([FINE * sums(names, v, count + 1)[1:] // np.maximum(areas, 1) for v in (rows, columns)], axis=1)
+    edges = np.bincount(names[edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
     whole = (ends[:, 0] > 0) & (ends[:, 2] > 0)
     whole &= (ends[:, 1] < elements.shape[0]) & (ends[:, 3] < elements.shape[1])
     if np.count_nonzero(whole) < FILTERS.fewest:
@@ -156,7 +155,7 @@ def variation(values: Int64, weights: Int64) -> float:
     return math.sqrt(total * second - first * first) / max(first, total)
 
 
-def _edge_pixels(elements: Int32) -> Mask:
+def edge_pixels(elements: Array) -> Mask:
     """Pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
     edge = np.zeros(elements.shape, bool)
     for axis in (0, 1):
@@ -167,5 +166,6 @@ def _edge_pixels(elements: Int32) -> Mask:
     return edge
 
 
-def _sums(where: Int32, values: NDArray[np.generic], count: int) -> Int64:
-    return np.asarray(np.rint(np.bincount(where, values, count + 1)[1:]), np.int64)
+def sums(where: Array, values: Array, count: int = 0) -> Int64:
+    """Add up whole values by their number, so many numbers at least; exact, for doubles hold sums below 2**53."""
+    return np.asarray(np.rint(np.bincount(where, values, count)), np.int64)

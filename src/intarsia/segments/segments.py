@@ -6,6 +6,12 @@ large patches must be and how wide their boundary zone.
 Source: the segment-based fragments (docs/sources-003.md). Departures: twelve scales vote, because one fails on blur or
 noise; the terms compared have no unit; where no group will do, the size comes from the autocorrelation, and the result
 says so. What the source leaves open is decided in docs/design/008-segments.md.
+
+Groups of segments that look alike, and the separate elements of a group.
+
+The segment-based fragments (docs/sources-003.md) cluster segments "adaptively" without saying how. Here they are split
+in two where that explains most of their colour, and each part again: a tree, in which every node is a group. Why so is
+told in docs/design/008-segments.md.
 """
 
 from __future__ import annotations
@@ -24,7 +30,7 @@ from ..analysis.sums import factor_for, reduced
 from ..arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..exemplar import Exemplar
 from ..lazy import ndimage
-from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, zone
+from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, sums, zone
 from .felzenszwalb import DEVIATION, NOWHERE, PixelGraph, even_colours, smoothed
 
 DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten and eight of 24 sizes differ
@@ -55,7 +61,8 @@ class GroupTree:
         """
         inside = np.zeros(int(self.labels.max()) + 2, bool)
         inside[self.nodes[node]] = True
-        return _regions(inside[self.labels])  # -1 is the last entry: outside
+        regions, _ = ndimage.label(inside[self.labels])  # -1 is the last entry: outside
+        return np.asarray(regions, np.int32)
 
     def around(self, node: int) -> tuple[Int32, Int32, int]:
         """Return elements, their groups, and the group that is `node`: a partition that holds this node.
@@ -89,7 +96,7 @@ def group_tree(labels: Int32, colours: Array, depth: int = DEPTH) -> GroupTree:
     flat = labels.ravel()
     some = flat >= 0
     area = np.bincount(flat[some])
-    mean = np.stack([_sums(flat[some], c[some]) // area for c in colours.reshape(len(flat), -1).T], axis=1)
+    mean = np.stack([sums(flat[some], c[some]) // area for c in colours.reshape(len(flat), -1).T], axis=1)
     nodes: list[Int64] = []
     leaves: list[int] = []
 
@@ -117,7 +124,7 @@ def split(colours: Int64, areas: Int64) -> Mask | None:
     total = int(areas.sum())
     for channel in colours.T:
         values, where = np.unique(channel, return_inverse=True)
-        weight = _sums(where, areas)
+        weight = sums(where, areas)
         below = np.cumsum(weight)[:-1]
         partial = np.cumsum(weight * values)
         gap = (partial[:-1] * total - partial[-1] * below).astype(np.float64)
@@ -126,16 +133,6 @@ def split(colours: Int64, areas: Int64) -> Mask | None:
             best = float(gain.max())
             result = channel <= values[int(np.argmax(gain))]
     return result
-
-
-def _sums(where: Array, values: Array) -> Int64:
-    """Add up whole values by their number; exact, for doubles hold sums below 2**53."""
-    return np.asarray(np.rint(np.bincount(where, values)), np.int64)
-
-
-def _regions(mask: Mask) -> Int32:
-    found, _ = ndimage.label(mask)
-    return np.asarray(found, np.int32)
 
 
 # Chosen on 28 photographs whose sizes were known (docs/design/008); then fewer, more, halved and doubled on 24 textures

@@ -24,6 +24,7 @@ from ..kernels.pieces_of_maps import boxes_of_parts, parts
 from ..lazy import ndimage
 from ..search import sizes
 from . import basins_kernels
+from .feature_group import edge_pixels
 from .felzenszwalb import even_colours, smoothed
 
 Labels = Int32
@@ -268,12 +269,7 @@ def _chosen(tree: Tree, score: Array) -> tuple[float, Array, Array]:
 
 
 def _inside(labels: Array, scores: Array, relief: Array, side: float) -> UInt8:
-    edge = np.zeros(labels.shape, bool)
-    for a, b in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        differs = labels[a] != labels[b]
-        edge[a] |= differs
-        edge[b] |= differs
-    edge |= (labels == 0) & (relief > SHAPE.strong * 256 * 1.25)
+    edge = edge_pixels(labels) | ((labels == 0) & (relief > SHAPE.strong * 256 * 1.25))
     deep = max(SHAPE.deep * side, 4.0)
     depth = ndimage.distance_transform_edt(~edge) if edge.any() else np.full(edge.shape, np.inf)
     sure = np.clip(scores / 0.35, 0, 1)[labels]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
 from ..lattice.lattice import check_lattice, lattice_of
 from ..methods.best_tile import BestTile
@@ -16,7 +15,7 @@ from ..sourcemap import SourceMap
 from .tiling import TileLayout, Tiling
 
 
-def resolved(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas) -> BestTile:
+def resolved(method: BestTile, exemplars: Exemplars, canvas: Canvas) -> BestTile:
     """Find the lattice; MethodError where there is none."""
     if method.lattice is AUTO:
         return replace(method, lattice=lattice_of(exemplars[0], method.slug, method.channel_weights))
@@ -24,7 +23,7 @@ def resolved(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas) ->
     return method
 
 
-def synthesize(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: BestTile, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Find the best tile and lay it out; the seed changes nothing."""
     run.tick(0, 2)
     layout = _layout(method, exemplars[0], canvas)
@@ -34,7 +33,7 @@ def synthesize(method: BestTile, exemplars: Sequence[Exemplar], canvas: Canvas, 
     return SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, method.blend)
 
 
-def window(method: BestTile, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+def window(method: BestTile, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
     """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
     plane = Canvas(1, 1)
     layout = exemplars[0].latest(

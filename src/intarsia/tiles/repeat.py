@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..arrays import Int32
 from ..canvas import Canvas
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
 from ..methods.repeat import Repeat
 from ..run import Run
 from ..sourcemap import SourceMap
 
 
-def resolved(method: Repeat, exemplars: Sequence[Exemplar], canvas: Canvas) -> Repeat:
+def resolved(method: Repeat, exemplars: Exemplars, canvas: Canvas) -> Repeat:
     """Nothing is automatic here."""
     return method
 
 
-def synthesize(method: Repeat, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: Repeat, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Take positions modulo the exemplar; the seed changes nothing."""
     run.tick(0, 1)
     exemplar = exemplars[0]
@@ -34,7 +32,7 @@ def synthesize(method: Repeat, exemplars: Sequence[Exemplar], canvas: Canvas, se
     return SourceMap(yx, None, pose, (exemplar.source,), canvas.wrap, method.blend)
 
 
-def window(method: Repeat, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+def window(method: Repeat, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
     """Take positions modulo the exemplar, wherever they are."""
     return SourceMap(_repeated(exemplars[0], box), None, None, (exemplars[0].source,), blend=method.blend)
 

@@ -5,6 +5,12 @@ also what is left where an exemplar holds hardly more than one period.
 
 Source: Lopez Recas 2011 (near-regular textures), section 4.1. Departures: borders are compared by vectors rounded to
 whole px; differences are added up in whole numbers; pixels under a mask are not used.
+
+A tile laid out over the endless plane, or strained a little so that it closes around a canvas.
+
+How far a px lies along both lattice vectors is an exact fraction, so that nothing drifts, however far out.
+
+Source: Lopez Recas 2011 (near-regular textures), eq. 3.29. Departures: vectors of fractions of a px; the strain.
 """
 
 from __future__ import annotations

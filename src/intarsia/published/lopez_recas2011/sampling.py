@@ -21,14 +21,14 @@ from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
 from ...analysis.features import features
 from ...analysis.sums import running_sums, valid_windows
 from ...arrays import Array, Laid, Pair
-from ...blocks.mosaic import STRAIN, beside, returning, unfit
+from ...blocks.mosaic import STRAIN, beside, returning
 from ...canvas import Canvas
 from ...draws import draw_many
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar
 from ...geometry import Box
 from ...lattice.candidates import UNIT
-from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of
+from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
 from ...params import AUTO
 from ...patches.growing_map import drafted
 from ...run import Run

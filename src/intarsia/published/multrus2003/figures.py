@@ -120,17 +120,33 @@ def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
 
 
 def maps(exemplar: Exemplar, ways: Mapping[str, Sequence[int]]) -> list[Panel]:
-    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose."""
+    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose.
+
+    What lies above and left of the next block is grown by canvases that end there. `periodic`: the highest correlation
+    of a map with itself, moved by a third of a block or more, and by no more than half of the map.
+    """
     e = cropped(exemplar, 150)
-    begun = patches("b", e, 200)
-    pixels, made = (p.samples.astype(np.float64) for p in (e.base, begun.picture))
-    panels = [begun]
-    for letter, poses in ways.items():
-        far = farness(pixels, made[90:125, 90:125], poses)
+    above, left = (patches("b", e, sides) for sides in ((90, 200), (200, 90)))
+    begun = np.zeros((120, 200, *above.picture.samples.shape[2:]), above.picture.samples.dtype)
+    begun[:90], begun[90:, :90] = above.picture.samples, left.picture.samples[90:120]
+    found = {k: farness(e.base.samples.astype(np.float64), begun[85:, 85:120] * 1.0, p) for k, p in ways.items()}
+    panels, ends = [above._replace(picture=Plane(begun))], [*map(np.min, found.values()), *map(np.max, found.values())]
+    for letter, far in found.items():
         low = (far == minimum_filter(far, 9)) & (far < (far.min() + np.median(far)) / 2)
-        values = {"mean": float(far.mean()), "minima": float(low.sum())}
-        panels.append(Panel(letter, f"distances, isometries {poses}", Plane(shaded(far)), values))
+        values = {"mean": float(far.mean()), "minima": float(low.sum()), "periodic": periodic(far)}
+        gray = Plane(shaded(far, min(ends), max(ends)))
+        panels.append(Panel(letter, f"distances, isometries {ways[letter]}", gray, values))
     return panels
+
+
+def periodic(values: Array) -> float:
+    """The highest correlation of a map with itself, moved by 12 px or more, and by at most half of it."""
+    around = [2 * n for n in values.shape]
+    power = [np.abs(np.fft.rfft2(v, around)) ** 2 for v in (values - values.mean(), np.ones(values.shape))]
+    moved, shared = (np.fft.irfft2(p, around) for p in power)
+    steps = np.maximum.outer(*(np.abs(np.fft.fftfreq(2 * n, 1 / (2 * n))) for n in values.shape))
+    there = (steps >= 12) & (steps <= min(values.shape) / 2)
+    return float((moved[there] / shared[there]).max() / values.var())
 
 
 def continued(exemplar: Exemplar) -> list[Panel]:
@@ -190,16 +206,19 @@ FIGURES = (
     ),
     Figure(
         "3.12", "A stochastic texture has few places that fit ...",
-        partial(maps, ways=UPRIGHT), "sample:gravel", "minima c 4",
+        partial(maps, ways=UPRIGHT), "sample:grass", "minima c 4; periodic c 0.5",
     ),
-    Figure("3.12d", "... a regular one many, which repeat.", partial(maps, ways=UPRIGHT), "sample:tiles", "minima 4 c"),
+    Figure(
+        "3.12d", "... a regular one many, which repeat.",
+        partial(maps, ways=UPRIGHT), "sample:tiles", "minima 4 c; periodic 0.5 c",
+    ),
     Figure(
         "4.1", "Isometries continue an arc otherwise than by the same piece (b is figure 5.1).",
         continued, "sample:gravel", "most e b",
     ),
     Figure(
         "4.2", "With isometries many blocks come nearer.",
-        partial(maps, ways=POSED), "sample:gravel", "mean f d c; mean f e c",
+        partial(maps, ways=POSED), "sample:grass", "mean f d c; mean f e c",
     ),
     Figure(
         "4.3", "Isometries lead to an improved variability.",

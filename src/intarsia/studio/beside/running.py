@@ -9,7 +9,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from functools import cache, lru_cache
 from typing import Any
 
@@ -54,14 +54,13 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
         tell(ready=MORE if _grown else FIRST)
 
     on_first_compilation(announce)
-    os.chdir(said["folder"])
     try:
-        answer = invoked(said["words"], Drafting(tell))
+        with chdir(said["folder"]):
+            answer = invoked(said["words"], Drafting(tell))
         _grown.append(True)
         return answer, b""
     finally:
         no_longer(announce)
-        os.chdir(os.path.dirname(os.path.abspath(__file__)))
 
 
 def prepare(said: dict[str, Any], tell: Tell) -> Answer:

@@ -6,10 +6,10 @@ gray picture of 8 bits can say, so that a command that is given such a picture d
 
 from __future__ import annotations
 
-import os
 import time
 from collections import OrderedDict
 from collections.abc import Mapping
+from contextlib import chdir
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -183,9 +183,9 @@ def _texture(said: Mapping[str, Any]) -> Weave:
 @lru_cache(maxsize=TEXTURES)
 def _analysed(folder: str, *words: str) -> Weave:
     """The texture that the words of a command say, read in a folder."""
-    os.chdir(folder)
     asked = read_argv(list(words))
-    return weave(exemplar_of(list(asked.files)), asked.chosen)
+    with chdir(folder):
+        return weave(exemplar_of(list(asked.files)), asked.chosen)
 
 
 def _brushed(texture: Weave, function: Any) -> Weave:

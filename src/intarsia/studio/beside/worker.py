@@ -58,6 +58,7 @@ def main(limit: int = 0, nice: int = 0) -> None:
         os.nice(nice)
     channel = Channel(os.fdopen(os.dup(1), "wb"))
     os.dup2(2, 1)  # whatever a library prints is no frame
+    os.chdir(os.path.dirname(os.path.abspath(__file__)))  # a place that nobody takes away
     import warnings
 
     warnings.simplefilter("ignore")
