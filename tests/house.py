@@ -19,7 +19,7 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
     {"errors", "geometry", "lazy", "version"},
-    {"arguments", "arrays", "disk", "frames", "kernels"},
+    {"arguments", "arrays", "disk", "kernels"},
     {"draws", "field", "image", "run"},
     {"guide", "params"},
     {"blend"},
