@@ -19,8 +19,8 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
     {"errors", "geometry", "lazy", "version"},
-    {"arguments", "arrays", "disk", "kernels"},
-    {"draws", "field", "image", "run"},
+    {"arguments", "arrays", "disk"},
+    {"draws", "field", "image", "kernels", "run"},
     {"guide", "params"},
     {"blend"},
     {"sourcemap"},

@@ -214,8 +214,9 @@ TAKEN: dict[str, set[str]] = {
     **{name: {"None"} for name in ("score map", "score wrap")},
     **{name: {"vast"} for name in ("Margins", "Canvas rim")},
     "Plane meta": {"dict"}, "Run step": {"function", "class"}, "Field": {"fraction", "negative"},
-    "Guide weight": {"fraction"}, "ParallelControllable angle": {"fraction", "negative"},
-    "ParallelControllable kappa": {"fraction", "infinite"},
+    "Guide weight": {"fraction"},
+    **{f"{name} angle": {"fraction", "negative"} for name in ("Correction2008", "ParallelControllable")},
+    **{f"{name} kappa": {"fraction", "infinite"} for name in ("Correction2008", "ParallelControllable")},
     **{
         f"{name} {p.name}": {"fraction"}
         for name in METHODS for p in parameters(getattr(ia, name))

@@ -127,7 +127,8 @@ def shifted(run: ia.Run) -> ia.Synthesis:
 def corrected(run: ia.Run) -> ia.Synthesis:
     usable = np.ones((90, 70), bool)
     usable[30:36, 50:] = False
-    method = ia.ParallelControllable(k=3, snap="on", lattice=((17.98, 0.03), (9.01, 9.02)))
+    lattice = (17.98, 0.03), (9.01, 9.02)
+    method = ia.Correction2008(k=3, neighbourhood="appearance", rule="near", snap="on", lattice=lattice)
     return ia.synthesize(Exemplar.of(bricks(90, 70, 4), usable=usable), (121, 96), method, seed=13, wrap="x", run=run)
 
 

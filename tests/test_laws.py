@@ -334,10 +334,10 @@ class TestParallelControllable(MethodContract):
     examples = 8
 
 
-class TestParallelControllableOfTheMemo(TestParallelControllable):
+class TestCorrection2008(MethodContract):
     """5 x 5 colours and candidates, jumps at no extra price."""
 
-    method = ia.ParallelControllable(jitter=0.5, neighbourhood="colour", rule="memo", kappa=1, k=3, passes=1)
+    method = ia.Correction2008(jitter=0.5, kappa=1, k=3, passes=1)
     examples = 5
 
 

@@ -33,6 +33,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "parallel-controllable": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
+    "correction-2008": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
     "near-regular": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "raster-quilting": {A.MASK},

@@ -37,6 +37,7 @@ _NAMES = {
     "methods.parallel_controllable": "ParallelControllable",
     "methods.random_tiling": "RandomTiling",
     "methods.repeat": "Repeat",
+    "published.correction2008.correction_2008": "Correction2008",
     "published.lopez_recas2011.gap_filling": "GapFilling",
     "published.multrus2003.patch_sampling": "PatchSampling",
     "published.pixels.ashikhmin": "Ashikhmin",

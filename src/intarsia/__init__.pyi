@@ -30,6 +30,7 @@ from .methods.near_regular import NearRegular as NearRegular
 from .methods.parallel_controllable import ParallelControllable as ParallelControllable
 from .methods.random_tiling import RandomTiling as RandomTiling
 from .methods.repeat import Repeat as Repeat
+from .published.correction2008.correction_2008 import Correction2008 as Correction2008
 from .published.lopez_recas2011.gap_filling import GapFilling as GapFilling
 from .published.multrus2003.patch_sampling import PatchSampling as PatchSampling
 from .published.pixels.ashikhmin import Ashikhmin as Ashikhmin

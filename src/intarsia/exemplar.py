@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, TypeVar
@@ -193,6 +193,11 @@ class Exemplar:
         return self.base.width
 
     @property
+    def free(self) -> NDArray[np.bool_]:
+        """Which pixels may be used (H, W), also where all may."""
+        return np.ones((self.height, self.width), bool) if self.usable is None else np.asarray(self.usable)
+
+    @property
     def source(self) -> Source:
         """What a map remembers of this exemplar."""
         return Source(self.name, self.height, self.width, self.digest)
@@ -298,3 +303,8 @@ def resized(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]
         return np.asarray(mask.reshape(size[0], times, size[1], times).any(axis=(1, 3)))
     times = size[0] // mask.shape[0]
     return mask.repeat(times, axis=0).repeat(times, axis=1)
+
+
+def sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
+    """The exemplars that are not only there to lie under a start map; all where none is."""
+    return [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)

@@ -206,9 +206,9 @@ class SourceMap:
         from .kernels.pieces_of_maps import label_flowing, label_pieces
 
         if not self.exact:
-            where = positions(self.yx, self.sub), matrices(self.frame, self._pose())
-            return label_flowing(*where, self._which(), self._pose())
-        return label_pieces(self.yx, self._which(), self._pose())[0]
+            where = positions(self.yx, self.sub), matrices(self.frame, self.turns)
+            return label_flowing(*where, self.numbers, self.turns)
+        return label_pieces(self.yx, self.numbers, self.turns)[0]
 
     def usage(self) -> list[NDArray[np.int64]]:
         """Count for each exemplar, shape (height, width), how often every pixel is shown.
@@ -217,7 +217,7 @@ class SourceMap:
         """
         if self.sources:
             self.check_sources()
-        which = self._which()
+        which = self.numbers
         counts = []
         for number, source in enumerate(self.sources):
             yx = self.yx[which == number]
@@ -276,7 +276,7 @@ class SourceMap:
     def digest(self) -> str:
         """SHA-256 of the arrays and the wrap, as 64 hexadecimal digits."""
         h = hashlib.sha256(f"{self.yx.shape}{self.wrap}".encode())
-        for part in (self.yx.astype("<i4", copy=False), self._which(), self._pose()):
+        for part in (self.yx.astype("<i4", copy=False), self.numbers, self.turns):
             h.update(np.ascontiguousarray(part).data)
         for name, fine in (("frame", self.frame), ("sub", self.sub)):
             if fine is not None:
@@ -286,7 +286,7 @@ class SourceMap:
 
     def check_sources(self) -> None:
         """Refuse a map that points outside its exemplars."""
-        which, pose = self._which(), self._pose()
+        which, pose = self.numbers, self.turns
         if pose.max(initial=0) > 7:
             raise InputError("the map holds isometries above 7; it is damaged.")
         known = which != HOLE
@@ -300,10 +300,14 @@ class SourceMap:
     def _arrays(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
-    def _which(self) -> NDArray[np.uint8]:
+    @property
+    def numbers(self) -> NDArray[np.uint8]:
+        """The exemplar of every pixel (H, W), also where the map leaves it out."""
         return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
 
-    def _pose(self) -> NDArray[np.uint8]:
+    @property
+    def turns(self) -> NDArray[np.uint8]:
+        """The isometry of every pixel (H, W), also where the map leaves it out."""
         return np.zeros(self.yx.shape[:2], np.uint8) if self.pose is None else self.pose
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from corrections.naive_correction import NaiveGuide
 from long import going_round
-from methods.test_parallel_controllable import BASE, ONE, naive
+from methods.test_parallel_controllable import BASE, MEMO, ONE, naive
 from scipy.ndimage import distance_transform_edt
 from search.test_guide import agreement, disc, got, labels, painted, regions
 
@@ -74,7 +73,7 @@ GUIDES = {
 }
 
 
-NEAR_AND_MEMO = [BASE, replace(BASE, rule="memo", neighbourhood="colour")]
+NEAR_AND_MEMO = [BASE, MEMO]
 
 
 @pytest.mark.parametrize(

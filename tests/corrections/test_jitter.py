@@ -26,6 +26,7 @@ from intarsia.testing.cases import texture
 
 ONE = Run(threads=1)
 FREE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
+COLOUR = ia.Correction2008(jitter=(0.3, 0.2, 0.5), passes=1, rule="near")
 
 
 def waves(y: Any, x: Any) -> Any:
@@ -47,11 +48,11 @@ def picture(height: int, width: int, deep: bool = False) -> Any:
     "method",
     [
         replace(FREE, jitter_output=waves),
-        replace(FREE, jitter_exemplar=spots, neighbourhood="colour"),
+        replace(COLOUR, jitter_exemplar=spots),
         replace(FREE, jitter_output=waves, jitter_exemplar=spots),
         replace(FREE, jitter_output=0.25),
         replace(FREE, feature="edges"),
-        replace(FREE, feature=spots, feature_weight=3.0, neighbourhood="colour"),
+        replace(COLOUR, feature=spots, feature_weight=3.0),
     ],
     ids=["output", "exemplar", "both", "number", "edges", "mask"],
 )
@@ -103,7 +104,7 @@ CONTROLS: list[dict[str, Any]] = [
     {"jitter_exemplar": picture(70, 90, deep=True)},
     {"jitter_output": picture(61, 53), "jitter_exemplar": spots},
     {"feature": "edges", "feature_weight": 2},
-    {"feature": picture(70, 90), "neighbourhood": "colour"},
+    {"feature": picture(70, 90)},
 ]
 
 

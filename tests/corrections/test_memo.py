@@ -23,10 +23,7 @@ GAUSSIAN = tuple(4.0 ** -((dy * dy + dx * dx) / 4) for dy in range(-2, 3) for dx
 @pytest.mark.parametrize("mask", [None, OWN], ids=["default", "own"])
 def test_the_pixel_of_least_distance_by_the_memo_is_taken(mask: tuple[float, ...] | None, penalty: float) -> None:
     """The mask weighs squared differences: a quarter in 2 px by default, and as it is said else."""
-    method = ia.ParallelControllable(
-        rule="memo", neighbourhood="colour", kappa=penalty, neighbourhood_mask=mask, k=3, channel_weights=(1, 1, 1),
-        jitter=0,
-    )
+    method = ia.Correction2008(kappa=penalty, neighbourhood_mask=mask, k=3, channel_weights=(1, 1, 1), jitter=0)
     e = Exemplar.of(texture(SIDE, SIDE, 3, 5), toroidal=True)
     level = exemplar_stack(e, Look.of(method)).levels[0]
     arrays, border, stride = level.ready(), level.border, level.stride

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from methods.test_parallel_controllable import BASE, ONE, VARIANTS, naive, toy
+from methods.test_parallel_controllable import BASE, ONE, SET, VARIANTS, naive, toy
 
 import intarsia as ia
 from intarsia.corrections.descent import Corrections
@@ -33,7 +33,7 @@ def growing(y: Any, x: Any) -> Any:
 @pytest.mark.parametrize("toroidal", [False, True])
 @pytest.mark.parametrize(
     ("method", "angle", "zoom"),
-    [(BASE, 33, 1), (BASE, 0, 2.5), (BASE, leaning, growing), (replace(BASE, rule="memo", k=3), 140, 0.5),
+    [(BASE, 33, 1), (BASE, 0, 2.5), (BASE, leaning, growing), (replace(SET, rule="memo", k=3), 140, 0.5),
      (replace(BASE, passes=2, kappa="inf"), leaning, 0.25), (VARIANTS[6], -90, 4)],
 )  # fmt: skip
 def test_framed_kernels_do_what_the_plain_twin_does(
@@ -153,11 +153,11 @@ def test_what_cannot_be_turned_is_refused() -> None:
     for values, told in (
         ({"angle": 200}, "angle=200 is not allowed; give -180 to 180"),
         ({"zoom": 0.1}, "zoom=0.1 is not allowed; give 0.25 to 4"),
-        ({"zoom": 2, "neighbourhood": "colour"}, "neighbourhood=colour cannot follow angle and zoom; drop it"),
-        ({"angle": 3, "rule": "published"}, "rule=published cannot follow angle and zoom; drop it"),
+        ({"zoom": 2}, "neighbourhood=colour cannot follow angle and zoom; drop it"),
+        ({"angle": 3, "rule": "published", "neighbourhood": "appearance"}, "published cannot follow angle and zoom"),
     ):
         with pytest.raises(ia.ParameterError, match=told):
-            ia.ParallelControllable(**values)
+            ia.Correction2008(**values)
 
 
 def test_a_guide_is_followed_turned() -> None:

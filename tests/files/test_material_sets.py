@@ -18,7 +18,6 @@ from intarsia.analysis.features import features
 from intarsia.cli.app import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.geometry import ISOMETRIES
-from intarsia.testing.cases import pose_of
 
 
 def run(line: str, code: int = 0) -> Result:
@@ -320,7 +319,7 @@ class TestOtherSizes:
         given = self.planes()
         method = ia.ImageQuilting(patch=12, isometries=poses)
         made = ia.synthesize(ia.Exemplar.of(given), (52, 60), method, blend=ia.Blend(0))
-        yx, pose = made.map.yx, pose_of(made.map)
+        yx, pose = made.map.yx, made.map.turns
         assert set(np.unique(pose)) == set(poses)
         for name, times in self.SIZES:
             drawn = made.render(name).pixels

@@ -20,7 +20,7 @@ from intarsia.errors import InputError
 from intarsia.files import group, read_plane, sample
 from intarsia.files.read import FOLDER
 from intarsia.image import Kind
-from intarsia.rendering.normals import off_unit
+from intarsia.rendering.mixing import off_unit
 
 SUMS = {
     "albedo": "d5c37f5a98004c64",

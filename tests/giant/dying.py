@@ -7,7 +7,7 @@ import signal
 from dataclasses import dataclass
 from pathlib import Path
 
-from intarsia.giant.cells import Cell
+from intarsia.giant.picture import Cell
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from intarsia.errors import IntarsiaError, ParameterError
 from intarsia.files import read_plane, read_recipe, recipe_path
 from intarsia.geometry import Box
 from intarsia.giant import exports, zarrays
-from intarsia.giant.cells import Cell
-from intarsia.giant.picture import Store
+from intarsia.giant.picture import Cell, Store
 from intarsia.giant.stream import STORES, store_of, stream
 from intarsia.testing import as_depth, texture
 

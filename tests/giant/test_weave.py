@@ -20,8 +20,8 @@ from intarsia.errors import InputError, ParameterError, ResourceError
 from intarsia.files import read_plane, read_recipe
 from intarsia.files.png import decode_png, encode_png
 from intarsia.geometry import Box
-from intarsia.giant import cells, exports, zarrays
-from intarsia.giant.cells import Grid
+from intarsia.giant import exports, picture, zarrays
+from intarsia.giant.picture import Grid
 from intarsia.testing import as_depth, texture
 from intarsia.testing.cases import noise
 
@@ -332,12 +332,12 @@ def test_cancelling_leaves_nothing_half_written(how: str, tmp_path: Path) -> Non
 
 
 def test_memory_is_asked_for_where_the_system_tells(monkeypatch: pytest.MonkeyPatch) -> None:
-    free = cells.free_memory()
+    free = picture.free_memory()
     assert free is None or free > 1 << 20
-    monkeypatch.setattr(cells, "free_memory", lambda: 1000)
+    monkeypatch.setattr(picture, "free_memory", lambda: 1000)
     with pytest.raises(ResourceError, match="takes 1 MB, 1 MB are free"):
         small()[0:20, 0:20]
-    monkeypatch.setattr(cells, "free_memory", lambda: None)
+    monkeypatch.setattr(picture, "free_memory", lambda: None)
     assert small()[0:20, 0:20].shape == (20, 20, 3)
 
 

@@ -19,8 +19,8 @@ from long import but_some
 import intarsia as ia
 from intarsia.errors import InputError, MissingExtraError, ParameterError, ResourceError
 from intarsia.giant import zarrays
-from intarsia.giant.cells import Grid
-from intarsia.giant.executors import Cluster, Processes, Threads, executor_of
+from intarsia.giant.picture import Grid
+from intarsia.giant.stream import Cluster, Processes, Threads, executor_of
 
 HOWS = ("zarr", "tiff", "tiles")
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from intarsia.kernels.parts import boxes_of_parts, parts
+from intarsia.kernels.pieces_of_maps import boxes_of_parts, parts
 
 PICTURES = arrays(np.int32, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.integers(0, 2))
 

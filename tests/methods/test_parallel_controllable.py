@@ -72,44 +72,46 @@ def test_pixels_between_take_what_lies_beside_the_jump_of_a_neighbour(monkeypatc
 
 def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:
     """The plain twin on the exemplar's own features and jump sets."""
-    stack, rules = exemplar_stack(e, Look.of(method)), Corrections.of(method)
-    levels = []
+    look, rules, levels = Look.of(method), Corrections.of(method), []
+    stack = exemplar_stack(e, look)
     far = depths(e)
     for level in stack.levels:
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
-        if method.neighbourhood == "appearance":
+        if look.neighbourhood == "appearance":
             picture = unpacked_words(level.arrays.packed, level.stride)[inner]
         else:
             picture = level.arrays.values.reshape(-1, level.stride, level.arrays.values.shape[1])[inner]
         closed = far <= left_out(level.h, far, is_cloudy(e))
         table = level.arrays.table.reshape(len(level.arrays.inner), -1)
         size = (e.height, e.width, e.toroidal)
-        cells = similar_places(table, size, level.border, level.h, closed, method.k - 1)
-        colours = _weights(method) if method.neighbourhood == "colour" else None
+        cells = similar_places(table, size, level.border, level.h, closed, look.k - 1)
+        colours = _weights(look) if look.neighbourhood == "colour" else None
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
-    side = round(method.subpasses**0.5)
+    side = round(rules.subpasses**0.5)
     return NaiveSynthesis(
-        (e.height, e.width), levels, stack.count, rules.spread, rules.factor, method.passes, side, method.rule,
+        (e.height, e.width), levels, stack.count, rules.spread, rules.factor, method.passes, side, rules.rule,
         seed, STAGE, DRAWN,
     )  # fmt: skip
 
 
-def _weights(method: ia.ParallelControllable) -> list[float]:
+def _weights(look: Look) -> list[float]:
     """Of squared differences, as the memo has them: those that are given, or a Gaussian, a quarter in 2 px."""
     taps = [(dy, dx) for dy in (-2, -1, 0, 1, 2) for dx in (-2, -1, 0, 1, 2)]
-    return list(method.neighbourhood_mask or (4.0 ** (-(dy * dy + dx * dx) / 4) for dy, dx in taps))
+    return list(look.neighbourhood_mask or (4.0 ** (-(dy * dy + dx * dx) / 4) for dy, dx in taps))
 
 
 BASE = ia.ParallelControllable(jitter=(0.3, 0.2, 0.5), passes=1)
+MEMO = ia.Correction2008(jitter=(0.3, 0.2, 0.5), passes=1)
+SET = replace(MEMO, neighbourhood="appearance", rule="near")  # as BASE, and all that a memorandum sets can be set
 VARIANTS = [
     BASE,
-    replace(BASE, rule="published", k=3),
-    replace(BASE, rule="memo", neighbourhood="colour"),
+    replace(SET, rule="published", k=3),
+    MEMO,
     replace(BASE, kappa="inf"),
-    replace(BASE, kappa=1, k=3),
-    replace(BASE, passes=2, subpasses=1),
-    replace(BASE, subpasses=9, k=1),
-    replace(BASE, neighbourhood="colour", neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1)),
+    replace(SET, kappa=1, k=3),
+    replace(SET, passes=2, subpasses=1),
+    replace(SET, subpasses=9, k=1),
+    replace(MEMO, rule="near", neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1)),
     replace(BASE, jitter=(0.3, 0, 0, 0, 1)),
 ]
 
@@ -128,7 +130,7 @@ def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable
 
 def test_a_mask_weighs_pixels() -> None:
     """Colours are multiplied by the roots of the weights; a Gaussian unless others are given; 3 x 3 lie in 5 x 5."""
-    e, colour = toy(), replace(BASE, neighbourhood="colour")
+    e, colour = toy(), replace(MEMO, rule="near")
     mask = exemplar_stack(e, Look.of(colour)).levels[0].arrays.roots.reshape(5, 5)
     assert mask[2].tolist() == [128, 215, 256, 215, 128]
     nine = replace(colour, neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1))
@@ -143,7 +145,7 @@ def test_a_mask_weighs_pixels() -> None:
 def test_without_jitter_a_torus_is_tiled_exactly() -> None:
     """Also of a size that is no power of two, with any candidates, on coordinates below 0."""
     e = toy(37, 50, toroidal=True)
-    for m in (ia.ParallelControllable(jitter=0), ia.ParallelControllable(jitter=0, neighbourhood="colour", kappa=1)):
+    for m in (ia.ParallelControllable(jitter=0), ia.Correction2008(jitter=0, rule="near", kappa=1)):
         got = m.window([e], Box(-70, -60, 90, 80), 3, ONE).yx
         y, x = np.mgrid[-70:90, -60:80]
         assert (got == np.stack([y % 37, x % 50], axis=2)).all()
@@ -204,7 +206,7 @@ def test_infinite_and_equal_prices() -> None:
     """With inf no jump is made, whatever k is; 1 and a little more differ; the price is squared."""
     e = Exemplar.of(texture(48, 48, 3, 8))
     m = ia.ParallelControllable(kappa="inf", jitter=0.5)
-    maps = {ia.synthesize(e, 120, replace(m, k=k)).map.digest for k in (1, 2, 4)}
+    maps = {ia.synthesize(e, 120, replace(SET, kappa="inf", k=k)).map.digest for k in (1, 2, 4)}
     assert len(maps) == 1
     assert ia.ParallelControllable(kappa=float("inf")) == ia.ParallelControllable(kappa="inf")
     prices = {ia.synthesize(e, 120, replace(m, kappa=price)).map.digest for price in (1, 1.5, "inf")}
@@ -215,7 +217,7 @@ def test_infinite_and_equal_prices() -> None:
 def test_without_jumps_both_rules_are_one() -> None:
     """Near and published have the same proximity sets."""
     e = Exemplar.of(texture(48, 48, 3, 8))
-    m = ia.ParallelControllable(kappa="inf", jitter=0.5)
+    m = ia.Correction2008(kappa="inf", jitter=0.5, neighbourhood="appearance")
     first, second = (ia.synthesize(e, 120, replace(m, rule=c)).map.digest for c in ("near", "published"))
     assert first == second
 
@@ -448,11 +450,11 @@ def test_what_cannot_work_is_refused() -> None:
         ({"kappa": 0.5}, "kappa=0.5 is not allowed; give 1 to 1000, or inf"),
         ({"jitter": (0.1, 2)}, "jitter=.* is not allowed; give 0 to 1, one number or one for each level"),
         ({"jitter": ()}, "jitter=.* is not allowed"),
-        ({"neighbourhood_mask": (1.0,) * 9}, "neighbourhood_mask needs neighbourhood=colour"),
-        ({"neighbourhood": "colour", "neighbourhood_mask": (1.0,) * 7}, "of 7 numbers is not allowed; give 25"),
+        ({"neighbourhood": "appearance", "neighbourhood_mask": (1.0,) * 9}, "mask needs neighbourhood=colour"),
+        ({"neighbourhood_mask": (1.0,) * 7}, "of 7 numbers is not allowed; give 25"),
     ):
         with pytest.raises(ia.ParameterError, match=told):
-            ia.ParallelControllable(**values)
+            ia.Correction2008(**values)
     with pytest.raises(ia.ParameterError, match="within 2\\*\\*48 px"):
         ia.ParallelControllable().window([toy()], Box(0, 0, 1, (1 << 48) + 1), 0, ONE)
 

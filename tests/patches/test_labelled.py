@@ -20,7 +20,7 @@ from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of
 from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.completion import with_hole
-from intarsia.testing.cases import texture, which_of
+from intarsia.testing.cases import texture
 
 
 class TestUses:
@@ -123,7 +123,7 @@ class TestPainting:
         exemplars = [painted(sand // 3, 1), painted(moss // 9 * 3, 2)]
         out = ia.synthesize(exemplars, None, method, guide=Guide([labels(sand), labels(moss)], labels(target)))
         assert agreement(out.map, target, sand, moss) > 0.9
-        assert set(np.unique(which_of(out.map)).tolist()) == {0, 1}
+        assert set(np.unique(out.map.numbers).tolist()) == {0, 1}
 
     @BOTH
     def test_weight_0_still_keeps_regions_apart(self, method: Any) -> None:

@@ -13,9 +13,10 @@ import pytest
 import intarsia as ia
 from intarsia.analysis.features import pose_array
 from intarsia.published.__main__ import DOCUMENTS, main
+from intarsia.published.correction2008.figures import varied
 from intarsia.published.figures import Figure, Panel
-from intarsia.published.lopez_recas2011.figures import goodness, tile_costs
-from intarsia.published.multrus2003.figures import avoided, farness, labelled
+from intarsia.published.lopez_recas2011.figures import failures, goodness, sampled, tile_costs
+from intarsia.published.multrus2003.figures import avoided, costs, farness, labelled, laws
 from intarsia.published.robinson2004.figures import pair
 from intarsia.published.segments.figures import found
 from intarsia.testing import texture
@@ -124,6 +125,43 @@ def test_patch_and_zone_of_dots_are_found_in_time() -> None:
     values = found(ia.Exemplar.of(dots))[1].values
     assert abs(values["a"] - 24) <= 2
     assert 0 < values["b"] < values["a"] / 2
+
+
+def test_the_laws_count_what_the_searches_do_and_their_curves_are_drawn() -> None:
+    """By 2.3, 3.4 and 4.3.2 of the thesis, at a side of 200 px, with all operations counted one by one."""
+    found = {name: int(n[0]) for name, n in laws(np.array([200])).items()}
+    blocks, coarse = 166**2 * 10 * 35, 43**2 * 2 * 8 + 17**2 * 4 * 16 + 36**2 * 10 * 35
+    assert found == {"pixels": 200**2 * 313, "blocks": blocks // 35**2, "pyramid": coarse // 35**2}
+    (one,), (three,) = (costs(ia.Exemplar.of(texture(8, 8, 1, 2)), n) for n in (1, 3))
+    assert one.values["growth"] == 64
+    assert three.values["gain"] > 10
+    ink = [(np.asarray(panel.picture.pixels)[:, 60:440] == 0).sum() for panel in (one, three)]
+    assert 0 < ink[0] < ink[1]
+
+
+def test_the_rule_for_lattices_fails_as_the_thesis_says() -> None:
+    tiles = {k: v["tiles"] for k, v in values_of(failures(ia.Exemplar.of(texture(8, 8, 1, 2)))).items()}
+    assert tiles["c"] == tiles["d"] == pytest.approx(0.5)
+    assert tiles["f"] > 2
+
+
+def test_every_second_block_is_empty_at_first() -> None:
+    (made,) = sampled(tiles(110, 22))
+    pixels = np.asarray(made.picture.pixels)
+    assert not pixels[:40, 40:80].any()
+    assert pixels[:40, :40].all()
+    assert pixels[40:80, 40:80].all()
+
+
+def test_a_dearer_jump_set_leaves_larger_pieces() -> None:
+    values = values_of(varied("kappa", 1.0, 2.0, "inf")(ia.Exemplar.of(texture(48, 48, 3, 8))))
+    assert values["b"]["whole"] < values["d"]["whole"]
+
+
+def test_no_verdict_goes_by_seconds() -> None:
+    for document in DOCUMENTS.values():
+        made = importlib.import_module(f"intarsia.published.{document}.figures")
+        assert not [f.number for f in made.FIGURES for rule in f.rising.split("; ") if rule.startswith("s ")]
 
 
 def test_the_command_writes_a_page_and_tells_errors_in_one_line(tmp_path: Path) -> None:

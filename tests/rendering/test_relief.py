@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import Kind, Plane
 from intarsia.analysis import features
-from intarsia.rendering.normals import NormalCoding
-from intarsia.testing.cases import pose_of, unbroken
+from intarsia.rendering.mixing import NormalCoding
+from intarsia.testing.cases import unbroken
 
 F = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def angles(made: ia.Synthesis, coding: str, far: int) -> tuple[F, F]:
     drawn, from_height = vectors(made.render("normal"), coding), normals_of(made.render("height").pixels)
     seen = inside(made.map, far)
     assert seen.mean() > 0.3
-    assert set(np.unique(pose_of(made.map)[seen])) == set(range(8))
+    assert set(np.unique(made.map.turns[seen])) == set(range(8))
     cosine = np.clip((drawn * from_height).sum(axis=2), -1, 1)
     lit = [np.clip(n @ LIGHT, 0, 1) for n in (drawn, from_height)]
     return np.degrees(np.arccos(cosine))[seen], np.abs(lit[0] - lit[1])[seen]
@@ -118,7 +118,7 @@ def test_the_axis_of_green_changes_no_map() -> None:
     """The same relief grows the same, stored for OpenGL or for DirectX."""
     one, two = grown("16 gl"), grown("16 dx")
     assert np.array_equal(one.map.yx, two.map.yx)
-    assert np.array_equal(pose_of(one.map), pose_of(two.map))
+    assert np.array_equal(one.map.turns, two.map.turns)
 
 
 def test_normals_agree_within_the_feather_of_pieces() -> None:

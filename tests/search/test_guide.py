@@ -18,7 +18,7 @@ from intarsia.patches.growth import Growth, PatchSettings, strays
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
 from intarsia.sourcemap import HOLE
-from intarsia.testing.cases import texture, which_of
+from intarsia.testing.cases import texture
 
 Pixels = NDArray[Any]
 METHODS = [
@@ -56,7 +56,7 @@ def got(smap: Any, *marks: Pixels) -> Pixels:
     """The label of every output pixel, by where it comes from."""
     out = np.zeros(smap.yx.shape[:2], int)
     for n, m in enumerate(marks):
-        mine = which_of(smap) == n
+        mine = smap.numbers == n
         out[mine] = m[smap.yx[mine][:, 0], smap.yx[mine][:, 1]]
     return out
 

@@ -11,7 +11,7 @@ from intarsia.geometry import Wrap
 from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
-from intarsia.published.segments.histograms import SegmentSearch
+from intarsia.published.segments.laying import SegmentSearch
 from intarsia.search import candidates
 from intarsia.search.candidates import WindowGrid
 from intarsia.search.fourier import PatchSearch
@@ -137,11 +137,12 @@ class TestGuidedPyramid(GuidedContract):
 def test_every_search_is_under_contract() -> None:
     """What is called so in the room, and what a guided search is made of."""
     from intarsia.published.multrus2003 import pyramid
-    from intarsia.published.segments import histograms
+    from intarsia.published.segments import laying
     from intarsia.search import fourier, guide
 
-    rooms = (fourier, histograms, pyramid, guide)
+    rooms = (fourier, laying, pyramid, guide)
     every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
     makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, Guided)}
     within = {"Search", "Divisible", "Guided", "GuideSearch"}  # promises; what guided searches are made of
+    within |= {"DrawnPyramid"}  # draws, and answers with one place
     assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", "GuidedSearch", "GuidedPyramid"}

@@ -19,7 +19,7 @@ def filled(folder: Path) -> Store:
     """A folder with two jobs that made the same, and one that made another thing."""
     store = Store(folder)
     for kind, name in (("exemplars", EXEMPLAR), ("results", RESULT), ("results", OTHER)):
-        files = store.under_way(kind)
+        files = store.begun(kind)
         (files / "a.png").write_bytes(name.encode())
         store.keep(kind, files, {"id": name, "job": "1", "made": 1.0})
     for name, made in (("1", RESULT), ("2", RESULT), ("3", OTHER)):

@@ -240,15 +240,15 @@ class TestStore:
     def test_rows_and_files_are_brought_together(self, tmp_path: Path) -> None:
         made, gone = "aa" * 8, "bb" * 8
         store = Store(tmp_path)
-        kept = store.under_way("results")
+        kept = store.begun("results")
         (kept / "a.png").write_bytes(b"a")
         store.put("jobs", {"id": "j", "state": "running", "result": None, "ended": None})
         store.keep("results", kept, {"id": made, "job": "j", "made": 1.0})
         store.put("results", {"id": gone, "job": "k", "made": 1.0})
         store.put("jobs", {"id": "k", "state": "done", "result": gone, "ended": 2.0})
         store.drop_row("results", made)  # as if it was killed before the row was written
-        store.under_way("results")
-        store.under_way("exemplars")
+        store.begun("results")
+        store.begun("exemplars")
         store.put("images", {"id": "ff" * 8})
         store.close()
         store = Store(tmp_path)

@@ -18,7 +18,7 @@ from intarsia.geometry import Wrap
 from intarsia.image import Array
 from intarsia.seams.cost import seam_total
 from intarsia.tasks.completion import Margins
-from intarsia.testing.cases import as_depth, looked_up, texture, which_of
+from intarsia.testing.cases import as_depth, looked_up, texture
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5)
 SAMPLING = ia.PatchSampling(patch=6, overlap=4)
@@ -87,7 +87,7 @@ def test_left_is_as_good_as_right() -> None:
 def test_other_pictures_give_the_pixels() -> None:
     e, donor = ia.Exemplar.of(texture(40, 44, 3, 4)), ia.Exemplar.of(texture(50, 30, 3, 5))
     out = ia.extend(e, Margins(left=15, bottom=15), QUILTING, sources=[donor])
-    which = which_of(out.map)
+    which = out.map.numbers
     assert (which[40:] == 1).all()
     assert (which[:, :15] == 1).all()
     assert (which[:35, 20:] == 0).all()

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import Array, Int64, Pair
 from ..draws import below, draw
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, sampled
 from ..geometry import ISOMETRIES
 from .features import Features, features, pose_array, posed
 from .sums import block_sums, blocks, valid_windows
@@ -67,8 +67,8 @@ def all_allowed(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> bool:
 
 def _statistic(exemplars: Sequence[Exemplar], number: int) -> Int64:
     """One of the distances of all exemplars of which something may be used, (n, 8), measured once."""
-    sampled = [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)
-    return np.stack([e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled])
+    found = [e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled(exemplars)]
+    return np.stack(found)
 
 
 def pose_distances(exemplar: Exemplar, number: int) -> Int64:
@@ -81,9 +81,7 @@ def pose_distances(exemplar: Exemplar, number: int) -> Int64:
     level = [c for c in range(feats.base) if c not in vectors]  # the channels that stay when a piece is turned
     pose = _upright(feats.pictures[0][:, :, level].sum(axis=2, dtype=np.int64))
     picture = block_sums(posed(feats.pictures[0], pose, feats.normals), scale)
-    whole = np.ones(picture.shape[:2], bool)
-    if exemplar.usable is not None:
-        whole = np.asarray(blocks(pose_array(exemplar.usable, pose), scale).all(axis=(1, 3)))
+    whole = np.asarray(blocks(pose_array(exemplar.free, pose), scale).all(axis=(1, 3)))
     for squares in BLOCKS:
         halves = _halves(whole, squares)
         if min(map(len, halves)) < LEAST_SAMPLES:

@@ -163,7 +163,7 @@ class Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
         feats = features([exemplar], settings.channel_weights)
         picture = feats.pictures[0]
-        usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+        usable = exemplar.free
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, usable, cell, float(elements(exemplar).size))
         laid = LaidBlocks.of(grid, canvas, settings.border / 2)

@@ -26,7 +26,7 @@ from ..arrays import Int16
 from ..canvas import Canvas
 from ..courses.rectify import Straight, improved
 from ..errors import MethodError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, sampled
 from ..image import Kind
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Lattice, Lattices, cell_of, lattices_of, vectors_of
@@ -120,8 +120,7 @@ class Facts:
 
     def __init__(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
         self.exemplars, self.canvas = tuple(exemplars), canvas
-        sampled = [e for e in exemplars if e.usable is None or e.usable.any()]
-        self.exemplar = (sampled or list(exemplars))[0]
+        self.exemplar = sampled(exemplars)[0]
 
     @property
     def side(self) -> int:
@@ -197,14 +196,13 @@ class Facts:
         """How much its periods differ: 0 not at all, 1 as any two places do; 1 without two vectors."""
         if self.lattice is None or self.lattice.kind == "1-D":
             return 1.0
-        usable = self.exemplar.usable
-        everywhere = np.ones(self.picture.shape[:2], bool) if usable is None else usable
+        free = self.exemplar.free
         longest = max(abs(n) for v in self.lattice.vectors for n in v) // UNIT
         part = _middle(self.picture.shape, max(COMPARED, 4 * longest))
-        if not everywhere[part].any():
+        if not free[part].any():
             part = _middle(self.picture.shape, max(self.picture.shape))
         seen = np.ascontiguousarray(self.picture[part])
-        return tiling.unlikeness(seen, self.lattice.vectors, everywhere[part].copy())
+        return tiling.unlikeness(seen, self.lattice.vectors, free[part].copy())
 
     @cached_property
     def joints(self) -> float:

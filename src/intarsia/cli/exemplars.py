@@ -21,7 +21,7 @@ from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..lazy import lazy
 from ..rendering.magnification import cut_out, magnified, reduced
-from ..rendering.normals import off_unit
+from ..rendering.mixing import off_unit
 from ..request.recipe import inputs_of
 from ..request.request import Request
 from ..synthesis import Plan, Scene

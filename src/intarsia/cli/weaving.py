@@ -10,10 +10,8 @@ from typing import Any
 from ..disk.limits import check_fits
 from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
-from ..giant.cells import gigabytes
-from ..giant.executors import check_executor
-from ..giant.picture import Store
-from ..giant.stream import estimated, fill, finish, memory_of, store_of
+from ..giant.picture import Store, gigabytes
+from ..giant.stream import check_executor, estimated, fill, finish, memory_of, store_of
 from ..giant.texture import Weave, planned_windows, woven
 from ..request.argv import once_more, to_line
 from ..request.request import Request
@@ -94,8 +92,8 @@ class Weaving:
         """Say what would be made, how much memory it takes, and how long; one cell is drawn to know it."""
         workers, seconds, memory, raw = Run(self.request.threads).workers, 0.0, 0, 0
         for store in self.stores.values():
-            needed = estimated(store, workers)
-            seconds, memory = seconds + needed.seconds, max(memory, needed.memory)
+            spent, needed = estimated(store, workers)
+            seconds, memory = seconds + spent, max(memory, needed)
             raw += store.grid.height * store.grid.width * store.texture.channels * store.texture.dtype.itemsize
         about = self._about() | {
             "patches": None, "cells": sum(len(s.grid) for s in self.stores.values()),

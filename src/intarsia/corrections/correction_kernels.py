@@ -5,6 +5,9 @@ map (H, W, 2) holds an exemplar pixel (y, x) for each output pixel. Neighbouring
 that are `h` px apart.
 
 All numbers are whole: features int16, distances int32, with the price of a jump int64.
+
+The memorandum's own candidates and colours (published/correction2008) are branches of this kernel: parted from it, a
+second one would say continuations, choice and price again, some 450 tokens, and be compiled besides.
 """
 
 from __future__ import annotations

@@ -96,8 +96,8 @@ class Corrections:
     jitter: tuple[int, ...]
     factor: int
     passes: int
-    subpasses: int
-    rule: str
+    subpasses: int = 4  # by even and odd rows and columns; a memorandum's method sets others, and other rules
+    rule: str = "near"
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[Pin, ...] = ()
     lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
@@ -111,7 +111,8 @@ class Corrections:
         steps = tuple(round((1 << FINE) * r) for r in jitter)
         shares = Shares.of(method.jitter_output, method.jitter_exemplar)
         pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
-        return cls(steps, factor, method.passes, method.subpasses, method.rule, method.lattice, pins, lie, shares)
+        own = {name: getattr(method, name) for name in ("subpasses", "rule") if hasattr(method, name)}
+        return cls(steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, shares=shares, **own)
 
     @property
     def margin(self) -> int:

@@ -102,24 +102,24 @@ class ExemplarStack:
 class Look:
     """What of an exemplar is compared, and how.
 
-    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose squared differences ``mask``
-    weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 in 2 px); ``k`` - 1 jumps for each pixel; ``weights`` of the
-    channels; with ``outlines`` the distance to them is compared as well; ``reach``: how far beyond the exemplar
-    corrections read, in steps of a level.
+    ``weights`` of the channels; ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose
+    squared differences ``neighbourhood_mask`` weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 in 2 px);
+    ``k`` - 1 jumps for each pixel; with ``outlines`` the distance to them is compared as well; ``reach``: how far
+    beyond the exemplar corrections read, in steps of a level.
     """
 
-    neighbourhood: str = "appearance"
-    k: int = 2
     weights: tuple[float, ...] | None = None
-    mask: tuple[float, ...] | None = None
+    neighbourhood: str = "appearance"
+    neighbourhood_mask: tuple[float, ...] | None = None
+    k: int = 2
     outlines: Outlines | None = None
     reach: int = 2
 
     @classmethod
     def of(cls, method: Any, reach: int = 2) -> Look:
         """Take the settings from the fields of a method."""
-        settings = method.neighbourhood, method.k, method.channel_weights, method.neighbourhood_mask
-        return cls(*settings, Outlines.of(method), reach)
+        own = {name: getattr(method, name) for name in cls.__dataclass_fields__ if hasattr(method, name)}
+        return cls(method.channel_weights, outlines=Outlines.of(method), reach=reach, **own)
 
 
 def exemplar_stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
@@ -169,7 +169,8 @@ def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) ->
     none = np.zeros((0, 0), np.int32)
     steps = np.array([h * stride, h, h], np.int64)
     no_table = np.zeros(0, np.int16)
-    roots = WEIGHTS if look.mask is None else np.rint(np.sqrt(look.mask) * 256).astype(np.int64)
+    mask = look.neighbourhood_mask
+    roots = WEIGHTS if mask is None else np.rint(np.sqrt(mask) * 256).astype(np.int64)
     arrays = LevelArrays(steps, packing, values, roots, no_table, inner.astype(np.int32).ravel(), open_, none)
     return StackLevel(h, border, stride, arrays)
 
@@ -210,7 +211,7 @@ def left_out(h: int, far: Array, cloudy: bool) -> int:
 def depths(exemplar: Exemplar) -> Array:
     """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
     height, width = exemplar.height, exemplar.width
-    usable = np.ones((height, width), bool) if exemplar.usable is None else exemplar.usable
+    usable = exemplar.free
     if exemplar.toroidal and usable.all():
         return np.full((height, width), 1 << 30)
     if usable.all():

@@ -401,7 +401,7 @@ def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
 
 def _laid(exemplar: Exemplar, picture: Array, phase: Phase, factor: int) -> Straight | None:
     """Follow a phase; None where it is no smooth change of straight courses, or no change."""
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
+    usable = exemplar.free
     if phase.upright:
         picture, usable = picture.swapaxes(0, 1), usable.T
     height, width = usable.shape

@@ -90,7 +90,7 @@ def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     lines, picture, level = course_lines(feats, [exemplar]), feats.pictures[0], feats.level
     if not lines:
         raise MethodError("no lines run across the exemplar between courses.")
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+    usable: Array = exemplar.free
     upright = lines[0].axis == 1
     if upright:
         picture, level, usable = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in (picture, level, usable))

@@ -215,7 +215,7 @@ def _courses_of(
 ) -> tuple[Brickwork, Array, Array, bool]:
     feats = features([exemplar], weights)
     picture, level = feats.pictures[0], feats.level
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else np.asarray(exemplar.usable)
+    usable: Array = exemplar.free
     vector = cell_of(lattice, picture.shape[:2])[0]
     upright = abs(vector[1]) > abs(vector[0])
     if upright:

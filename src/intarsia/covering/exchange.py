@@ -21,7 +21,7 @@ from ..arrays import Array, Int64, Mask, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplar
 from ..geometry import widened
-from ..kernels.parts import boxes_of_parts
+from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run

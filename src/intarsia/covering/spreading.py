@@ -28,7 +28,7 @@ from ..analysis.sums import spreads
 from ..arrays import Array, Pair, UInt8
 from ..canvas import Canvas
 from ..corrections import stack
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, sampled
 from ..geometry import ISOMETRIES
 from ..patches.growth import Pick
 from ..run import Run
@@ -146,7 +146,7 @@ def spread_out(
     the exemplars do, and what is too small for a window. What the map still shows of `canvas.start` stays, and under
     `canvas.guide` no pixel follows the guide less well.
     """
-    shown = sizes.sampled(exemplars)
+    shown = sampled(exemplars)
     sides, work = wave_sides(shown, smap), None
     few = 2 * smap.height * smap.width < 3 * sum(e.height * e.width for e in shown)
     if few or not sides or any(stack.is_cloudy(e) for e in shown):
@@ -187,11 +187,11 @@ class Spreading(Covering):
         settings = laying.settings(exemplars, side, SCALE.listed)
         super().__init__(settings, exemplars, canvas, smap, laying.distance, own=laying.own)
         self.lattice = laying.lattice
-        sampled = sizes.sampled(exemplars)
-        sewn, element = self.sewing, _element(sampled)
-        self._shorter = min(min(e.height, e.width) for e in sampled)
+        shown = sampled(exemplars)
+        sewn, element = self.sewing, _element(shown)
+        self._shorter = min(min(e.height, e.width) for e in shown)
         self.origins = origins_of(self.growth.variants, sewn.pieces.usable, self.growth.features, exemplars)
-        pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in sampled)
+        pixels = sum(int(e.free.sum()) for e in shown)
         self.share = max(256 * sewn.variant.size // pixels, 256)  # of 256: copies of each pixel if all were used alike
         base = self.growth.features.base
         colours = self.growth.features.pictures[0][:, :, :base].reshape(-1, base)

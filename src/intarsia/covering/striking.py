@@ -22,7 +22,7 @@ from ..analysis.features import pose_array
 from ..arrays import Array, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplar
-from ..kernels.parts import boxes_of_parts, parts
+from ..kernels.pieces_of_maps import boxes_of_parts, parts
 from ..patches.growth import Pick
 from ..run import Run
 from ..seams import placement_kernels
@@ -65,7 +65,7 @@ class Show(NamedTuple):
 
 def asked_for(share: float, exemplars: Sequence[Exemplar], canvas: Canvas) -> int:
     """How often a thing may be shown: as area asks, times `share`; at least once where that is not 0."""
-    pixels = sum(e.height * e.width if e.usable is None else int(e.usable.sum()) for e in exemplars)
+    pixels = sum(int(e.free.sum()) for e in exemplars)
     asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
     return max(asked, 1) if share else 0
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import time
 import zlib
@@ -15,14 +16,14 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 
 import numpy as np
 
 from ..disk import whole
 from ..disk.whole import check_writable
-from ..errors import ParameterError
+from ..errors import InputError, ParameterError, ResourceError, printable
 from ..files.encode import MARK, encode, holds_recipe
 from ..files.formats import format_of
 from ..files.png import decode_png, encode_png
@@ -30,10 +31,46 @@ from ..files.write import check_depth, recipe_path, write
 from ..image import Array, Kind, Plane
 from ..rendering.mixing import averaged
 from ..run import Run
-from .cells import SIDE, Cell, Grid
-from .executors import extra
-from .picture import Picture, Results, Store, check_side
-from .places import check_place
+from .picture import SIDE, Cell, Grid, Packer, Picture, Results, Store, check_side, extra
+
+_N = "(0|[1-9][0-9]*)"
+FILES = re.compile(rf"zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi(\.recipe\.json)?|image_files/{_N}/{_N}_{_N}\.png")
+FOLDERS = re.compile(rf"c(/{_N}){{0,2}}|image_files(/{_N})?")
+
+
+def check_place(path: Path, woven: bool = False) -> None:
+    """Refuse a place that cannot be written, or where anything lies but an empty folder.
+
+    `woven`: what was woven there, and nothing else, is to be replaced.
+    """
+    try:
+        folder = Path(os.path.realpath(path)).parent
+        if len(os.fsencode(path.name)) > 240:
+            raise InputError(f"{path} is too long a name; give at most 240 bytes.")
+        if not folder.is_dir():
+            raise InputError(f"the folder of {path} does not exist; make it first, or name another.")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise ResourceError(f"the folder of {path} cannot be written; name another one.")
+    except ValueError:  # a zero byte in the name
+        raise InputError(f"{str(path)!r} is no name of a file; choose another.") from None
+    if woven:
+        _check_woven(path)
+    elif os.path.lexists(path) and not (path.is_dir() and all(whole.is_temporary(e.name) for e in path.iterdir())):
+        raise ParameterError(f"{path} exists, and is no texture that was woven; name another place.")
+
+
+def _check_woven(path: Path) -> None:
+    """Refuse to replace a folder that holds anything which was not woven."""
+    for at, below, here in os.walk(path):
+        for entry in sorted(below + here):
+            full = Path(at, entry)
+            place, names = full.relative_to(path), FOLDERS if entry in below else FILES
+            plain = (full.is_dir() or full.is_file()) and not full.is_symlink()
+            if not ((plain and names.fullmatch(place.as_posix())) or whole.left_over(full)):
+                raise ParameterError(
+                    f"{path} holds {printable(place)}, which was not woven; move it elsewhere, or name another place."
+                )
+
 
 AREA = 1 << 20  # px of a TIFF drawn together, about
 LONGEST = (1 << 32) - 1  # px of a side of a TIFF
@@ -95,7 +132,7 @@ class Export(Store):
     def _check_new(self, exists: bool) -> None:
         if exists and not self.force:
             raise ParameterError(
-                f"{self.printable} exists, and nothing but a .zarr is gone on with; name another file, or replace it "
+                f"{self.path} exists, and nothing but a .zarr is gone on with; name another file, or replace it "
                 "with --force (force=True)."
             )
 
@@ -108,44 +145,37 @@ class Export(Store):
         return Path(self._draft, self._target.name)
 
 
-@dataclass(frozen=True)
-class TiffPacker:
-    """Packs a row of tiles: differences along rows for whole numbers, then zlib."""
-
-    tile: int
-
-    def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
-        pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
-        return [self._tile(pixels[:, x : x + self.tile]) for x in range(0, pixels.shape[1], self.tile)]
-
-    def _tile(self, pixels: Array) -> bytes:
-        height, width = pixels.shape[:2]
-        pixels = np.pad(pixels, ((0, self.tile - height), (0, self.tile - width), (0, 0)), mode="edge")
-        if pixels.dtype.kind == "u":
-            pixels[:, 1:] -= pixels[:, :-1].copy()
-        return zlib.compress(pixels.astype(pixels.dtype.newbyteorder("<"), copy=False).tobytes(), LEVEL)
+def tiff_tiles(tile: int, pixels: Array, cell: Cell) -> list[bytes]:
+    """Pack a row of tiles: differences along rows for whole numbers, then zlib."""
+    pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
+    packed = []
+    for x in range(0, pixels.shape[1], tile):
+        part = pixels[:, x : x + tile]
+        part = np.pad(part, ((0, tile - part.shape[0]), (0, tile - part.shape[1]), (0, 0)), mode="edge")
+        if part.dtype.kind == "u":
+            part[:, 1:] -= part[:, :-1].copy()
+        packed.append(zlib.compress(part.astype(part.dtype.newbyteorder("<"), copy=False).tobytes(), LEVEL))
+    return packed
 
 
 @dataclass
 class TiffStore(Export):
     """One tiled BigTIFF, compressed with zlib; its tiles lie in it row by row, however many were drawn together."""
 
-    packer: TiffPacker
-
     @classmethod
     def cut(
         cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
-    ) -> tuple[Grid, TiffPacker]:
+    ) -> tuple[Grid, Packer]:
         """Decide on rows of tiles; ParameterError for sides that TIFF does not hold."""
         extra("tifffile")
         tile = check_side("tile", side, 4096, 16)
         if max(sides) > LONGEST:
             raise ParameterError(f"a TIFF holds at most {LONGEST} px a side; write a zarr array.")
-        return Grid(*sides, tile, tile * max(AREA // tile**2, 1)), TiffPacker(tile)
+        return Grid(*sides, tile, tile * max(AREA // tile**2, 1)), partial(tiff_tiles, tile)
 
     def fill(self, results: Results, run: Run) -> None:
         """Write the tiles as they come, and what describes them."""
-        like, count, tile = self.texture.like, self.texture.channels, self.packer.tile
+        like, count, tile = self.texture.like, self.texture.channels, self.grid.rows
         colours = 3 if count >= 3 and like.kind is not Kind.DATA else 1
         staged, texts = self._stage(), json.dumps(self.recipe, sort_keys=True, separators=(",", ":"))
         with extra("tifffile").TiffWriter(staged, bigtiff=True, byteorder="<") as file:
@@ -171,10 +201,8 @@ class TilePacker:
     like: Plane
 
     def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
-        tile, (height, width) = self.tile, pixels.shape[:2]
-        return [
-            self.one(pixels[y : y + tile, x : x + tile]) for y in range(0, height, tile) for x in range(0, width, tile)
-        ]
+        corners = product(*(range(0, side, self.tile) for side in pixels.shape[:2]))
+        return [self.one(pixels[y : y + self.tile, x : x + self.tile]) for y, x in corners]
 
     def one(self, pixels: Array) -> bytes:
         """A tile (h, w, C) as PNG."""
@@ -272,24 +300,19 @@ class TileStore(Export):
         return self._staged / "image_files" / str(level) / f"{column}_{row}.png"
 
 
-@dataclass(frozen=True)
-class HeldPacker:
-    """Sends the pixels of a cell as they are."""
-
-    def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
-        return [pixels.tobytes()]
+def as_they_are(pixels: Array, cell: Cell) -> list[bytes]:
+    """Send the pixels of a cell unpacked."""
+    return [pixels.tobytes()]
 
 
 @dataclass
 class HeldStore(Export):
     """A picture of any format that `write` knows, with the recipe; held in memory until all of it is drawn."""
 
-    packer: HeldPacker
-
     @classmethod
     def cut(
         cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
-    ) -> tuple[Grid, HeldPacker]:
+    ) -> tuple[Grid, Packer]:
         """Decide on cells; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
         if side:
             raise ParameterError(f"{path}: a picture in one piece has no chunks; drop --chunk, or name a .zarr.")
@@ -297,7 +320,7 @@ class HeldStore(Export):
             check_depth(path, texture.like, size=(sides[1], sides[0]))
         except ParameterError as e:
             raise ParameterError(f"{path}: {str(e).partition('; ')[0]}; name a .zarr or a .tif.") from None
-        return Grid(*sides, SIDE, SIDE), HeldPacker()
+        return Grid(*sides, SIDE, SIDE), as_they_are
 
     @property
     def held(self) -> int:

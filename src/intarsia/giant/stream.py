@@ -1,24 +1,273 @@
-"""Stream a texture into a store: what is there and whole stays, the rest is drawn, by anybody in the same bytes."""
+"""Stream a texture into a store: what is there and whole stays, the rest is drawn, by anybody in the same bytes.
+
+Cells are drawn by threads, processes of this machine, or the workers of a dask cluster; results come in order. A task
+is sent once to every worker, with the analysed exemplar in it; then only boxes go out, and packed pieces come back, so
+that files are written by one process, and workers need no common disk. Few cells are under way at a time: memory is
+bounded.
+"""
 
 from __future__ import annotations
 
 import errno
+import multiprocessing
+import operator
 import os
+import signal
+import threading
 import time
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+import uuid
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
+import numpy as np
+
+from ..arguments import called
 from ..disk.limits import taken
-from ..errors import ResourceError
-from ..methods.base import traits
+from ..errors import InputError, ParameterError, ResourceError, said
+from ..geometry import Box
+from ..image import Array
+from ..methods.base import Method, traits
+from ..params import functions_of
 from ..run import Run
-from .cells import Cell
-from .executors import AHEAD, ExecutorLike, check_sendable, executor_of
 from .exports import HeldStore, TiffStore, TileStore
-from .picture import Packer, Picture, Results, Store
+from .picture import Cell, Packer, Picture, Results, Store, checked, extra
 from .zarrays import ZarrStore
+
+Task = Callable[[Cell], list[bytes]]
+Submit = Callable[[Cell], Any]
+"""Hands a cell out; a future of its pieces comes back."""
+
+ExecutorLike = Any
+"""None, the word or address of an executor, or a dask client: a type that is not installed cannot be named."""
+
+CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
+AHEAD = 2  # cells under way for each worker
+DEATHS = 3  # of workers one after another, without a result between them
+PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
+
+
+@dataclass(frozen=True)
+class Threads:
+    """Threads of this process."""
+
+    workers: int
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        todo = iter(cells)
+        for cell in todo if self.workers == 1 else islice(todo, 1):  # the first prepares what the others share
+            yield cell, task(cell)
+        if self.workers > 1:
+            pool = ThreadPoolExecutor(self.workers)
+            try:
+                yield from _windowed(todo, AHEAD * self.workers, lambda cell: pool.submit(task, cell))
+            finally:
+                pool.shutdown(cancel_futures=True)
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Processes of this machine; one that dies is replaced, and its cells are drawn again."""
+
+    workers: int
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        @contextmanager
+        def begun() -> Iterator[Submit]:
+            pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), _hold, (task,))
+            try:
+                yield partial(pool.submit, _held)  # type: ignore[call-arg]
+            finally:
+                pool.shutdown(cancel_futures=True)
+
+        return _drawn_again(
+            cells, self.workers, begun, BrokenProcessPool,
+            f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script with "
+            "if __name__ == '__main__'.",
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """The workers of a dask cluster, by a client of it; what dies with a worker is sent and drawn again."""
+
+    client: Any
+
+    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
+        @contextmanager
+        def begun() -> Iterator[Submit]:
+            try:
+                sent = self.client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
+            except TimeoutError:
+                raise ResourceError(
+                    f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
+                ) from None
+            yield partial(self.client.submit, operator.call, sent, pure=False, retries=DEATHS)
+
+        distributed = extra("distributed")
+        lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
+        died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
+        # dask hands cells to other workers itself, until none holds the task
+        why = "the workers of the cluster died again and again ({}); look at their logs."
+        workers = max(sum(int(n) for n in self.client.nthreads().values()), 1)
+        return _drawn_again(cells, workers, begun, died, why)
+
+
+def _drawn_again(
+    cells: Iterable[Cell], workers: int, begun: Callable[[], AbstractContextManager[Submit]], died: Any, why: str
+) -> Results:
+    """Have workers draw cells; when one dies, others begin with what was handed out and is not back."""
+    todo, deaths, rest = deque[Cell](), 0, iter(cells)
+    todo.extend(islice(rest, 1))
+    while todo:
+        try:
+            with begun() as submit:
+                for cell, pieces in _windowed(_again(todo, rest), AHEAD * workers, submit):
+                    todo.popleft()
+                    deaths = 0
+                    yield cell, pieces
+        except died as e:
+            deaths += 1
+            if deaths == DEATHS:
+                raise ResourceError(why.format(type(e).__name__)) from None
+
+
+def check_executor(given: ExecutorLike) -> None:
+    """Refuse, before any work, an executor that is unknown, or whose packages are missing."""
+    known = given is None or (isinstance(given, str) and given in ("threads", "processes"))
+    if known or all(hasattr(given, name) for name in CLIENT):
+        return
+    if not isinstance(given, str) or (given != "local" and "://" not in given):
+        raise ParameterError(
+            f"executor={called(given)} is unknown; give threads, processes, local, the tcp:// address of a dask "
+            "scheduler, or a dask client."
+        )
+    extra("distributed")
+
+
+def check_sendable(method: Method, given: ExecutorLike) -> None:
+    """Refuse, before any work, functions that other processes of this machine could not find."""
+    for name, field in functions_of(method).items() if isinstance(given, str) and given == "processes" else ():
+        try:
+            ForkingPickler.dumps(field.value)
+        except Exception as e:  # whatever the function holds may fail in its own way
+            raise ParameterError(
+                f"the function {name} cannot be sent to other processes ({said(e)}); define it at the top of a module, "
+                "or draw with threads."
+            ) from e
+
+
+@contextmanager
+def executor_of(given: ExecutorLike, run: Run) -> Iterator[Threads | Processes | Cluster]:
+    """Understand who is to draw; what is started here is ended here."""
+    check_executor(given)
+    if given is None or given == "threads":
+        yield Threads(run.workers)
+    elif given == "processes":
+        yield Processes(run.workers)
+    elif isinstance(given, str):
+        with _started(extra("distributed"), given, run) as client:
+            yield Cluster(client)
+    else:
+        yield Cluster(given)
+
+
+@contextmanager
+def _started(distributed: Any, where: str, run: Run) -> Iterator[Any]:
+    """A client of a cluster on this machine, or of one at an address."""
+    if where == "local":
+        with (
+            distributed.LocalCluster(
+                n_workers=run.workers, threads_per_worker=1, processes=True, dashboard_address=None
+            ) as cluster,
+            distributed.Client(cluster) as client,
+        ):
+            yield client
+        return
+    try:
+        client = distributed.Client(where, timeout=5)
+    except (OSError, ValueError) as e:
+        raise InputError(
+            f"no dask scheduler answers at {where} ({type(e).__name__}); start one with: dask scheduler"
+        ) from None
+    with client:
+        yield client
+
+
+def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
+    """Keep at most so many cells under way, and yield them in order."""
+    under_way: deque[tuple[Cell, Any]] = deque()
+    for cell in cells:
+        under_way.append((cell, submit(cell)))
+        if len(under_way) >= most:
+            first, future = under_way.popleft()
+            yield first, future.result()
+    for first, future in under_way:
+        yield first, future.result()
+
+
+def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
+    """Hand out what was handed out before, then further cells, noting them."""
+    yield from tuple(todo)
+    for cell in rest:
+        todo.append(cell)
+        yield cell
+
+
+_task: list[Task] = []
+
+
+def _hold(task: Task) -> None:
+    """Keep the task in a worker process, which ends when the process that started it does."""
+    _task[:] = [task]
+    with suppress(ValueError):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_die_with, args=(parent,), daemon=True).start()
+
+
+def _die_with(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def _held(cell: Cell) -> list[bytes]:
+    return _task[0](cell)
+
+
+def array_of(texture: Picture, sides: tuple[int, int], chunks: Any, origin: Any) -> Any:
+    """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
+    dask, arrays = extra("dask"), extra("dask.array")
+    y, x = checked(texture, sides, origin)
+    shape = texture.shape_of(*sides)
+    wanted = chunks if isinstance(chunks, (tuple, list)) else (chunks, chunks)
+    try:
+        cut = arrays.core.normalize_chunks((*wanted[:2], *shape[2:]), shape, dtype=texture.dtype)
+    except (ValueError, TypeError, NotImplementedError) as e:  # the last: dask's own word for chunks it cannot size
+        raise ParameterError(f"chunks={chunks!r} do not suit {shape} ({e}); give a number of px.") from None
+    name = f"weave-{texture.digest[:32]}"
+    if functions_of(texture.method):  # a recipe without a box does not tell them apart: no block is another's
+        name += f"-{uuid.uuid4().hex}"
+    return arrays.map_blocks(
+        block, dask.delayed(texture, name=name, traverse=False), y, x,
+        name=f"{name}-{y}-{x}-{dask.base.tokenize(cut)[:16]}", chunks=cut, dtype=texture.dtype,
+        meta=np.empty((0,) * len(shape), texture.dtype),
+    )  # fmt: skip
+
+
+def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:
+    """Draw the block of a dask array that begins at (y, x) of the endless plane."""
+    rows, columns = block_info[None]["array-location"][:2]
+    return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))
+
 
 STORES: dict[str, tuple[type[Store], int]] = {
     "zarr": (ZarrStore, 512),
@@ -50,21 +299,16 @@ class DrawnAndPacked:
         return self.packer(pixels.reshape(*pixels.shape[:2], -1), cell)
 
 
-@dataclass(frozen=True)
-class Needed:
-    """What filling a store will take: seconds, and bytes of this process's memory at its peak."""
-
-    seconds: float
-    memory: int
-
-
 def memory_of(store: Store, workers: int) -> int:
     """Bytes that this process takes at least while so many workers fill a store."""
     return taken() + store.held + min(workers, len(store.grid)) * _drawn(store)
 
 
-def estimated(store: Store, workers: int) -> Needed:
-    """Draw a cell of a store to tell what so many workers like this one will need to fill it; nothing is written."""
+def estimated(store: Store, workers: int) -> tuple[float, int]:
+    """Draw a cell of a store to tell what so many workers like this one will need to fill it; nothing is written.
+
+    Seconds, and bytes of this process's memory at its peak.
+    """
     task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
     task(cell)
     began = time.perf_counter()
@@ -73,7 +317,7 @@ def estimated(store: Store, workers: int) -> Needed:
     share = cell.box.height * cell.box.width / (store.grid.height * store.grid.width)
     others = min(workers, len(store.grid)) - 1  # the first was measured just now
     memory = taken() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
-    return Needed((spent / workers + store.packing(cell, pieces)) / share, memory)
+    return (spent / workers + store.packing(cell, pieces)) / share, memory
 
 
 def _drawn(store: Store) -> int:
@@ -127,10 +371,10 @@ def legible(store: Store) -> Iterator[None]:
         if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             after = "goes on" if store.resumes else "begins anew"
             raise ResourceError(
-                f"there is no room for {store.printable}; free some space, then the same command {after}."
+                f"there is no room for {store.path}; free some space, then the same command {after}."
             ) from None
         reason = (e.strerror or str(e)).lower()
-        raise ResourceError(f"{store.printable} cannot be written ({reason}); name another place.") from None
+        raise ResourceError(f"{store.path} cannot be written ({reason}); name another place.") from None
 
 
 def store_of(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from ..blend import Blend
 from ..canvas import Canvas
@@ -17,13 +18,8 @@ from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
 from ..rendering.render import check_alike
 from ..run import Run, run_of
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
-from .cells import SIDE, box_of, check_memory, sides_of
-from .picture import Picture
-
-if TYPE_CHECKING:
-    import os
-
-    from .executors import ExecutorLike
+from .picture import SIDE, Picture, box_of, check_memory, sides_of
+from .stream import ExecutorLike, array_of, store_of, stream
 
 Sides = int | tuple[int, int]
 
@@ -71,8 +67,6 @@ class Weave(Picture):
         origin : (y, x)
             The pixel of the endless plane that comes first.
         """
-        from .executors import array_of
-
         return array_of(self, sides_of(shape), chunks, origin)
 
     def to_zarr(
@@ -107,9 +101,7 @@ class Weave(Picture):
         ResourceError
             where the disk is full; the same call later goes on.
         """
-        from .stream import STORES, stream
-
-        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+        stream(store_of("zarr", self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 512,
@@ -120,9 +112,7 @@ class Weave(Picture):
         `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
         replaces what is there.
         """
-        from .stream import STORES, stream
-
-        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(store_of("tiff", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
     def to_tiles(
         self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 256,
@@ -133,9 +123,7 @@ class Weave(Picture):
         Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
         pixels mean.
         """
-        from .stream import STORES, stream
-
-        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(store_of("tiles", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
 
 def weave(

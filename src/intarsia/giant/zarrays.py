@@ -19,10 +19,8 @@ from ..disk import whole
 from ..errors import InputError, ParameterError
 from ..image import Array
 from ..run import Run
-from .cells import SIDE, Cell, Grid
-from .executors import extra
-from .picture import Picture, Results, Store, check_side
-from .places import check_place
+from .exports import check_place
+from .picture import SIDE, Cell, Grid, Picture, Results, Store, check_side, extra
 
 SIGN = "zarr.json"
 LONGEST = 1 << 26  # bytes of it
@@ -120,7 +118,7 @@ class ZarrStore(Store):
         differing = names or [name for name in own if name != "attributes" and found.get(name) != own[name]]
         if differing and not self.force:
             raise ParameterError(
-                f"{self.printable} holds another recipe ({', '.join(differing)}); name another place, or replace it "
+                f"{self.path} holds another recipe ({', '.join(differing)}); name another place, or replace it "
                 "with --force (force=True)."
             )
         if differing:

@@ -151,7 +151,7 @@ def _packed(smap: SourceMap) -> tuple[int, int, str]:
         rows = (2 * np.arange(height) + 1) * smap.height // (2 * height)
         columns = (2 * np.arange(width) + 1) * smap.width // (2 * width)
         yx = smap.yx[np.ix_(rows, columns)]
-        which = np.zeros((height, width), np.uint8) if smap.which is None else smap.which[np.ix_(rows, columns)]
+        which = smap.numbers[np.ix_(rows, columns)]
         known = which != HOLE
         moved = (np.where(known, yx[:, :, 0] - rows[:, None], 0), np.where(known, yx[:, :, 1] - columns[None], 0))
         data = zlib.compress(b"".join(m.astype("<i4").tobytes() for m in moved) + which.tobytes(), 9)

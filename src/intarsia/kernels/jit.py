@@ -12,6 +12,7 @@ from __future__ import annotations
 import atexit
 import functools
 import hashlib
+import stat
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -20,7 +21,18 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
-from .cache import DAMAGED, Unfit, cache_folder, compilation_begins, drop, not_kept, read_entry, say, write_entry
+from .cache import (
+    DAMAGED,
+    LARGEST,
+    Unfit,
+    cache_folder,
+    compilation_begins,
+    drop,
+    not_kept,
+    read_entry,
+    say,
+    write_entry,
+)
 
 F = TypeVar("F", bound=Callable[..., Any])
 config: Any = numba.config
@@ -85,11 +97,13 @@ def plain_folder() -> str | None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """The digests of all files below a folder."""
+    """The digests of all files below a folder; none of what is no plain file, or too large."""
     found = {}
     for path in sorted(folder.rglob("*.nb?")):
         with suppress(OSError):  # another process took it away
-            found[path.relative_to(folder).as_posix()] = hashlib.sha256(path.read_bytes()).hexdigest()
+            about = path.lstat()
+            whole = path.read_bytes() if stat.S_ISREG(about.st_mode) and about.st_size <= LARGEST else None
+            found[path.relative_to(folder).as_posix()] = "" if whole is None else hashlib.sha256(whole).hexdigest()
     return found
 
 

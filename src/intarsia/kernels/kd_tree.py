@@ -9,26 +9,26 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int32, Int64
 from .jit import kernel
 
 FAR = np.int64(1) << 62
 LEAF = 12
 DEEP = 64
 FEW = 64  # points that are sorted one by one
-NOWHERE: NDArray[np.int64] = np.zeros((0, 2), np.int64)
+NOWHERE: Int64 = np.zeros((0, 2), np.int64)
 
 
 class Tree(NamedTuple):
     """Points in the order of the leaves, and where they are cut."""
 
-    points: NDArray[np.int32]  # (N, D)
-    order: NDArray[np.int64]  # (N,): number of each point as it was given
-    axis: NDArray[np.int64]  # (nodes,)
-    cut: NDArray[np.int64]  # (nodes,): points beyond the cut are not smaller, those before it not larger
-    mean: NDArray[np.int64]  # (n,): how long vectors become points: less the mean, along D axes in 1 / 16384
-    axes: NDArray[np.int64]  # (D, n)
+    points: Int32  # (N, D)
+    order: Int64  # (N,): number of each point as it was given
+    axis: Int64  # (nodes,)
+    cut: Int64  # (nodes,): points beyond the cut are not smaller, those before it not larger
+    mean: Int64  # (n,): how long vectors become points: less the mean, along D axes in 1 / 16384
+    axes: Int64  # (D, n)
 
 
 @kernel

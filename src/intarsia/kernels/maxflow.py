@@ -16,8 +16,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int32, Int64, UInt8
 from .jit import kernel
 
 OLD = 0
@@ -27,7 +27,7 @@ MOST = (1 << 63) - 1  # no flow is more
 
 
 @kernel
-def cut_cost(mask: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np.int32]) -> int:
+def cut_cost(mask: UInt8, right: Int32, down: Int32) -> int:
     """Add up the costs between all neighbouring pixels that lie on different sides of `mask`."""
     height, width = mask.shape
     total = 0
@@ -44,11 +44,11 @@ def cut_cost(mask: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np
 
 @kernel
 def _fill_room(
-    state: NDArray[np.uint8],
-    right: NDArray[np.int32],
-    down: NDArray[np.int32],
-    kind: NDArray[np.uint8],
-    room: NDArray[np.int32],
+    state: UInt8,
+    right: Int32,
+    down: Int32,
+    kind: UInt8,
+    room: Int32,
 ) -> None:
     """Lay out each pixel's kind and the capacities of its four arcs, inside a margin without arcs."""
     height, width = state.shape
@@ -140,7 +140,7 @@ def _drain(room: Any, step: Any, level: Any, excess: Any, queue: Any, ends: Any,
 
 @kernel
 def push_flow(
-    kind: NDArray[np.uint8], room: NDArray[np.int32], excess: NDArray[np.int64], stride: int, most: Any
+    kind: UInt8, room: Int32, excess: Int64, stride: int, most: Any
 ) -> tuple[Any, Any]:
     """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones; or until `most` came.
 
@@ -178,7 +178,7 @@ def push_flow(
 
 @kernel
 def grid_min_cut(
-    state: NDArray[np.uint8], right: NDArray[np.int32], down: NDArray[np.int32], out: NDArray[np.uint8]
+    state: UInt8, right: Int32, down: Int32, out: UInt8
 ) -> int:
     """Split a window of any shape between old and new at the least cost; returns that cost.
 

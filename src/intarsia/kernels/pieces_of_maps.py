@@ -3,11 +3,79 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Int32, Int64, UInt8
 from ..geometry import ISOMETRIES
+from .cuts import find_root, join
 from .jit import kernel
-from .union_find import find_root
+from .windows import canvas_place
+
+
+@kernel
+def parts(values: Int32, wrap: tuple[bool, bool], out: Int32) -> int:
+    """Number the parts of a picture from 1, as they come in rows, into `out` (H, W); 0: no part. Returns how many.
+
+    Pixels of the same value other than 0 that touch, corners included, are of one part; `wrap` says along which axes
+    the picture goes on in itself.
+    """
+    height, width = values.shape
+    parent = out.reshape(height * width)  # of each pixel one before it in its part, until all are numbered
+    for at in range(height * width):
+        parent[at] = at
+    for y in range(height):
+        for x in range(width):
+            if values[y, x] == 0:
+                continue
+            for k in range(4):  # right, and the three below
+                b = canvas_place(y + (1 if k else 0), height, wrap[0])
+                a = canvas_place(x + (k - 2 if k else 1), width, wrap[1])
+                if b < 0 or a < 0 or values[b, a] != values[y, x]:
+                    continue
+                join(parent, y * width + x, b * width + a)
+    count = 0
+    for y in range(height):
+        for x in range(width):
+            at = y * width + x
+            if values[y, x] == 0:
+                parent[at] = 0
+            elif parent[at] == at:  # the first of its part in rows
+                count += 1
+                parent[at] = -count
+            else:
+                parent[at] = parent[parent[at]]  # that is numbered already
+    for at in range(height * width):
+        parent[at] = -parent[at]
+    return count
+
+
+@kernel
+def boxes_of_parts(part: Int32, wrap: tuple[bool, bool], out: Int64) -> None:
+    """Say where the parts of :func:`parts` lie: `out` (n, 5) first row and column, rows and columns, and their pixels.
+
+    A box may reach over a border that wraps; of a part longer than half of the picture it may be too small there.
+    """
+    size, count = part.shape, len(out)
+    first = np.full((count, 2), -1, np.int64)
+    out[:] = 0
+    for y in range(size[0]):
+        for x in range(size[1]):
+            k = part[y, x] - 1
+            if k < 0:
+                continue
+            if first[k, 0] < 0:
+                first[k, 0], first[k, 1] = y, x
+            for axis in range(2):
+                away = (y if axis == 0 else x) - first[k, axis]
+                if wrap[axis]:
+                    away = (away + size[axis] // 2) % size[axis] - size[axis] // 2
+                out[k, axis] = min(out[k, axis], away)
+                out[k, 2 + axis] = max(out[k, 2 + axis], away)
+            out[k, 4] += 1
+    for k in range(count):
+        for axis in range(2):
+            out[k, 2 + axis] += 1 - out[k, axis]
+            out[k, axis] = (out[k, axis] + first[k, axis]) % size[axis]
+
 
 HOLE = 255
 J = np.array([isometry.j for isometry in ISOMETRIES], dtype=np.int64).reshape(8, 4)
@@ -21,10 +89,10 @@ NEAR = 1.0
 
 @kernel
 def goes_on(
-    at: NDArray[np.float64],
-    j: NDArray[np.float64],
-    which: NDArray[np.uint8],
-    pose: NDArray[np.uint8],
+    at: Floats,
+    j: Floats,
+    which: UInt8,
+    pose: UInt8,
     y: int,
     x: int,
     axis: int,
@@ -46,8 +114,8 @@ def goes_on(
 
 @kernel
 def label_flowing(
-    at: NDArray[np.float64], j: NDArray[np.float64], which: NDArray[np.uint8], pose: NDArray[np.uint8]
-) -> NDArray[np.int32]:
+    at: Floats, j: Floats, which: UInt8, pose: UInt8
+) -> Int32:
     """Number the connected pieces (H, W) in the order of their first pixels; holes are a class of their own.
 
     `at` (H, W, 2) is where pixels lie in the exemplar, `j` (H, W, 2, 2) how the exemplar goes on around them.
@@ -64,9 +132,7 @@ def label_flowing(
                 v, u = (y - 1, x) if axis == 0 else (y, x - 1)
                 if v < 0 or u < 0 or not goes_on(at, j, which, pose, v, u, axis):
                     continue
-                a, b = find_root(parent, own), find_root(parent, before)
-                if a != b:  # the smaller number stays the root, so roots come first in the raster
-                    parent[max(a, b)] = min(a, b)
+                join(parent, own, before)
     number = np.empty(height * width, np.int32)
     pieces = 0
     for own in range(height * width):
@@ -79,11 +145,11 @@ def label_flowing(
 
 @kernel
 def _first_pass(
-    yx: NDArray[np.int32],
-    which: NDArray[np.uint8],
-    pose: NDArray[np.uint8],
-    labels: NDArray[np.int32],
-    parent: NDArray[np.int32],
+    yx: Int32,
+    which: UInt8,
+    pose: UInt8,
+    labels: Int32,
+    parent: Int32,
 ) -> int:
     """Join every pixel to its left and upper neighbour where the exemplar continues."""
     height, width = which.shape
@@ -117,8 +183,8 @@ def _first_pass(
 
 @kernel
 def label_pieces(
-    yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]
-) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    yx: Int32, which: UInt8, pose: UInt8
+) -> tuple[Int32, Int64]:
     """Number the connected pieces of a map in the order of their first pixels.
 
     Four-neighbours belong together when exemplar and pose are equal and the exemplar continues from one to

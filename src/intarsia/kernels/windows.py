@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int16, Int32, Int64, UInt8
 from .cuts import min_cut, seam_costs
 from .jit import kernel
 
@@ -20,16 +20,16 @@ OLD, FREE, NEW = 0, 1, 2
 class Grown(NamedTuple):
     """What a growing map shows."""
 
-    variant: NDArray[np.uint8]  # (H, W): number of the posed exemplar, HOLE where nothing is known
-    yx: NDArray[np.int32]  # (H, W, 2): the pixel of it, row and column
+    variant: UInt8  # (H, W): number of the posed exemplar, HOLE where nothing is known
+    yx: Int32  # (H, W, 2): the pixel of it, row and column
     wrap: tuple[bool, bool]  # whether rows and columns continue in themselves
 
 
 class Posed(NamedTuple):
     """The posed exemplars laid end to end; a toroidal one is followed by its own beginning."""
 
-    flat: NDArray[np.int16]  # (numbers,): features, channel by channel of each pixel
-    table: NDArray[np.int64]  # (V, 4): where each begins in flat, height, width and stride, px
+    flat: Int16  # (numbers,): features, channel by channel of each pixel
+    table: Int64  # (V, 4): where each begins in flat, height, width and stride, px
 
 
 @kernel

@@ -262,11 +262,12 @@ METHODS = {
     "efros-leung": ("published.pixels.efros_leung", "EfrosLeung"),
     "wei-levoy": ("published.pixels.wei_levoy", "WeiLevoy"),
     "ashikhmin": ("published.pixels.ashikhmin", "Ashikhmin"),
+    "correction-2008": ("published.correction2008.correction_2008", "Correction2008"),
 }
 """Slug -> module below the package and class, in the order of the listings."""
 
 
-PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "memo2008")
+PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "correction2008")
 """The documents of which all settings can be asked for at once: packages of `published`."""
 
 

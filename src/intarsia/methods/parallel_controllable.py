@@ -1,13 +1,13 @@
 """Parallel controllable synthesis: coordinates handed down from coarse to fine, jittered, and corrected.
 
 Lefebvre and Hoppe, "Parallel controllable texture synthesis", SIGGRAPH 2005, and "Appearance-space texture synthesis",
-SIGGRAPH 2006; the correction operation as a memorandum of 2008 defines it (docs/sources-004.md).
+SIGGRAPH 2006. What a memorandum of 2008 says otherwise is a method of its own, correction-2008.
 
 Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be made alone.
 
 Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
 jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
-are those of its different continuations, as in the memorandum (rule=published: those of its neighbours, then shifted);
+are those of its different continuations, not those of its neighbours, then shifted;
 an exemplar that is no torus is mirrored beyond its borders for comparisons alone: no pixel at the border is a
 candidate; for a piece as large as half the exemplar several places are drawn, and the one that repeats its neighbours
 least is taken.
@@ -17,7 +17,6 @@ Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
@@ -72,19 +71,7 @@ class ParallelControllable(EndlessBase):
         "preference, inf: never jump",
         low=1, high=1000,
     )  # fmt: skip
-    k: int = param(2, "int", "candidates of each kind of continuation: itself and k - 1 similar places", low=1, high=8)
     passes: int = param(2, "int", "how often every pixel of a level is corrected", low=0, high=8)
-    subpasses: int = param(
-        4, "int", "parts of a pass, which see what the earlier ones found; 1, 4, 9 or 16", low=1, high=16
-    )
-    neighbourhood: str = param(
-        "appearance", "choice", "what is compared: appearance vectors at four points, or the 5 x 5 colours",
-        choices=("appearance", "colour"),
-    )  # fmt: skip
-    neighbourhood_mask: tuple[float, ...] | None = param(
-        AUTO, "weights", "with neighbourhood=colour: how much the squared difference of each of the 5 x 5 (or 3 x 3) "
-        "pixels counts, row by row; automatic: a Gaussian, 1 in the middle, 1/4 in 2 px", low=0, high=1,
-    )  # fmt: skip
     feature: Field | str | None = param(  # noqa: RUF009
         AUTO, "picture", "outlines to keep: the edges of the picture, or those of what is white in a mask of yours; "
         "how far they are is compared as well; automatic: none",
@@ -93,11 +80,6 @@ class ParallelControllable(EndlessBase):
     feature_weight: float = param(
         1, "float", "with feature: how much the distance to the outlines counts; 1: as much as all the colours", low=0,
         high=100,
-    )  # fmt: skip
-    rule: str = param(
-        "near", "choice", "candidates: continuations of the 3 x 3 pixels around and their jumps; jumps looked up "
-        "before they are shifted, as published; or of 5 x 5 pixels, as in the memo",
-        choices=("near", "published", "memo"),
     )  # fmt: skip
     pin: tuple[tuple[int, ...], ...] | None = param(
         AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
@@ -119,29 +101,9 @@ class ParallelControllable(EndlessBase):
         super().__post_init__()
         if self.lattice is not AUTO and self.snap == "off":
             raise ParameterError("snap=off moves pixels by no lattice; leave the lattice out, or say snap=on.")
-        if math.isqrt(self.subpasses) ** 2 != self.subpasses:
-            raise ParameterError(f"subpasses={self.subpasses} is not allowed; choose 1, 4, 9 or 16.")
-        if self.neighbourhood_mask is not AUTO:
-            object.__setattr__(self, "neighbourhood_mask", self._mask(self.neighbourhood_mask))
         for name in passes_of(self) if self.pin is not AUTO or not self.exact else ():
             word = "pins" if self.pin is not AUTO else "angle and zoom"
             raise ParameterError(f"{name} lays whole pixels anywhere, and cannot keep {word}; drop it, or drop them.")
-        if not self.exact and (self.neighbourhood == "colour" or self.rule == "published"):
-            word = "neighbourhood=colour" if self.neighbourhood == "colour" else "rule=published"
-            raise ParameterError(f"{word} cannot follow angle and zoom; drop it, or drop them.")
-
-    def _mask(self, mask: tuple[float, ...]) -> tuple[float, ...]:
-        """The 25 weights that are meant."""
-        if self.neighbourhood != "colour":
-            raise ParameterError("neighbourhood_mask needs neighbourhood=colour; say so, or leave it out.")
-        if len(mask) not in (9, 25):
-            raise ParameterError(
-                f"neighbourhood_mask of {len(mask)} numbers is not allowed; give 25 for 5 x 5 pixels, or 9 for 3 x 3."
-            )
-        if len(mask) == 25:
-            return mask
-        rows = [(0.0, *mask[n : n + 3], 0.0) for n in (0, 3, 6)]
-        return (*[0.0] * 5, *rows[0], *rows[1], *rows[2], *[0.0] * 5)
 
     @property
     def exact(self) -> bool:

@@ -179,7 +179,7 @@ class Stages:
         settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
         for k in np.unique(target[stray]).tolist():
             here = target == k
-            which = np.zeros(target.shape, np.uint8) if self.map.which is None else self.map.which
+            which = self.map.numbers
             kept = np.where(here & (found == k), which, HOLE).astype(np.uint8)
             start = replace(self.map, which=kept)
             plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
@@ -193,7 +193,7 @@ class Stages:
 def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     """Return the number of the label that every output pixel has where it comes from; -1 in holes."""
     out = np.full(smap.yx.shape[:2], -1, np.int16)
-    which = np.zeros(out.shape, np.uint8) if smap.which is None else smap.which
+    which = smap.numbers
     for n, source in enumerate(guide.sources):
         mine = which == n
         yx = smap.yx[mine]

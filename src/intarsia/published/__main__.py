@@ -12,8 +12,10 @@ from .. import files
 from ..errors import IntarsiaError, legible
 from .figures import write
 
-DOCUMENTS = {"000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004", "003": "segments"}
-"""Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES; 004 has no figures."""
+DOCUMENTS = {
+    "000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004", "003": "segments", "004": "correction2008",
+}  # fmt: skip
+"""Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES."""
 
 
 def main(words: Sequence[str] | None = None) -> Path:

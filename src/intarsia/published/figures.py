@@ -15,6 +15,7 @@ from .. import files
 from ..arrays import Array
 from ..disk import whole
 from ..exemplar import Exemplar
+from ..files.encode import lettered
 from ..image import Plane
 from ..methods.base import make
 from ..synthesis import Synthesis, synthesize
@@ -23,7 +24,8 @@ SEED = 1
 MEASURES = """s: seconds it took, compiling included where a kernel is used for the first time.
 shown: % of the input that is seen. most: how often its most frequent pixel is seen. whole: % of neighbours that are
 neighbours in the input. seams: what they cost, in knees per million px. sharp: steps from pixel to pixel, in % of the
-input's. agree: % of pixels of the label that is asked for."""
+input's. agree: % of pixels of the label that is asked for. differences: of pixels, for each that is grown, by the
+laws of the thesis. compared: % of all patches that a window is compared with. Verdicts go by counts, not by seconds."""
 
 
 class Panel(NamedTuple):
@@ -109,10 +111,24 @@ def grown(
     return Panel(letter, f"{slug}: {told}", picture, values, printed)
 
 
-def shaded(values: Array) -> Any:
-    """A map of numbers as gray: black is the least, white the most, and what is none."""
-    low, high = np.nanmin(values), np.nanmax(values)
+def shaded(values: Array, low: float | None = None, high: float | None = None) -> Any:
+    """A map of numbers as gray: black is the least, white the most, and what is none; of it, or as given."""
+    low, high = (np.nanmin(values) if low is None else low), (np.nanmax(values) if high is None else high)
     return np.nan_to_num((values - low) / (high - low) * 255, nan=255).astype(np.uint8)
+
+
+def plotted(x: Array, curves: dict[str, Array]) -> Plane:
+    """Curves over x, their logarithms upward; each ends at its name, beside its least and its most."""
+    page = np.full((360, 640), 255, np.uint8)
+    page[20:341, 40] = page[340, 40:441] = 128
+    logs = np.log10([*curves.values()])
+    rows = 340 - 320 * (logs - logs.min()) / np.ptp(logs)
+    dense = np.linspace(x[0], x[-1], 8000)
+    for (name, curve), row in zip(curves.items(), rows, strict=True):
+        page[np.interp(dense, x, row).astype(int), np.linspace(40, 440, 8000).astype(int)] = 0
+        ink = lettered(f"{name}: {curve[0]:.2g} to {curve[-1]:.2g}", 12)[:, :190]
+        page[int(row[-1]) : int(row[-1]) + len(ink), 446 : 446 + ink.shape[1]] = 255 - ink
+    return Plane(page)
 
 
 def write(title: str, figures: Sequence[Figure], exemplar: Exemplar | None, out: Path) -> Path:

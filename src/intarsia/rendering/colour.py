@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Floats, Int32, Int64
 from ..blend import Mixing
 from ..disk.depth import from_srgb
 from ..image import Array, Kind, Plane, Transfer
@@ -50,7 +50,7 @@ class Curve:
         return self.dtype.kind == "u"
 
     @property
-    def table(self) -> NDArray[np.int32]:
+    def table(self) -> Int32:
         """Integers only: the light of every code."""
         return (
             light_table(self.dtype.itemsize)
@@ -115,28 +115,28 @@ def from_linear(values: Array, plane: Plane) -> Array:
 
 
 @cache
-def light_table(size: int) -> NDArray[np.int32]:
+def light_table(size: int) -> Int32:
     """Return the fixed-point light of every sRGB code of `size` bytes."""
     table = _ceiling(np.arange(65536, dtype=np.int64), 65535)
     return np.ascontiguousarray(table[:: 257 if size == 1 else 1])
 
 
 @cache
-def code_steps(size: int) -> NDArray[np.int32]:
+def code_steps(size: int) -> Int32:
     """Return the light at which codes 1, 2, ... begin: half-way between two codes, as codes go."""
     top = 256**size - 1
     return _ceiling(2 * np.arange(top, dtype=np.int64) + 1, 2 * top)
 
 
 @cache
-def code_shelf(size: int) -> tuple[NDArray[np.int32], int]:
+def code_shelf(size: int) -> tuple[Int32, int]:
     """Return (codes, shift): ``codes[light >> shift]`` is the code at which to start looking for a light."""
     shift = BITS - 8 * size - 4 * (size == 1)
     starts = np.arange((1 << BITS - shift) + 1, dtype=np.int64) << shift
     return np.searchsorted(code_steps(size), starts, side="right").astype(np.int32), shift
 
 
-def _ceiling(numerator: NDArray[np.int64], denominator: int) -> NDArray[np.int32]:
+def _ceiling(numerator: Int64, denominator: int) -> Int32:
     """Return the light of numerator / denominator in fixed point, rounded up exactly, on every machine.
 
     The power 2.4 = 12 / 5 of a machine's library may err in the last bits, so values too close to an integer
@@ -154,7 +154,7 @@ def _ceiling(numerator: NDArray[np.int64], denominator: int) -> NDArray[np.int32
     return np.where(straight, line, power).astype(np.int32)
 
 
-def _float_from_linear(v: NDArray[np.float64]) -> NDArray[np.float64]:
+def _float_from_linear(v: Floats) -> Floats:
     size = np.abs(v)
     return np.copysign(np.where(size <= 0.04045 / 12.92, size * 12.92, 1.055 * size ** (1 / 2.4) - 0.055), v)
 
@@ -178,7 +178,7 @@ class Unit:
     bits: int = 0
 
     @classmethod
-    def of(cls, values: NDArray[np.float64]) -> Unit:
+    def of(cls, values: Floats) -> Unit:
         """Return the unit of floats that may have any range: of their own largest size, as a power of two.
 
         So heights in metres or millimetres count as those from 0 to 1 do: exactly alike if they are a power of two
@@ -196,7 +196,7 @@ class Unit:
             return cls(float(least), _power(within), FINE)
         return cls(0.0, _power(size), FINE)
 
-    def count(self, values: NDArray[np.float64]) -> NDArray[np.int32]:
+    def count(self, values: Floats) -> Int32:
         """Return floats in this unit, rounded half up and clipped to +-2**24. Not finite ones count as 0 does."""
         finite = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
         with np.errstate(over="ignore"):  # what is masked out may be of any size
@@ -235,7 +235,7 @@ def has_own_unit(plane: Plane) -> bool:
     return plane.is_float and (coded or plane.kind is Kind.DATA)
 
 
-def code_values(plane: Plane, unit: Unit = WHITE) -> NDArray[np.int32]:
+def code_values(plane: Plane, unit: Unit = WHITE) -> Int32:
     """Return the whole numbers that matching starts from, (H, W, C) int32, equal for equal data of any depth.
 
     Data and coded colours are counted in `unit`, opacity and normals always in WHITE: there white, or the top of the
@@ -259,20 +259,20 @@ def code_values(plane: Plane, unit: Unit = WHITE) -> NDArray[np.int32]:
     return values
 
 
-def _counted(samples: Array, unit: Unit) -> NDArray[np.int32]:
+def _counted(samples: Array, unit: Unit) -> Int32:
     if samples.dtype.kind == "u" and unit is WHITE:  # plainly: unit.count(shares(samples))
         return samples.astype(np.int32) * np.int32(257 if samples.itemsize == 1 else 1)
     return unit.count(code_shares(samples))
 
 
-def code_shares(samples: Array) -> NDArray[np.float64]:
+def code_shares(samples: Array) -> Floats:
     """Return codes as shares of the top of their range."""
     if samples.dtype.kind == "u":
         return samples / np.float64(np.iinfo(samples.dtype).max)
     return np.nan_to_num(samples.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _logarithm(v: NDArray[np.float64]) -> NDArray[np.int32]:
+def _logarithm(v: Floats) -> Int32:
     # Down to float32 first: then 8 bits, 16 bits and floats of the same data start from the same number.
     size = np.minimum(np.abs(v), 1e38).astype(np.float32).astype(np.float64)
     bits = (size + 2.0**-8).astype(np.float32).view(np.int32)

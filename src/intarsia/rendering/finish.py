@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
+from ..arrays import Floats, Int32, Int64, Mask
 from ..blend import Finish, Levelling
 from ..errors import ParameterError
 from ..geometry import Box
@@ -52,8 +52,8 @@ class Bench:
     """All that finishing a plane needs: exemplars end to end, and the map itself."""
 
     samples: Array  # (N, C) codes of all exemplars
-    table: NDArray[np.int64]  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    usable: NDArray[np.bool_] | None  # (N,)
+    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
+    usable: Mask | None  # (N,)
     alpha: bool  # whether opacity comes last; it stays
     full: Map
     wrap: tuple[bool, bool]
@@ -118,7 +118,7 @@ class Bench:
         return Box(y0, x0, y1, x1)
 
 
-def _with_mirrors(steps: NDArray[np.int32], wide: Box, cell: Box, radius: int) -> NDArray[np.int32]:
+def _with_mirrors(steps: Int32, wide: Box, cell: Box, radius: int) -> Int32:
     """Return the steps around a cell, `radius` px to all sides; beyond the border of the canvas as in a mirror.
 
     Else a seam that ends at the border would be evened out less there.
@@ -134,7 +134,7 @@ class _Colours:
 
     around: Surroundings
     shift: int  # codes become whole numbers of 2**-shift
-    spread: NDArray[np.float64]  # (C, 2): least and greatest code of the exemplars
+    spread: Floats  # (C, 2): least and greatest code of the exemplars
 
     @classmethod
     def of(cls, bench: Bench) -> _Colours:
@@ -153,7 +153,7 @@ class _Colours:
         counts = np.zeros(0, np.bool_) if weights is None else weights > 0
         return cls(Surroundings(means, counts, _variance(values[counts] if counts.any() else values)), shift, spread)
 
-    def move(self, codes: Array, steps: NDArray[np.float64], strength: float) -> None:
+    def move(self, codes: Array, steps: Floats, strength: float) -> None:
         """Add the steps to codes (h, w, C), within the range of the exemplars."""
         factor = math.ldexp(strength, -self.shift - FINE)
         if codes.dtype.kind != "f":
@@ -164,13 +164,13 @@ class _Colours:
         codes[...] = np.clip(wanted, np.minimum(self.spread[:, 0], own), np.maximum(self.spread[:, 1], own))
 
 
-def _variance(values: NDArray[np.int64]) -> float:
+def _variance(values: Int64) -> float:
     """The variance of whole numbers (n, C), of all channels together; exact but for the last division."""
     n, square = len(values), int((values * values).sum())
     return (n * square - sum(int(total) ** 2 for total in values.sum(axis=0))) / (n * n)
 
 
-def _weights(bench: Bench) -> NDArray[np.int64] | None:
+def _weights(bench: Bench) -> Int64 | None:
     """How much every pixel of the exemplars counts; None where all count alike."""
     opaque = _opacity(bench.samples[:, -1]) if bench.alpha else None
     if bench.usable is None:
@@ -178,7 +178,7 @@ def _weights(bench: Bench) -> NDArray[np.int64] | None:
     return bench.usable.astype(np.int64) if opaque is None else opaque * bench.usable
 
 
-def _as_integers(codes: Array, shift: int) -> NDArray[np.int64]:
+def _as_integers(codes: Array, shift: int) -> Int64:
     """Return codes as whole numbers of 2**-shift; what is not finite, which only masked pixels may be, as 0."""
     if codes.dtype.kind != "f":
         return np.asarray(codes.astype(np.int64) << shift)
@@ -187,7 +187,7 @@ def _as_integers(codes: Array, shift: int) -> NDArray[np.int64]:
     return np.asarray(np.rint(np.clip(np.ldexp(values, shift), -top, top)), np.int64)
 
 
-def _opacity(alpha: Array) -> NDArray[np.int64]:
+def _opacity(alpha: Array) -> Int64:
     """Return opacity as weights of 8 bits."""
     if alpha.dtype.kind == "f":
         share = np.clip(np.nan_to_num(alpha.astype(np.float64), nan=0.0), 0.0, 1.0)
@@ -195,7 +195,7 @@ def _opacity(alpha: Array) -> NDArray[np.int64]:
     return np.asarray(alpha.astype(np.int64) >> (0 if alpha.itemsize == 1 else 16 - _OPACITY))
 
 
-def _sums_of_all(table: NDArray[np.int64], values: NDArray[np.int64], weights: NDArray[np.int64] | None) -> Sums:
+def _sums_of_all(table: Int64, values: Int64, weights: Int64 | None) -> Sums:
     """Add up exemplars, (N, C) end to end."""
     flat, heavy, corners, first = [], [], table.copy(), 0
     for at, (start, height, width, _) in enumerate(table):
@@ -208,7 +208,7 @@ def _sums_of_all(table: NDArray[np.int64], values: NDArray[np.int64], weights: N
     return Sums(np.concatenate(flat), np.concatenate(heavy), corners)
 
 
-def _corner_sums(values: Array, weight: NDArray[np.int64]) -> NDArray[np.int64]:
+def _corner_sums(values: Array, weight: Int64) -> Int64:
     """Add up all above and left of every corner of a picture (h, w, C): ((h + 1) (w + 1), C) numbers."""
     if not values.size:
         return np.zeros((0, 1), np.int64)
@@ -218,7 +218,7 @@ def _corner_sums(values: Array, weight: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 @lru_cache(maxsize=8)
-def potential(radius: int) -> NDArray[np.int64]:
+def potential(radius: int) -> Int64:
     """Return the potential around a point, less than `radius` px away: (2 radius - 1, 2 radius - 1), in 2**-FINE.
 
     Its sum of differences to the four neighbours is 1 at the point, and about 0 elsewhere near it: added up over the

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Floats, Int32, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
 from .vote_kernels import Map
-
-Array = NDArray[Any]
 
 REACH = 8  # px to either side: so far around a seam both pieces are compared
 LEAST = 5  # of 25 places must exist in both, or nothing is known of a step
@@ -20,8 +18,8 @@ LEAST = 5  # of 25 places must exist in both, or nothing is known of a step
 class Surroundings(NamedTuple):
     """What pieces are compared by: means over small squares (N, C), and the variance; `counts` (N,), none: all."""
 
-    means: NDArray[np.int64]
-    counts: NDArray[np.bool_]
+    means: Int64
+    counts: Mask
     variance: float
 
 
@@ -32,13 +30,13 @@ class Sums(NamedTuple):
     out right around any overflow.
     """
 
-    values: NDArray[np.int64]  # (corners, C): of weight x value
-    weights: NDArray[np.int64]  # (corners, 1), or (0, 1) where every pixel weighs 1
-    table: NDArray[np.int64]  # (n, 4): number of the first corner, height, width, 1 if toroidal
+    values: Int64  # (corners, C): of weight x value
+    weights: Int64  # (corners, 1), or (0, 1) where every pixel weighs 1
+    table: Int64  # (n, 4): number of the first corner, height, width, 1 if toroidal
 
 
 @kernel
-def add_up(values: Array, weight: NDArray[np.int64], sums: NDArray[np.int64]) -> None:
+def add_up(values: Array, weight: Int64, sums: Int64) -> None:
     """Fill the sums (h + 1, w + 1, C) of whole numbers (h, w, C); `weight` (h, w) may be empty: all weigh 1."""
     height, width, channels = values.shape
     sums[0] = 0
@@ -53,7 +51,7 @@ def add_up(values: Array, weight: NDArray[np.int64], sums: NDArray[np.int64]) ->
 
 
 @kernel
-def _corner(sums: NDArray[np.int64], at: NDArray[np.int64], y: int, x: int, c: int) -> int:
+def _corner(sums: Int64, at: Int64, y: int, x: int, c: int) -> int:
     """Sum all above row y and left of column x, where rows and columns go on around the picture."""
     first, height, width = at[0], at[1], at[2]
     stride = width + 1
@@ -65,7 +63,7 @@ def _corner(sums: NDArray[np.int64], at: NDArray[np.int64], y: int, x: int, c: i
 
 
 @kernel
-def _box_sum(sums: NDArray[np.int64], at: NDArray[np.int64], box: tuple[int, int, int, int], c: int) -> int:
+def _box_sum(sums: Int64, at: Int64, box: tuple[int, int, int, int], c: int) -> int:
     """Sum over rows top .. bottom - 1 and columns left .. right - 1 of a picture that goes on around itself."""
     top, left, bottom, right = box
     total: int = _corner(sums, at, bottom, right, c) - _corner(sums, at, bottom, left, c)
@@ -73,7 +71,7 @@ def _box_sum(sums: NDArray[np.int64], at: NDArray[np.int64], box: tuple[int, int
 
 
 @kernel
-def add_means(sums: Sums, radius: int, smooth: NDArray[np.int64]) -> None:
+def add_means(sums: Sums, radius: int, smooth: Int64) -> None:
     """Add to every pixel of all pictures (pixels, C) the mean over the box around it, rounded down."""
     u = 0
     for n in range(sums.table.shape[0]):
@@ -93,7 +91,7 @@ def add_means(sums: Sums, radius: int, smooth: NDArray[np.int64]) -> None:
 
 
 @kernel
-def _meant(at: NDArray[np.int64], y: int, x: int) -> int:
+def _meant(at: Int64, y: int, x: int) -> int:
     """The pixel of the ground at row y, column x of an exemplar (first pixel, height, width, toroidal), or -1."""
     height, width = at[1], at[2]
     if at[3] != 0:
@@ -106,7 +104,7 @@ def _meant(at: NDArray[np.int64], y: int, x: int) -> int:
 
 @kernel
 def _step(
-    around: Surroundings, one: NDArray[np.int64], other: NDArray[np.int64], scale: int, at: Any, out: NDArray[np.int64]
+    around: Surroundings, one: Int64, other: Int64, scale: int, at: Any, out: Int64
 ) -> bool:
     """Write into `out` (C,) by how much one piece is lighter than the other, as far as they show the same.
 
@@ -150,7 +148,7 @@ def _step(
 
 
 @kernel
-def seam_steps(part: Map, table: NDArray[np.int64], around: Surroundings, scale: int, out: NDArray[np.int32]) -> None:
+def seam_steps(part: Map, table: Int64, around: Surroundings, scale: int, out: Int32) -> None:
     """Add the divergence of the steps that are to be evened out to `out` (h, w, C).
 
     `part` is a map (yx, which, pose) of so many pixels; where a pixel and the next are of pieces of which one is
@@ -183,7 +181,7 @@ def seam_steps(part: Map, table: NDArray[np.int64], around: Surroundings, scale:
 
 
 @kernel
-def move_codes(codes: Array, steps: NDArray[np.float64], factor: float, spread: NDArray[np.float64]) -> None:
+def move_codes(codes: Array, steps: Floats, factor: float, spread: Floats) -> None:
     """Add `factor` times steps to integer codes (h, w, C), within the range `spread` (C, 2) of the exemplars."""
     for y in range(codes.shape[0]):
         for x in range(codes.shape[1]):

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Int64, Mask, UInt8
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..geometry import Box
@@ -40,19 +41,18 @@ def ground_of(
     return samples, VotedExemplars(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
 
 
-def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_] | None:
+def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> Mask | None:
     """Return which pixels (N,) of the ground may be used; None where all or none may."""
     flat = masks_of(exemplars, grow)
     return flat if flat.any() and not flat.all() else None
 
 
-def masks_of(exemplars: Sequence[Exemplar], grow: int) -> NDArray[np.bool_]:
+def masks_of(exemplars: Sequence[Exemplar], grow: int) -> Mask:
     """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
-    masks = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in exemplars]
-    return np.concatenate([enlarged(m, grow).reshape(-1) for m in masks])
+    return np.concatenate([enlarged(e.free, grow).reshape(-1) for e in exemplars])
 
 
-def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: NDArray[np.int64]) -> Map:
+def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: Int64) -> Map:
     """Cut a box, in px of the plane, out of a map; InputError where it points outside its exemplars."""
     size = (box.height, box.width)
     part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
@@ -61,7 +61,7 @@ def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table:
     return part
 
 
-def refuse_holes(here: NDArray[np.uint8], which: NDArray[np.uint8]) -> None:
+def refuse_holes(here: UInt8, which: UInt8) -> None:
     """InputError where the exemplars `here`, which are to be drawn, have holes; `which`: those of the whole map."""
     if (here == HOLE).any():
         holes = int((which == HOLE).sum())

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int32, UInt8
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplar
@@ -29,10 +29,8 @@ from ..sourcemap import SourceMap, check_stretch
 from .colour import Curve
 from .finish import Bench
 from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
-from .mix_kernels import copy_cell
-from .mixing import Mixer, coding_of, mixer_of
-from .normals import NormalCoding
-from .vote_kernels import Map, VotedExemplars, make_plan
+from .mixing import Mixer, NormalCoding, coding_of, mixer_of
+from .vote_kernels import Map, VotedExemplars, copy_cell, make_plan
 from .warped import Warped
 
 MAX_SPREAD = 2000
@@ -179,13 +177,13 @@ class _Job:
             codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
         return codes
 
-    def _copies(self, yx: NDArray[np.int32], which: NDArray[np.uint8]) -> tuple[Array, bool]:
+    def _copies(self, yx: Int32, which: UInt8) -> tuple[Array, bool]:
         """The codes of exemplar pixels, and whether all of these are there."""
         codes = np.empty((*which.shape, self.samples.shape[1]), self.samples.dtype)
         bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
         return codes, copy_cell(yx, which, self.ground.table, self.samples.view(bits), codes.view(bits))
 
-    def _own(self, yx: NDArray[np.int32], which: NDArray[np.uint8], pose: NDArray[np.uint8]) -> Array:
+    def _own(self, yx: Int32, which: UInt8, pose: UInt8) -> Array:
         codes, _ = self._copies(np.ascontiguousarray(yx), np.ascontiguousarray(which))
         return codes if self.coding is None else self.coding.turned(codes, pose)
 

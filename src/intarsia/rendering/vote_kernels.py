@@ -1,4 +1,4 @@
-"""Pieces of a map, and how many votes each of them gives to every pixel around it.
+"""Pieces of a map, how many votes each of them gives to every pixel around it, and what these add up to.
 
 All pixels with one key (exemplar, pose, offset ``o = S(q) - J q``) read the same exemplar pixel
 ``u = o + J p`` when they vote for `p`. So votes are counted per piece, by running sums over its box: a column
@@ -7,40 +7,45 @@ sum is moved down row by row, a row sum is moved right pixel by pixel, whatever 
 Frames: a *cell* is a box of output pixels with a halo for the feather f. The arrays of a cell start
 ``f // 2`` px above and left of its first pixel, so that pixel (y, x) of the cell hears rows y .. y + f and
 columns x .. x + f of them.
+
+What adds up votes walks the groups in the order of the plan, so that floating point sums never depend on the window;
+there is one kernel for each way to mix, and one that copies. Arrays named `squares` (sum of squared weights) are filled
+unless they are empty.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Floats, Int32, Int64, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 
-Map = tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]
+Map = tuple[Int32, UInt8, UInt8]
 """What a map shows: pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""
 
 
 class VotedExemplars(NamedTuple):
     """The exemplars laid end to end, so that one number names any pixel of any of them."""
 
-    table: NDArray[np.int64]  # (n, 4): number of the first pixel, height, width, 1 if toroidal
+    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
     near: NDArray[np.uint16]  # (pixels,): distance to the nearest unusable pixel, capped; 0 where unusable
 
 
 class Voters(NamedTuple):
     """Who votes in one cell."""
 
-    labels: NDArray[np.int32]  # (height + feather, width + feather): number of the group, -1 for no vote
-    groups: NDArray[np.int64]  # (n, 8): key and box of every group, sorted by key
+    labels: Int32  # (height + feather, width + feather): number of the group, -1 for no vote
+    groups: Int64  # (n, 8): key and box of every group, sorted by key
     feather: int
 
 
 @kernel
 def cut_window(
-    full: Map, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], exemplars: NDArray[np.int64], part: Map
+    full: Map, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], exemplars: Int64, part: Map
 ) -> bool:
     """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
 
@@ -80,8 +85,8 @@ def cut_window(
 
 @kernel
 def _merge(
-    table: NDArray[np.int64], order: NDArray[np.int64], key: NDArray[np.int64], feather: int, labels: NDArray[np.int32]
-) -> NDArray[np.int64]:
+    table: Int64, order: Int64, key: Int64, feather: int, labels: Int32
+) -> Int64:
     """Join pieces of one key that can be heard by one pixel, and put group numbers into `labels`."""
     groups = np.empty_like(table)
     group_of = np.full(table.shape[0], -1, np.int32)
@@ -105,7 +110,7 @@ def _merge(
     return groups[:count]
 
 
-def make_plan(part: Map, origin: tuple[int, int], exemplars: NDArray[np.int64], feather: int) -> Voters:
+def make_plan(part: Map, origin: tuple[int, int], exemplars: Int64, feather: int) -> Voters:
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
@@ -126,7 +131,7 @@ def make_plan(part: Map, origin: tuple[int, int], exemplars: NDArray[np.int64], 
 
 @kernel
 def _add_row(
-    labels: NDArray[np.int32], y: int, box: NDArray[np.int64], g: int, columns: NDArray[np.int32], sign: int
+    labels: Int32, y: int, box: Int64, g: int, columns: Int32, sign: int
 ) -> None:
     if box[TOP] <= y < box[BOTTOM]:
         for x in range(box[LEFT], box[RIGHT]):
@@ -134,14 +139,14 @@ def _add_row(
 
 
 @kernel
-def scratch(plan: Voters) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+def scratch(plan: Voters) -> tuple[Int32, Int64]:
     """Make room for the column sums of a group, and for the hits of one row: column, weight, pixel read."""
     width = plan.labels.shape[1]
     return np.zeros(width + 2 * plan.feather + 2, np.int32), np.empty((3, width), np.int64)
 
 
 @kernel
-def open_group(plan: Voters, g: int, begin: int, end: int, columns: NDArray[np.int32]) -> tuple[int, int]:
+def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> tuple[int, int]:
     """Start counting the votes of a group in rows begin .. end - 1; returns the rows that hear it."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0
@@ -154,8 +159,8 @@ def open_group(plan: Voters, g: int, begin: int, end: int, columns: NDArray[np.i
 
 @kernel
 def weigh_row(
-    plan: Voters, ground: VotedExemplars, g: int, y: int, first: int, columns: NDArray[np.int32],
-    hits: NDArray[np.int64],
+    plan: Voters, ground: VotedExemplars, g: int, y: int, first: int, columns: Int32,
+    hits: Int64,
 ) -> int:  # fmt: skip
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
     box, f = plan.groups[g], plan.feather
@@ -193,3 +198,268 @@ def weigh_row(
             uy = 0 if uy == height else (height - 1 if uy < 0 else uy)
             ux = 0 if ux == width else (width - 1 if ux < 0 else ux)
     return n
+
+
+LIMB = 14
+"""Linear light has two limbs of this many bits, so that sums weighted by 16-bit opacity fit into 64 bits."""
+
+Turn = tuple[Int64, Int64]
+"""(channel, sign), (8, 3) each: what a pose makes of the components."""
+
+
+@kernel
+def copy_cell(
+    yx: Int32, which: UInt8, exemplars: Int64, samples: Array, out: Array
+) -> bool:
+    """Copy for every pixel its exemplar pixel; False where there is a hole, or none such pixel, and `out` stays."""
+    whole = True
+    for y in range(which.shape[0]):
+        for x in range(which.shape[1]):
+            w, u, v = which[y, x], yx[y, x, 0], yx[y, x, 1]
+            if w >= exemplars.shape[0] or not (0 <= u < exemplars[w, 1] and 0 <= v < exemplars[w, 2]):
+                whole = False
+                continue
+            k = exemplars[w, 0] + u * exemplars[w, 2] + v
+            for c in range(samples.shape[1]):
+                out[y, x, c] = samples[k, c]
+    return whole
+
+
+@kernel
+def vote_plain(
+    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32, total: Int64,
+    weight: Int64, squares: Floats,
+) -> None:  # fmt: skip
+    """Integer pixels: add w * light[code] for every channel."""
+    columns, hits = scratch(plan)
+    for g in range(plan.groups.shape[0]):
+        first, last = open_group(plan, g, 0, weight.shape[0], columns)
+        for y in range(first, last):
+            n = weigh_row(plan, ground, g, y, first, columns, hits)
+            for i in range(n):
+                x, w, u = hits[0, i], hits[1, i], hits[2, i]
+                weight[y, x] += w
+                for c in range(samples.shape[1]):
+                    total[y, x, c] += w * light[samples[u, c]]
+            if squares.size > 0:
+                for i in range(n):
+                    squares[y, hits[0, i]] += float(hits[1, i]) * float(hits[1, i])
+
+
+@kernel
+def settle_plain(
+    total: Int64, weight: Int64, steps: Int32, shelf: Int32, shift: int,
+    out: Array,
+) -> None:  # fmt: skip
+    """Divide once, rounding half up to codes; `steps` are the lights at which codes begin, empty for none."""
+    for y in range(weight.shape[0]):
+        for x in range(weight.shape[1]):
+            w = weight[y, x]
+            if w == 0:
+                continue
+            for c in range(total.shape[2]):
+                if steps.size == 0:
+                    out[y, x, c] = (2 * total[y, x, c] + w) // (2 * w)
+                else:  # the number of steps <= value; a shelf of starting points shortens the walk
+                    value = total[y, x, c] // w
+                    code = shelf[value >> shift]
+                    while code < steps.size and steps[code] <= value:
+                        code += 1
+                    out[y, x, c] = code
+
+
+@kernel
+def vote_relative(
+    plan: Voters, ground: VotedExemplars, values: Array, turn: tuple[Int64, Int64],
+    total: Array, first: Int64, weight: Int64, squares: Floats,
+) -> None:  # fmt: skip
+    """Add w * (value - value of the first voter): exactly zero where all agree, whatever the rounding.
+
+    `turn` = (channel, sign), (8, C) each: what a pose makes of the channels. `first` holds 8 u + pose of the
+    first voter, -1 at the start.
+    """
+    columns, hits = scratch(plan)
+    channel, sign = turn
+    for g in range(plan.groups.shape[0]):
+        pose = plan.groups[g, 1]
+        begin, last = open_group(plan, g, 0, weight.shape[0], columns)
+        for y in range(begin, last):
+            n = weigh_row(plan, ground, g, y, begin, columns, hits)
+            for i in range(n):
+                x, w, u = hits[0, i], hits[1, i], hits[2, i]
+                weight[y, x] += w
+                if squares.size > 0:
+                    squares[y, x] += float(w) * float(w)
+                if first[y, x] < 0:
+                    first[y, x] = 8 * u + pose
+                    continue
+                v, q = first[y, x] >> 3, first[y, x] & 7
+                for c in range(values.shape[1]):
+                    mine = sign[pose, c] * values[u, channel[pose, c]]
+                    theirs = sign[q, c] * values[v, channel[q, c]]
+                    total[y, x, c] += w * (mine - theirs)
+
+
+@kernel
+def vote_alpha(
+    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32,
+    limbs: tuple[Int64, Int64], opaque: Int64, weight: Int64,
+    squares: Floats,
+) -> None:  # fmt: skip
+    """Integer pixels with opacity a: add w a * light in two limbs; w * light while all are transparent."""
+    columns, hits = scratch(plan)
+    high, low = limbs
+    colours = samples.shape[1] - 1
+    for g in range(plan.groups.shape[0]):
+        first, last = open_group(plan, g, 0, weight.shape[0], columns)
+        for y in range(first, last):
+            n = weigh_row(plan, ground, g, y, first, columns, hits)
+            for i in range(n):
+                x, w, u = hits[0, i], hits[1, i], hits[2, i]
+                a = np.int64(samples[u, colours])
+                weight[y, x] += w
+                if a > 0 and opaque[y, x] == 0:
+                    high[y, x] = 0
+                    low[y, x] = 0
+                    if squares.size > 0:
+                        squares[y, x] = 0.0
+                if a == 0 and opaque[y, x] > 0:
+                    continue
+                opaque[y, x] += w * a
+                if a > 0:
+                    w *= a
+                if squares.size > 0:
+                    squares[y, x] += float(w) * float(w)
+                for c in range(colours):
+                    value = np.int64(light[samples[u, c]])
+                    high[y, x, c] += w * (value >> LIMB)
+                    low[y, x, c] += w * (value & ((1 << LIMB) - 1))
+
+
+@kernel
+def vote_alpha_float(
+    plan: Voters, ground: VotedExemplars, values: Array, total: Floats, first: Int64,
+    opaque: Floats, weight: Int64, squares: Floats,
+) -> None:  # fmt: skip
+    """Float pixels with opacity: as :func:`vote_alpha`, relative to the first voter.
+
+    `total` (h, w, C) has the opacity last, plainly weighted; `first` (h, w, 2) the voters that colour and
+    opacity are relative to.
+    """
+    columns, hits = scratch(plan)
+    n_c = values.shape[1] - 1
+    for g in range(plan.groups.shape[0]):
+        begin, last = open_group(plan, g, 0, weight.shape[0], columns)
+        for y in range(begin, last):
+            n = weigh_row(plan, ground, g, y, begin, columns, hits)
+            for i in range(n):
+                x, w, u = hits[0, i], hits[1, i], hits[2, i]
+                a = float(values[u, n_c])
+                if weight[y, x] == 0:
+                    first[y, x] = u
+                weight[y, x] += w
+                total[y, x, n_c] += w * (a - float(values[first[y, x, 1], n_c]))
+                if a > 0.0 and opaque[y, x] == 0.0:
+                    first[y, x, 0] = u
+                    total[y, x, :n_c] = 0.0
+                    if squares.size > 0:
+                        squares[y, x] = 0.0
+                if a <= 0.0 and opaque[y, x] > 0.0:
+                    continue
+                share = w * a if a > 0.0 else float(w)
+                if a > 0.0:
+                    opaque[y, x] += share
+                if squares.size > 0:
+                    squares[y, x] += share * share
+                for c in range(n_c):
+                    total[y, x, c] += share * (float(values[u, c]) - float(values[first[y, x, 0], c]))
+
+
+@kernel
+def vote_label(
+    plan: Voters, ground: VotedExemplars, ranks: Int32, begin: int, end: int,
+    slots: tuple[Int32, Int64],
+) -> bool:  # fmt: skip
+    """Rows begin .. end - 1: add up the weight of every label that is heard; False where slots run out.
+
+    `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free.
+    """
+    columns, hits = scratch(plan)
+    label, share = slots
+    for g in range(plan.groups.shape[0]):
+        first, last = open_group(plan, g, begin, end, columns)
+        for y in range(first, last):
+            n = weigh_row(plan, ground, g, y, first, columns, hits)
+            for i in range(n):
+                x, w, rank = hits[0, i], hits[1, i], ranks[hits[2, i]]
+                k = 0
+                while k < label.shape[2] and share[y - begin, x, k] > 0 and label[y - begin, x, k] != rank:
+                    k += 1
+                if k == label.shape[2]:
+                    return False
+                label[y - begin, x, k] = rank
+                share[y - begin, x, k] += w
+    return True
+
+
+@kernel
+def settle_label(
+    label: Int32, share: Int64, out: Int32, weight: Int64
+) -> None:
+    """Choose the label with the largest share, the smallest of equals."""
+    for y in range(label.shape[0]):
+        for x in range(label.shape[1]):
+            best = np.int64(0)
+            for k in range(label.shape[2]):
+                s = share[y, x, k]
+                if s == 0:
+                    break
+                weight[y, x] += s
+                if s > best or (s == best and label[y, x, k] < out[y, x]):
+                    best = s
+                    out[y, x] = label[y, x, k]
+
+
+@kernel
+def turn_codes(codes: Array, pose: NDArray[np.integer[Any]], turn: Turn, top: int, out: Array) -> None:
+    """Turn codes (h, w, 3) by their poses; the opposite of a code v is top - v."""
+    channel, sign = turn
+    for y in range(pose.shape[0]):
+        for x in range(pose.shape[1]):
+            p = pose[y, x]
+            for c in range(3):
+                v = codes[y, x, channel[p, c]]
+                out[y, x, c] = top - v if sign[p, c] < 0 else v
+
+
+@kernel
+def settle_vectors(
+    samples: Array, turn: Turn, total: Array, first: Int64, weight: Int64, top: int,
+    out: Array,
+) -> None:  # fmt: skip
+    """Return votes as codes of vectors of length 1, rounded half up; where all agree, that of the first voter.
+
+    `total` (h, w, 3) is relative to the first voter (8 u + pose), see `vote_relative`. Where votes cancel the weight
+    becomes 0.
+    """
+    channel, sign = turn
+    for y in range(weight.shape[0]):
+        for x in range(weight.shape[1]):
+            if weight[y, x] == 0:
+                continue
+            u, p = first[y, x] >> 3, first[y, x] & 7
+            for c in range(3):
+                v = samples[u, channel[p, c]]
+                out[y, x, c] = top - v if sign[p, c] < 0 else v
+            if total[y, x, 0] == 0 and total[y, x, 1] == 0 and total[y, x, 2] == 0:
+                continue
+            w = weight[y, x]
+            a = float((2 * np.int64(out[y, x, 0]) - top) * w + total[y, x, 0])
+            b = float((2 * np.int64(out[y, x, 1]) - top) * w + total[y, x, 1])
+            z = float((2 * np.int64(out[y, x, 2]) - top) * w + total[y, x, 2])
+            length = np.sqrt((a * a + b * b) + z * z)
+            if length == 0.0:
+                weight[y, x] = 0
+                continue
+            for c, n in enumerate((a, b, z)):
+                out[y, x, c] = np.int64(np.floor(min(max((n / length + 1.0) / 2.0, 0.0), 1.0) * top + 0.5))

@@ -16,23 +16,20 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Mask
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Array, Kind, Plane
 from ..sourcemap import SourceMap
-from .catmull_rom_kernels import Reach
 from .colour import Curve, code_shelf, code_steps
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
-from .mixing import LabelMixer, Mixer, coding_of, mixer_of
-from .normals import NormalCoding
-from .reading_kernels import read_labels, read_light, read_vectors, settle_light
-from .warped_kernels import Part, WarpField, lay_part
+from .mixing import LabelMixer, Mixer, NormalCoding, coding_of, mixer_of
+from .warped_kernels import Part, Reach, WarpField, lay_part, read_labels, read_light, read_vectors, settle_light
 
 MAX_SPREAD = 256
 """The widest feather in px of a plane: every vote is read on its own."""
 
-Mask = NDArray[np.bool_]
 
 
 class Reader(Protocol):

@@ -2,19 +2,137 @@
 
 The entry at q, asked for the pixel at p, reads u = S(q) + J(q) (p - q), as all votes do; here S(q) has its fraction of
 a pixel, and J is any matrix.
+
+A *reading* of the exemplar at a place u is a short list of pixels and weights: 4 x 4 by Catmull-Rom (Catmull and Rom
+1974; Keys 1981, a = -1/2), 2 x 2 where one of these must not be read, without those that must not. Where a step of
+one px in the output leads further than one px in the exemplar, several readings spread over the pixel's footprint are
+averaged. Votes are added in the order of the raster. All that is added up is the difference to the first pixel read, so
+that what is uniform stays as it is.
 """
 
 from __future__ import annotations
 
-from math import floor
+from math import ceil, floor, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
-from .catmull_rom_kernels import Reach, exemplar_of, share_of
+
+MOST = 4
+"""Readings along each axis of a footprint, at most."""
+
+SLACK = 1 / 64
+"""Steps that are longer than one px by no more are taken for one px, such as those of a turn."""
+
+
+class Reach(NamedTuple):
+    """Which pixels may be read."""
+
+    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
+    free: Mask  # (N,): those that may be; empty where all may
+    near: NDArray[np.uint16]  # (N,): distance to what must not be read, capped; empty without a feather
+
+
+@kernel
+def exemplar_of(table: Int64, which: int) -> tuple[int, int, int, int]:
+    """Return the number of an exemplar's first pixel, its height, its width, and 1 if it is toroidal.
+
+    Plain numbers: a view of the table would count references wherever it is made.
+    """
+    return table[which, 0], table[which, 1], table[which, 2], table[which, 3]
+
+
+@kernel
+def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
+    """Return the number of a pixel; beyond the border there is the nearest one, or the other side of a torus."""
+    height, width = row[1], row[2]
+    if not (0 <= y < height and 0 <= x < width):
+        if row[3] != 0:
+            y, x = y % height, x % width
+        else:
+            y, x = min(max(y, 0), height - 1), min(max(x, 0), width - 1)
+    number: int = row[0] + y * width + x
+    return number
+
+
+@kernel
+def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, own: int) -> int:
+    """Return the pixel nearest to a place, or `own` where that one must not be read."""
+    k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
+    return own if free.size > 0 and not free[k] else k
+
+
+@kernel
+def share_of(row: tuple[int, int, int, int], near: NDArray[np.uint16], uy: float, ux: float) -> int:
+    """Return how much the pixel nearest to a place counts in a vote: nothing outside of the exemplar."""
+    y, x = floor(uy + 0.5), floor(ux + 0.5)
+    if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
+        return 0
+    return int(near[_pixel(row, y, x)])
+
+
+@kernel
+def _cubic(f: float, w: Array, begin: int) -> None:
+    w[2, begin] = ((1.0 - 0.5 * f) * f - 0.5) * f
+    w[2, begin + 1] = (1.5 * f - 2.5) * f * f + 1.0
+    w[2, begin + 2] = ((2.0 - 1.5 * f) * f + 0.5) * f
+    w[2, begin + 3] = (0.5 * f - 0.5) * f * f
+
+
+@kernel
+def taps(
+    row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, at: Int64, w: Array
+) -> int:
+    """List the pixels of a reading, at most 16, and their weights in w[0]; in w[1] those of the 2 x 2 around it alone.
+
+    Returns how many; 0 where none of the four around may be read. `free` as in :class:`Reach`; w[2] is room to work.
+    """
+    y, x = floor(uy), floor(ux)
+    fy, fx = uy - y, ux - x
+    _cubic(fy, w, 0)
+    _cubic(fx, w, 4)
+    n, smooth, total = 0, True, 0.0
+    for i in range(4):
+        for k in range(4):
+            weight = w[2, i] * w[2, 4 + k]
+            if w[2, i] == 0.0 or w[2, 4 + k] == 0.0:
+                continue
+            at[n] = _pixel(row, y + i - 1, x + k - 1)
+            if free.size > 0 and not free[at[n]]:
+                smooth = False
+                continue
+            w[0, n], w[1, n] = weight, 0.0
+            if 1 <= i <= 2 and 1 <= k <= 2:
+                w[1, n] = (fy if i == 2 else 1.0 - fy) * (fx if k == 2 else 1.0 - fx)
+                total += w[1, n]
+            n += 1
+    if smooth:
+        return n
+    kept = 0
+    for k in range(n):
+        if w[1, k] > 0.0:
+            at[kept] = at[k]
+            w[0, kept] = w[1, kept] = w[1, k] / total
+            kept += 1
+    return kept
+
+
+@kernel
+def footprint(down: float, across: float) -> tuple[int, float]:
+    """Return how many readings a pixel needs along an axis, and over how much of its step (down, across) they spread.
+
+    One where a step of the output is no longer than a pixel of the exemplar; from there on they spread, over all of the
+    step where it is two, so that sharpness never jumps.
+    """
+    length = sqrt(down * down + across * across)
+    if length <= 1.0 + SLACK:
+        return 1, 0.0
+    return min(ceil(length - SLACK), MOST), min(1.0, 2.0 - 2.0 / length)
+
 
 ALIKE = 1 / 1024
 """Px, and parts of a frame, by which votes may differ and still be read together; those of one piece do by less."""
@@ -26,25 +144,25 @@ KEPT = 8
 class WarpField(NamedTuple):
     """The arrays of a map; what it leaves out has no pixels, but `which` is always there."""
 
-    yx: NDArray[np.int32]
-    which: NDArray[np.uint8]
-    pose: NDArray[np.uint8]
-    frame: NDArray[np.float32]  # (H, W, 2, 2)
-    sub: NDArray[np.float32]  # (H, W, 2)
+    yx: Int32
+    which: UInt8
+    pose: UInt8
+    frame: Float32  # (H, W, 2, 2)
+    sub: Float32  # (H, W, 2)
 
 
 class Part(NamedTuple):
     """A cell with a halo, in px of the plane."""
 
-    which: NDArray[np.uint8]  # (h, w)
-    at: NDArray[np.float64]  # (h, w, 2): the place in the exemplar
-    j: NDArray[np.float64]  # (h, w, 4): the frame, as the rows of J
-    own: NDArray[np.int64]  # (h, w): the pixel that the map names, as a number among all exemplars
+    which: UInt8  # (h, w)
+    at: Floats  # (h, w, 2): the place in the exemplar
+    j: Floats  # (h, w, 4): the frame, as the rows of J
+    own: Int64  # (h, w): the pixel that the map names, as a number among all exemplars
 
 
 @kernel
 def lay_part(
-    field: WarpField, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], table: NDArray[np.int64], part: Part
+    field: WarpField, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], table: Int64, part: Part
 ) -> bool:
     """Cut a box out of a map that is `scale` times enlarged, as `cut_window` does; outside the canvas are holes.
 
@@ -96,7 +214,7 @@ def lay_part(
 
 @kernel
 def hear(
-    part: Part, reach: Reach, feather: int, y: int, x: int, places: NDArray[np.float64], votes: NDArray[np.int64]
+    part: Part, reach: Reach, feather: int, y: int, x: int, places: Floats, votes: Int64
 ) -> int:
     """List what the entries around pixel (y, x) of a cell read, in the order of the raster; returns how many.
 
@@ -132,6 +250,236 @@ def hear(
 
 
 @kernel
-def _alike(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+def _alike(a: Floats, b: Floats) -> bool:
     away = max(max(abs(a[0] - b[0]), abs(a[1] - b[1])), max(abs(a[2] - b[2]), abs(a[3] - b[3])))
     return bool(away <= ALIKE)
+
+
+@kernel
+def read_light(
+    part: Part, reach: Reach, feather: int, light: Array, alpha: bool,
+    sums: tuple[Floats, Floats], first: Int64,
+    weights: tuple[Floats, Floats],
+) -> None:  # fmt: skip
+    """Add up what is read for every pixel of a cell: w (light - light of the first pixel read).
+
+    `sums` (h, w, C) are those of colours that count by their opacity, and of all alike; without `alpha` the second is
+    all. `first` (h, w) is that pixel, -1 at the start; `weights` (h, w) are the sums of w times opacity, and of w.
+    """
+    at, w, added = np.empty(16, np.int64), np.empty((3, 16)), np.zeros((2, light.shape[1]))
+    room, free = (feather + 1) * (feather + 1), reach.free
+    places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
+    for y in range(first.shape[0]):
+        for x in range(first.shape[1]):
+            base, opaque = -1, 0.0
+            added[:] = 0.0
+            if feather > 0:
+                heard = hear(part, reach, feather, y, x, places, votes)
+            else:  # the pixel itself, or nobody: plainly as above
+                heard = 1 if part.which[y, x] != HOLE else 0
+                places[0, 0], places[0, 1] = part.at[y, x, 0], part.at[y, x, 1]
+                votes[0, 0], votes[0, 1], votes[0, 2] = y, x, 1
+            for vote in range(heard):
+                qy, qx, count = votes[vote, 0], votes[vote, 1], votes[vote, 2]
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
+                jyy, jyx, jxy, jxx = part.j[qy, qx, 0], part.j[qy, qx, 1], part.j[qy, qx, 2], part.j[qy, qx, 3]
+                uy, ux = places[vote, 0], places[vote, 1]
+                weights[1][y, x] += count
+                (ny, sy), (nx, sx) = footprint(jyy, jxy), footprint(jyx, jxx)
+                for k in range(ny * nx):
+                    oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
+                    n = taps(row, free, uy + (jyy * oy + jyx * ox), ux + (jxy * oy + jxx * ox), at, w)
+                    if n == 0:
+                        at[0], w[0, 0], w[1, 0], n = nearest_pixel(row, free, uy, ux, own), 1.0, 1.0, 1
+                    base = at[0] if base < 0 else base
+                    opaque += _add(light, alpha, at, n, w, count / (ny * nx), base, added)
+            first[y, x] = base
+            weights[0][y, x] = opaque
+            for c in range(light.shape[1]):
+                sums[1][y, x, c] = added[1, c]
+                if alpha:
+                    sums[0][y, x, c] = added[0, c]
+
+
+@kernel
+def _varies(light: Array, at: Int64, n: int) -> bool:
+    """Say whether opacity is not the same in all pixels of a reading."""
+    last, varied = light.shape[1] - 1, False
+    for k in range(1, n):
+        varied = varied or light[at[k], last] != light[at[0], last]
+    return varied
+
+
+@kernel
+def _add(
+    light: Array, alpha: bool, at: Int64, n: int, w: Array, share: float, first: int, added: Array
+) -> float:
+    """Add a reading of `n` pixels, which never leaves their range; returns how much of it is seen.
+
+    ``added`` (2, C): what is added up of colours by their opacity, and of all.
+
+    In linear light, where Catmull-Rom shoots beyond an edge, dark stones would get black rims beside bright ones.
+    Where opacity varies, colours come from the 2 x 2 around: with their weights, never negative, no colour is made up
+    where hardly anything is seen.
+    """
+    last = light.shape[1] - 1
+    mixed = alpha and _varies(light, at, n)
+    opaque = 0.0
+    if alpha:
+        for k in range(n):
+            opaque += share * w[1 if mixed else 0, k] * max(np.float64(light[at[k], last]), 0.0)
+    for c in range(last + 1):
+        line = 1 if mixed and c < last else 0
+        value, low, high, part = 0.0, np.inf, -np.inf, 0.0
+        for k in range(n):
+            away = np.float64(light[at[k], c]) - np.float64(light[first, c])
+            low, high = min(low, away), max(high, away)
+            value += w[line, k] * away
+            if mixed:
+                part += w[1, k] * max(np.float64(light[at[k], last]), 0.0) * away
+        value = min(max(value, low), high)
+        added[1, c] += share * value
+        if alpha and c < last:
+            added[0, c] += share * part if mixed else opaque * value
+    return opaque
+
+
+@kernel
+def settle_light(
+    plain: Floats, weight: Floats, first: Int64, light: Array, samples: Array,
+    coding: tuple[Int32, Int32, int], out: Array,
+) -> None:  # fmt: skip
+    """Write the codes (h, w, C) of what was read of opaque colours; where it is the first pixel's light, its own code.
+
+    ``coding``: lights at which codes begin, and a shelf of starting points that shortens the walk to them.
+    """
+    steps, shelf, shift = coding
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            base = max(first[y, x], 0)
+            for c in range(out.shape[2]):
+                away = plain[y, x, c] / max(weight[y, x], 1.0)
+                if away == 0.0:
+                    out[y, x, c] = samples[base, c]
+                    continue
+                value = floor(light[base, c] + away)
+                code = np.int64(shelf[value >> shift])
+                while code < steps.size and steps[code] <= value:
+                    code += 1
+                out[y, x, c] = code
+
+
+@kernel
+def _pose_of(j: Floats) -> int:
+    """Return the number of the isometry that a frame is, -1 where it is none."""
+    for p in range(8):
+        if j[0] == J[p, 0] and j[1] == J[p, 1] and j[2] == J[p, 2] and j[3] == J[p, 3]:
+            return p
+    return -1
+
+
+@kernel
+def _vector(
+    row: tuple[int, int, int, int], reach: Reach, j: Floats, u: tuple[float, float], own: int,
+    vectors: Array, read: Floats,
+) -> tuple[int, bool]:  # fmt: skip
+    """Read a vector (x, y, z) at a place; returns the first pixel read, and whether all that were read are equal."""
+    at, w = np.empty(16, np.int64), np.empty((3, 16))
+    (ny, sy), (nx, sx) = footprint(j[0], j[2]), footprint(j[1], j[3])
+    first, equal = -1, True
+    away = np.zeros(3)
+    for k in range(ny * nx):
+        oy, ox = ((k // nx + 0.5) / ny - 0.5) * sy, ((k % nx + 0.5) / nx - 0.5) * sx
+        n = taps(row, reach.free, u[0] + (j[0] * oy + j[1] * ox), u[1] + (j[2] * oy + j[3] * ox), at, w)
+        if n == 0:
+            at[0], w[0, 0], n = nearest_pixel(row, reach.free, u[0], u[1], own), 1.0, 1
+        if first < 0:
+            first = at[0]
+        for i in range(n):
+            for c in range(3):
+                step = np.float64(vectors[at[i], c]) - np.float64(vectors[first, c])
+                equal = equal and step == 0.0
+                away[c] += w[0, i] * step
+    for c in range(3):
+        read[c] = np.float64(vectors[first, c]) + away[c] / (ny * nx)
+    return first, equal
+
+
+@kernel
+def _turn(j: Floats, cross: int, keep: bool, v: Floats) -> None:
+    """Turn a vector with its piece: slopes pull back, n_yx' = J^T n_yx; `cross` is -1 where green is up, else 1.
+
+    Its length stays, so that no vote is louder for being scaled; `keep`: it stays by itself.
+    """
+    x, y = v[0], v[1]
+    v[0], v[1] = j[3] * x + cross * j[1] * y, j[0] * y + cross * j[2] * x
+    if not keep:
+        before, after = (x * x + y * y) + v[2] * v[2], (v[0] * v[0] + v[1] * v[1]) + v[2] * v[2]
+        if after > 0.0:
+            ratio = sqrt(before / after)
+            v[0] *= ratio
+            v[1] *= ratio
+            v[2] *= ratio
+
+
+@kernel
+def read_vectors(
+    part: Part, reach: Reach, feather: int, vectors: Array, cross: int, first: Int64,
+    sums: tuple[Floats, Floats], weight: Floats,
+) -> None:  # fmt: skip
+    """Add up the vectors read for every pixel of a cell, each turned with its piece.
+
+    `first` (h, w): 8 times the first pixel read, and its isometry; less than 0 where anything was no copy, turned by an
+    isometry. `sums` (h, w, 3): the first vector, and the sum of w (vector - first).
+    """
+    lead, total = sums
+    v, room = np.empty(3), (feather + 1) * (feather + 1)
+    places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
+    for y in range(first.shape[0]):
+        for x in range(first.shape[1]):
+            first[y, x] = 0
+            for k in range(hear(part, reach, feather, y, x, places, votes)):
+                qy, qx, vote = votes[k]
+                row, j, u = exemplar_of(reach.table, part.which[qy, qx]), part.j[qy, qx], (places[k, 0], places[k, 1])
+                pixel, equal = _vector(row, reach, j, u, part.own[qy, qx], vectors, v)
+                pose = _pose_of(j)
+                _turn(j, cross, pose >= 0, v)
+                if weight[y, x] == 0.0:
+                    lead[y, x] = v
+                    first[y, x] = 8 * pixel + max(pose, 0)
+                if first[y, x] >= 0 and not (equal and pose >= 0):
+                    first[y, x] = -1 - first[y, x]
+                weight[y, x] += vote
+                for c in range(3):
+                    total[y, x, c] += vote * (v[c] - lead[y, x, c])
+
+
+@kernel
+def read_labels(
+    part: Part, reach: Reach, feather: int, ranks: Int32, out: Int32, weight: Int64
+) -> None:
+    """Choose for every pixel of a cell the label of the most nearest pixels by weight, the smallest of equals."""
+    room = (feather + 1) * (feather + 1)
+    heard, share = np.empty(room, np.int32), np.empty(room, np.int64)
+    places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
+    for y in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            n = 0
+            for i in range(hear(part, reach, feather, y, x, places, votes)):
+                qy, qx, vote = votes[i]
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
+                rank = ranks[nearest_pixel(row, reach.free, places[i, 0], places[i, 1], own)]
+                weight[y, x] += vote
+                k = 0
+                while k < n and heard[k] != rank:
+                    k += 1
+                if k == n:
+                    heard[n], share[n] = rank, 0
+                    n += 1
+                share[k] += vote
+            best = -1
+            for k in range(n):
+                if best < 0 or share[k] > share[best] or (share[k] == share[best] and heard[k] < heard[best]):
+                    best = k
+            if best >= 0:
+                out[y, x] = heard[best]

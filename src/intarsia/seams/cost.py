@@ -42,8 +42,8 @@ def energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
     for first in range(0, smap.height, BAND):
         size = min(BAND, smap.height - first), smap.width
         band = _band(smap, first, size)
-        which = np.zeros(band.yx.shape[:2], np.uint8) if band.which is None else band.which
-        pose = np.zeros_like(which) if band.pose is None else band.pose
+        which = band.numbers
+        pose = band.turns
         part = Part(band.yx, which, pose, size)
         if band.exact:
             total += exact_energy(part, pieces, SeamPrice(knee=knee))
@@ -78,8 +78,8 @@ def _pieces(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> 
 
 def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
     """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
-    which = np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which
-    pose = np.zeros_like(which) if smap.pose is None else smap.pose
+    which = smap.numbers
+    pose = smap.turns
     total = 0
     for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)):
         if smap.exact:

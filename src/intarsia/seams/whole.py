@@ -25,7 +25,7 @@ from ..arrays import Array, Int32, Mask, Pair
 from ..exemplar import Exemplar
 from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
-from ..kernels.parts import boxes_of_parts
+from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
 from ..patches.growth import Pick
 from ..run import Run

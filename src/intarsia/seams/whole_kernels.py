@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Int64, Pair
+from ..kernels.cuts import find_root
 from ..kernels.jit import kernel
-from ..kernels.union_find import find_root
 from ..kernels.windows import canvas_place
 from .energy_kernels import JOINT, source_at, spot
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array
+from ..arrays import Array, Int64
 from .fourier_kernels import Correlated, Fee
 from .posed import PosedExemplars
 
@@ -76,7 +75,7 @@ class Candidates:
     ``permitted`` that none of the rows returns too near.
     """
 
-    rows: NDArray[np.int64]
+    rows: Int64
     usual: int
     feats: Array
     known: Array

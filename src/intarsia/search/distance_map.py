@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
 from ..analysis.stretched import RANGE, channel_shares
+from ..arrays import Float32
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
@@ -20,7 +21,7 @@ from .posed import PosedExemplars
 FAR = -1.0  # stands where no patch may begin
 
 
-def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> list[NDArray[np.float32]]:
+def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> list[Float32]:
     """Return for every variant the distance of the patch at each first pixel, FAR where none may begin.
 
     Root mean square over the known pixels of the window, every position measured exactly. `scale`: what a
@@ -39,10 +40,10 @@ def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> 
 
 
 def best_of_poses(
-    maps: list[NDArray[np.float32]], variants: PosedExemplars, patch: tuple[int, int]
-) -> list[NDArray[np.float32]]:
+    maps: list[Float32], variants: PosedExemplars, patch: tuple[int, int]
+) -> list[Float32]:
     """Return for every exemplar the distance of its patch at each first pixel in the pose that fits best (Fig. 4.2)."""
-    best: dict[int, NDArray[np.float32]] = {}
+    best: dict[int, Float32] = {}
     for v, one in enumerate(maps):
         pose = int(variants.pose[v])
         upright = pose_array(one, {5: 7, 7: 5}.get(pose, pose))
@@ -65,14 +66,14 @@ def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
     return RANGE**2 * sum(shares)
 
 
-def side_by_side(maps: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+def side_by_side(maps: list[Float32]) -> Float32:
     """Put the maps of several exemplars into one picture, in their order, top edges level."""
     height = max(m.shape[0] for m in maps)
     padded: list[Any] = [np.pad(m, ((0, height - len(m)), (0, 0)), constant_values=FAR) for m in maps]
     return np.concatenate(padded, axis=1)
 
 
-def as_16_bit(picture: NDArray[np.float32]) -> NDArray[np.uint16]:
+def as_16_bit(picture: Float32) -> NDArray[np.uint16]:
     """Stretch a distance map to 16 bits: black for the nearest patch, white for the farthest and where none is."""
     there = picture[picture >= 0]
     if not there.size:

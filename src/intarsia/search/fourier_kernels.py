@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Int32, Int64, Mask, UInt8
 from ..kernels.jit import kernel
 
 
@@ -74,26 +75,26 @@ class Correlated(NamedTuple):
     """n windows correlated with one posed exemplar, and what turns that into distances."""
 
     values: NDArray[np.floating[Any]]  # (n, >= rows, >= columns): correlation at every position
-    squares: NDArray[np.int32]  # (m, rows, columns): the exemplar's energy under m masks
-    slots: NDArray[np.int64]  # (n,): which of the masks is the window's
-    energies: NDArray[np.int64]  # (n,): of the windows
-    valid: NDArray[np.bool_]  # (rows, columns): where a patch may begin
+    squares: Int32  # (m, rows, columns): the exemplar's energy under m masks
+    slots: Int64  # (n,): which of the masks is the window's
+    energies: Int64  # (n,): of the windows
+    valid: Mask  # (rows, columns): where a patch may begin
     variant: int  # number of the posed exemplar
 
 
 class Fee(NamedTuple):
     """What repeats cost at the positions of one posed exemplar."""
 
-    counts: NDArray[np.int32]  # (rows, columns): uses; 256 = one full repeat
+    counts: Int32  # (rows, columns): uses; 256 = one full repeat
     weight: int  # price of such a repeat, in 1 / 65536 of the usual distance
 
 
 class Listed(NamedTuple):
     """The short-lists of n windows, K positions each and what more a search needs to sort them."""
 
-    best: NDArray[np.int64]  # (n, K, 4): cost, variant, row, column, cheapest first
-    counts: NDArray[np.int64]  # (n,): how many there are
-    usual: NDArray[np.int64]  # (n,): the usual distance, -1 while unknown
+    best: Int64  # (n, K, 4): cost, variant, row, column, cheapest first
+    counts: Int64  # (n,): how many there are
+    usual: Int64  # (n,): the usual distance, -1 while unknown
 
 
 @kernel
@@ -199,8 +200,8 @@ MOST_SQUARES = ((1 << 31) - 1) // MOST_DIFFERENCE**2  # so many squares of it st
 class Among(NamedTuple):
     """The patches that may be taken, of all variants, one after the other."""
 
-    valid: NDArray[np.uint8]  # (positions,): 1 where a patch may begin
-    offsets: NDArray[np.int64]  # (V, 3): where a variant's positions begin, their rows and columns
+    valid: UInt8  # (positions,): 1 where a patch may begin
+    offsets: Int64  # (V, 3): where a variant's positions begin, their rows and columns
 
 
 @kernel

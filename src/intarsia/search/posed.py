@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import Features, pose_array
 from ..analysis.sums import valid_windows, without_patch
+from ..arrays import Int16, Int32, Int64, Mask, UInt8
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
@@ -29,14 +30,14 @@ class PosedExemplars:
     A toroidal exemplar is followed by its own beginning, so that every window can be read straight.
     """
 
-    flat: NDArray[np.int16]  # all features, one variant after the other, each (rows, stride, channels)
-    table: NDArray[np.int64]  # (V, 4): where a variant begins in ``flat``, height, width, and the stride in px
-    exemplar: NDArray[np.uint8]  # (V,): which exemplar it is
-    pose: NDArray[np.uint8]  # (V,): and how it lies
+    flat: Int16  # all features, one variant after the other, each (rows, stride, channels)
+    table: Int64  # (V, 4): where a variant begins in ``flat``, height, width, and the stride in px
+    exemplar: UInt8  # (V,): which exemplar it is
+    pose: UInt8  # (V,): and how it lies
     # Of every variant, the windows' first pixels at which a patch holds usable pixels only.
-    valid: tuple[NDArray[np.bool_], ...]
+    valid: tuple[Mask, ...]
     channels: int
-    toroidal: NDArray[np.bool_]  # (V,): whether its exemplar is
+    toroidal: Mask  # (V,): whether its exemplar is
 
     def __len__(self) -> int:
         return len(self.table)
@@ -46,14 +47,14 @@ class PosedExemplars:
         """The features and where each variant lies in them, as kernels take them."""
         return Posed(self.flat, self.table)
 
-    def picture(self, v: int) -> NDArray[np.int16]:
+    def picture(self, v: int) -> Int16:
         """The features of a variant, (rows, stride, channels), a view."""
         start, _, _, stride = (int(n) for n in self.table[v])
         stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
         return self.flat[start:stop].reshape(-1, stride, self.channels)
 
     @cached_property
-    def turns(self) -> NDArray[np.int64]:
+    def turns(self) -> Int64:
         """Where the pixel that variant v shows at (y, x) lies in variant k: (V, V, 7) of a, b, c, d, e, f, g.
 
         At (a y + b x + e, c y + d x + f), where g is 1; it is 0 for variants of two exemplars, and for v = k.
@@ -68,8 +69,8 @@ class PosedExemplars:
         return out
 
     def to_exemplars(
-        self, yx: NDArray[np.int32], variant: NDArray[np.uint8]
-    ) -> tuple[NDArray[np.int32], NDArray[np.uint8], NDArray[np.uint8]]:
+        self, yx: Int32, variant: UInt8
+    ) -> tuple[Int32, UInt8, UInt8]:
         """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
         if not self.pose.any():
             which = _lookup(self.exemplar, variant)
@@ -138,14 +139,14 @@ def posed_exemplars(
     )
 
 
-def in_one_row(valid: Sequence[NDArray[np.bool_]]) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+def in_one_row(valid: Sequence[Mask]) -> tuple[UInt8, Int64]:
     """Lay tables of all variants out as one of uint8; (V, 3): where each begins, its rows and columns."""
     begins = np.cumsum([0] + [v.size for v in valid])
     offsets = np.array([(b, *v.shape) for b, v in zip(begins.tolist(), valid, strict=False)], np.int64)
     return np.concatenate([v.astype(np.uint8).ravel() for v in valid]), offsets
 
 
-def _lookup(table: NDArray[np.uint8], variant: NDArray[Any]) -> NDArray[np.uint8]:
+def _lookup(table: UInt8, variant: NDArray[Any]) -> UInt8:
     full = np.full(256, HOLE, np.uint8)
     full[: len(table)] = table
     out = np.empty(variant.shape, np.uint8)

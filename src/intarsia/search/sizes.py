@@ -10,7 +10,7 @@ from ..analysis.elements import ElementSize, element_size
 from ..analysis.features import features
 from ..analysis.sums import valid_windows, without_patch
 from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, sampled
 from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..params import extent, words
@@ -124,8 +124,3 @@ def check_patch(
             )
     if not any(valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars):
         raise without_patch((rows, columns))
-
-
-def sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
-    """The exemplars that are not only there to lie under a start map."""
-    return [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Floats, Int32, Int64
+from ..kernels.cuts import find_root
 from ..kernels.jit import kernel
-from ..kernels.union_find import find_root
 
 
 @kernel

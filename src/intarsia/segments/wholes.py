@@ -20,7 +20,7 @@ from ..analysis.features import features
 from ..analysis.popout import USUAL, popout
 from ..arrays import Array, Floats, Int32, Int64, Pair, UInt8
 from ..exemplar import Exemplar
-from ..kernels.parts import boxes_of_parts, parts
+from ..kernels.pieces_of_maps import boxes_of_parts, parts
 from ..lazy import ndimage
 from ..search import sizes
 from . import basins_kernels

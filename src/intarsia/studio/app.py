@@ -22,7 +22,7 @@ from ..arguments import SAMPLES
 from ..errors import IntarsiaError, ParameterError
 from . import jobs, uploads
 from .jobs import Jobs
-from .processes import Process
+from .processes import Process, Wanted
 from .safety import Safety, error
 from .showing import FOUND, LABELS, Showing, Sketches
 from .store import Bin, Events, Store
@@ -30,7 +30,7 @@ from .weaves import Weaves
 from .words import LIMITS, result_told, schema
 
 STATIC = Path(__file__).parent / "static"
-WHOLE = re.compile("-?[0-9]{1,15}")
+WHOLE, LENGTH = re.compile("-?[0-9]{1,15}"), re.compile("[0-9]{1,8}")
 SIDE = 4096  # px: no picture for a page is larger
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 """What is named by its contents does not change."""
@@ -151,10 +151,7 @@ class Studio:
     async def sketch(self, request: Request) -> Response:
         row, method = self.row(request, "exemplars"), request.path_params["method"]
 
-        async def wanted() -> bool:
-            return not await request.is_disconnected()
-
-        data = await self.sketches.get(row, method, wanted)
+        data = await self.sketches.get(row, method, wanted_by(request))
         return picture(data) if data else Response(status_code=204, headers=KEPT)
 
     async def put_image(self, request: Request) -> Response:
@@ -244,15 +241,12 @@ class Studio:
         return JSONResponse(await self.weaves.window(request.path_params["id"], await said(request)))
 
     async def tile(self, request: Request) -> Response:
-        async def wanted() -> bool:
-            return not await request.is_disconnected()
-
         found = [request.query_params.get("level", "0"), *(request.path_params[name] for name in ("y", "x"))]
         if not all(WHOLE.fullmatch(text) for text in found):
             raise HTTPException(404, "there is no such tile; its level, its row and its column are whole numbers.")
         level, y, x = map(int, found)
         known = request.headers.get("if-none-match", "").strip('"')
-        key, data = await self.weaves.tile(request.path_params["id"], (level, y, x), known, wanted)
+        key, data = await self.weaves.tile(request.path_params["id"], (level, y, x), known, wanted_by(request))
         headers = KEPT | {"ETag": f'"{key}"'}
         return Response(status_code=304, headers=headers) if data is None else picture(data, headers)
 
@@ -304,6 +298,15 @@ def picture(data: bytes, headers: Mapping[str, str] = KEPT) -> Response:
     return Response(data, media_type="image/png", headers=headers)
 
 
+def wanted_by(request: Request) -> Wanted:
+    """Whether who asks still waits for the answer."""
+
+    async def wanted() -> bool:
+        return not await request.is_disconnected()
+
+    return wanted
+
+
 async def said(request: Request) -> dict[str, Any]:
     """The JSON object of a request."""
     try:
@@ -318,7 +321,7 @@ async def said(request: Request) -> dict[str, Any]:
 def side_of(request: Request) -> int:
     """How large a picture shall be at most."""
     text = request.query_params.get("side", "1024")
-    if not (text.isascii() and text.isdigit() and len(text) < 6 and 1 <= int(text) <= SIDE):
+    if not (LENGTH.fullmatch(text) and 1 <= int(text) <= SIDE):
         raise ParameterError(f"side: give 1 to {SIDE} px.")
     return int(text)
 
@@ -328,7 +331,7 @@ def box_of(request: Request) -> list[int] | None:
     text = request.query_params.get("box")
     if text is None:
         return None
-    found = [int(word) if word.isascii() and word.isdigit() and len(word) < 9 else -1 for word in text.split(",")]
+    found = [int(word) if LENGTH.fullmatch(word) else -1 for word in text.split(",")]
     if len(found) != 4 or min(found) < 0 or not 1 <= min(found[2:]) <= max(found[2:]) <= SIDE:
         raise ParameterError(f"box: give x,y,width,height in px, at most {SIDE} px a side.")
     return found

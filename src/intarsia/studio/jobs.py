@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-import shutil
 import time
 from collections import deque
 from contextlib import suppress
@@ -49,7 +48,7 @@ class Jobs:
         self._warmed: int | None = 0  # the process that is as warm as it gets
         self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker knows, as many as it keeps
         self._wake, self._wake_slow = asyncio.Event(), asyncio.Event()
-        self._tasks: list[asyncio.Task[None]] = []
+        self._tasks = list[asyncio.Task[Any]]()
         self._to_score: asyncio.Queue[str] = asyncio.Queue()
 
     # what the server asks for
@@ -155,14 +154,11 @@ class Jobs:
 
     def _end_preparing(self, name: str) -> None:
         if self._preparing == name:
-            self._tasks.append(asyncio.create_task(self._kill(self.worker)))
+            self._tasks.append(asyncio.create_task(self.worker.end()))
 
     def _end_worker(self, name: str) -> None:
         if name in self._running and name in self._cancelled:
-            self._tasks.append(asyncio.create_task(self._kill(self._running[name])))
-
-    async def _kill(self, process: Process) -> None:
-        await process.end()
+            self._tasks.append(asyncio.create_task(self._running[name].end()))
 
     async def warm(self) -> None:
         """Have the worker load or compile what growing needs, until it is needed itself."""
@@ -216,16 +212,14 @@ class Jobs:
                 await self._wake.wait()
 
     async def _prepare(self, name: str) -> None:
-        folder = self.store.under_way("exemplars")
         self._to_prepare, self._preparing = None, name
         try:
-            with suppress(IntarsiaError):  # then growing it fails, and tells why
+            with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # then growing it tells why
                 words = exemplar_words(name, Words(), self.store)
                 await self.worker.ask("prepare", words=words, folder=str(folder))
                 self._prepared.append(name)
         finally:
             self._preparing = None
-            shutil.rmtree(folder, ignore_errors=True)
 
     async def _carry_out(self, job: Row, process: Process) -> None:
         """Do a job: its state tells how it ended."""
@@ -233,14 +227,13 @@ class Jobs:
         self._running[name], self._live[name] = process, {}
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
-        folder = self.store.under_way("results")
         failed: dict[str, Any]
         words = Words()
         try:
             words = words_of(job, self.store)
-            answer, _ = await process.ask("command", self._hearing(job), words=words.said, folder=str(folder))
-            row = await asyncio.to_thread(self._keep, job, words, answer, folder)
-            self.store.get("results", row["id"])
+            with self.store.under_way("results") as folder:
+                answer, _ = await process.ask("command", self._hearing(job), words=words.said, folder=str(folder))
+                row = await asyncio.to_thread(self._keep, job, words, answer, folder)
             score = (row["score"] or {}).get("total")
             failed = {"state": "done", "result": row["id"], "fraction": 1.0, "stage": "done", "score": score}
         except Exception as e:
@@ -250,7 +243,6 @@ class Jobs:
             line = plain(words.cleaned(line.replace(f"{self.store.folder}{os.sep}", "")))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         finally:
-            shutil.rmtree(folder, ignore_errors=True)
             del self._running[name]
             self._cancelled.discard(name)
             self.previews.pop(name, None)

@@ -46,7 +46,7 @@ class Process:
     async def ask(
         self, do: str, heard: Heard | None = None, within: float | None = None, wanted: Wanted | None = None,
         **given: Any,
-    ) -> Any:  # fmt: skip
+    ) -> tuple[Any, bytes]:  # fmt: skip
         """Have it do something: what it answers, as (JSON, bytes). FailedError where that fails.
 
         `heard` is called with what it tells meanwhile; after `within` seconds it is ended, and that is a failure.
@@ -64,7 +64,7 @@ class Process:
                 await self.end()
                 raise
 
-    async def _ask(self, do: str, heard: Heard | None, given: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
+    async def _ask(self, do: str, heard: Heard | None, given: dict[str, Any]) -> tuple[Any, bytes]:
         process = await self._started()
         self._number += 1
         assert process.stdin is not None

@@ -111,7 +111,7 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
     def entered() -> None:
         say(f"a browser came in; another one comes in at {app.entrance(entered)}")
 
-    opening = studio.store.under_way("images") if browser else None
+    opening = studio.store.begun("images") if browser else None
     bearer = studio.store.folder / AUTHORIZATION
     try:
         bearer.unlink(missing_ok=True)

@@ -67,15 +67,11 @@ class Showing:
 
     # exemplars
 
-    def paths_of(self, row: Row) -> list[str]:
-        """The files of an exemplar."""
-        return self.uploads.paths_of(row)
-
     async def exemplar(self, row: Row, plane: str, sight: Row) -> bytes:
         """What can be seen of a plane of an exemplar."""
         if plane not in [known["name"] for known in row["planes"]]:
             raise InputError(f"this exemplar has no plane {said(plane)}.")
-        key, paths = ("exemplar", row["id"], plane, str(sight)), self.paths_of(row)
+        key, paths = ("exemplar", row["id"], plane, str(sight)), self.uploads.paths_of(row)
         return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=plane, **sight)
 
     async def sample(self, name: str, side: int) -> bytes:
@@ -86,7 +82,7 @@ class Showing:
     async def found(self, row: Row) -> Row:
         """What was found in an exemplar; kept in its row."""
         if "found" not in row:
-            answer, _ = await self.beside.ask("find", within=WITHIN, paths=self.paths_of(row))
+            answer, _ = await self.beside.ask("find", within=WITHIN, paths=self.uploads.paths_of(row))
             row = (self.store.get("exemplars", row["id"]) or row) | {"found": answer}
             self.store.put("exemplars", row)
         found: Row = row["found"]
@@ -94,12 +90,12 @@ class Showing:
 
     async def overlay(self, row: Row, kind: str) -> bytes:
         """What was found, as a picture to lay over the exemplar."""
-        given = {"paths": self.paths_of(row), "kind": kind}
+        given = {"paths": self.uploads.paths_of(row), "kind": kind}
         return await self._drawn(("overlay", row["id"], kind), self.beside, "overlay", **given)
 
     async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
         """By how many px a hole would grow to cover a rim of the defect, and what that is, to lay over the exemplar."""
-        given: dict[str, Any] = {"paths": self.paths_of(row), "mask": str(self.store.image(image["id"]))}
+        given: dict[str, Any] = {"paths": self.uploads.paths_of(row), "mask": str(self.store.image(image["id"]))}
         told, data = await self.beside.ask("rim", within=WITHIN, **given)
         return told["grow"], data
 
@@ -114,7 +110,7 @@ class Showing:
                 raise ParameterError("crop: give x, y, width and height in px, inside the exemplar.")
         if crop is None and not any(flags.values()):
             raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
-        paths, stem = self.paths_of(row), row["name"]
+        paths, stem = self.uploads.paths_of(row), row["name"]
 
         async def write(folder: Path) -> list[str]:
             asked = {"paths": paths, "stem": stem, "folder": str(folder), "crop": crop, **flags}
@@ -161,21 +157,18 @@ class Showing:
         if found is not None:
             return found
         called, place = words_of(row, self.store), self.store.folder / "results" / row["id"]
-        folder = self.store.under_way("results")
-        try:
+        with self.store.under_way("results") as folder:
             words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
             await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
             text = (folder / REPORT).read_text(encoding="utf-8")
             return self.pictures.keep(key, called.cleaned(text).encode())
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
 
     async def archive(self, row: Row) -> Path:
         """Write the command, what it needs, and all files of a result into one archive; whoever asked takes it away.
 
         The command writes beside what it needs, so what was made lies in a folder of its own.
         """
-        folder, place = self.store.under_way("results"), self.store.folder / "results" / row["id"]
+        folder, place = self.store.begun("results"), self.store.folder / "results" / row["id"]
 
         def pack() -> Path:
             path = folder / "all.zip"
@@ -239,8 +232,7 @@ class Sketches:
         try:
             paths = self.uploads.paths_of(row)
             _, data = await self.process.ask("sketch", within=WITHIN, wanted=free, paths=paths, method=method)
-            picture: bytes = data
-            return picture
+            return data
         except FailedError:
             if any(task.done() for task in watch):
                 return None

@@ -14,8 +14,8 @@ import re
 import shutil
 import sqlite3
 import time
-from collections.abc import AsyncIterator, Callable, Iterable
-from contextlib import closing, suppress
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -176,11 +176,20 @@ class Store:
         """A name that nothing has, for what is in the making or goes."""
         return self.folder / kind / f"{HIDDEN}{os.urandom(8).hex()}"
 
-    def under_way(self, kind: str) -> Path:
-        """Make a folder for files in the making; it becomes one of `kind` by `keep`."""
+    def begun(self, kind: str) -> Path:
+        """Make a folder for files in the making; it becomes one of `kind` by `keep`, or goes at the next start."""
         path = self._fresh(kind)
         path.mkdir()
         return path
+
+    @contextmanager
+    def under_way(self, kind: str) -> Iterator[Path]:
+        """The same for a while: what is not kept by then goes."""
+        path = self.begun(kind)
+        try:
+            yield path
+        finally:
+            shutil.rmtree(path, ignore_errors=True)
 
     def keep(self, kind: str, path: Path, row: Row) -> Row:
         """Move files that are whole to the folder of their id, with their note, then write their row."""
@@ -191,11 +200,6 @@ class Store:
         (path / TOLD).write_text(json.dumps(row), encoding="utf-8")
         path.rename(place)
         return self.put(kind, row)
-
-    def files(self, kind: str, name: str) -> list[Path]:
-        """The files of an exemplar or a result that people see, by name."""
-        place = self.folder / kind / name
-        return sorted(p for p in place.iterdir() if p.is_file() and not p.name.startswith("."))
 
     def _reconcile(self) -> None:
         """Rows without files go, files with a note get their row again, what ran is interrupted."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import re
-import shutil
 import time
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +80,7 @@ class Uploads:
             raise InputError(f"{said(name)} is no built-in exemplar; give one of {', '.join(SAMPLES)}.")
         row = await self._looked([f"sample:{name}"])
         row |= {"id": digest((), f"sample:{name}"), "files": [], "sample": name}
-        return told(self.store.keep("exemplars", self.store.under_way("exemplars"), row))
+        return told(self.store.keep("exemplars", self.store.begun("exemplars"), row))
 
     async def result(self, name: Any) -> Row:
         """Take a result as an exemplar; normals whose green points down stay so, which the name of their file tells."""
@@ -102,8 +102,7 @@ class Uploads:
         """Keep a picture of numbers: labels, a mask."""
         if ending_of(data[:32], "x.png") != ".png":
             raise InputError("the image is no PNG; save it so, with one channel of 8 bits.")
-        folder = self.store.under_way("images")
-        try:
+        with self._folder("images") as folder:
             path = folder / "image.png"
             path.write_bytes(data)
             seen, _ = await self.looker.ask("look", within=WITHIN, paths=[str(path)], labels=True)
@@ -111,25 +110,23 @@ class Uploads:
             self.store.put("images", row)  # first, as an image without a note is nobody's
             path.replace(self.store.image(row["id"]))
             return row
-        except FailedError as e:
-            raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
 
     async def made(self, write: Callable[[Path], Awaitable[list[str]]]) -> Row:
         """Keep an exemplar whose files are written into a folder; `write` does that, and returns their names."""
-        folder = self.store.under_way("exemplars")
-        try:
-            return await self._kept(folder, await write(folder))
-        except FailedError as e:
-            raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        with self._folder("exemplars") as folder:
+            names = await write(folder)
+            row = await self._looked([str(folder / name) for name in names])
+            row |= {"id": digest(folder.iterdir()), "files": names}
+            return told(self.store.keep("exemplars", folder, row))
 
-    async def _kept(self, folder: Path, names: list[str]) -> Row:
-        row = await self._looked([str(folder / name) for name in names])
-        row |= {"id": digest(folder.iterdir()), "files": names}
-        return told(self.store.keep("exemplars", folder, row))
+    @contextmanager
+    def _folder(self, kind: str) -> Iterator[Path]:
+        """A folder for files in the making, of which no error tells."""
+        with self.store.under_way(kind) as folder:
+            try:
+                yield folder
+            except FailedError as e:
+                raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
 
     def paths_of(self, row: Row) -> list[str]:
         """The files of an exemplar."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import OrderedDict
-from collections.abc import Awaitable, Callable
 from itertools import pairwise
 from typing import Any
 
@@ -14,7 +13,7 @@ from starlette.exceptions import HTTPException
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError
 from ..request.argv import to_line
-from .processes import Process
+from .processes import Process, Wanted
 from .showing import Pictures
 from .store import Row, Store
 from .uploads import Uploads
@@ -28,8 +27,6 @@ SIDE, LEVELS = 256, 4  # px of a tile; from a pixel for a pixel to one for 8 x 8
 LARGEST = 16384  # px a side of a part that a command makes
 STROKES, POINTS, APART, WIDEST = 500, 5000, 1024, 512
 """Most strokes, most points of all of them, px from point to point, px of a radius."""
-
-Wanted = Callable[[], Awaitable[bool]]
 
 
 class Weaves:

@@ -81,7 +81,7 @@ def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, the map {smap.width}x{smap.height}; "
             "make them equal."
         )
-    which = np.zeros(holes.shape, np.uint8) if smap.which is None else smap.which
+    which = smap.numbers
     pose = None if smap.pose is None else np.where(holes, 0, smap.pose)
     frame = None if smap.frame is None else np.where(holes[:, :, None, None], UPRIGHT, smap.frame)
     sub = None if smap.sub is None else np.where(holes[:, :, None], np.float32(0), smap.sub)

@@ -149,22 +149,12 @@ def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     )
 
 
-def which_of(smap: SourceMap) -> UInt8:
-    """Return the exemplar number of every pixel, also where the map leaves it out."""
-    return np.zeros((smap.height, smap.width), np.uint8) if smap.which is None else smap.which
-
-
-def pose_of(smap: SourceMap) -> UInt8:
-    """Return the isometry of every pixel, also where the map leaves it out."""
-    return np.zeros((smap.height, smap.width), np.uint8) if smap.pose is None else smap.pose
-
-
 def looked_up(exemplars: Sequence[Exemplar], smap: SourceMap, plane: str | None = None) -> Array:
     """Fetch every pixel of a map from its exemplar, one exemplar after the other: law 1 in plain words."""
     planes = [e.base if plane is None else e.planes[plane] for e in exemplars]
     out = np.zeros((smap.height, smap.width, planes[0].channels), planes[0].pixels.dtype)
     for number, p in enumerate(planes):
-        mine = which_of(smap) == number
+        mine = smap.numbers == number
         out[mine] = p.samples[smap.yx[mine, 0], smap.yx[mine, 1]]
     return out if planes[0].pixels.ndim == 3 else out[:, :, 0]
 
@@ -176,13 +166,13 @@ def same_map(a: SourceMap, b: SourceMap) -> bool:
 
 def same_pixels(a: SourceMap, b: SourceMap, where: Mask) -> bool:
     """Say whether two maps show the same exemplar pixels, in the same poses, wherever `where` says so."""
-    pairs = ((a.yx, b.yx), (which_of(a), which_of(b)), (pose_of(a), pose_of(b)))
+    pairs = ((a.yx, b.yx), (a.numbers, b.numbers), (a.turns, b.turns))
     return all(bool((one[where] == two[where]).all()) for one, two in pairs)
 
 
 def unbroken(smap: SourceMap, axis: int) -> Mask:
     """Say where a pixel and the next along an axis (the first after the last) continue one another."""
-    which, pose = which_of(smap), pose_of(smap)
+    which, pose = smap.numbers, smap.turns
     step = np.array([(i.j[0][axis], i.j[1][axis]) for i in ISOMETRIES])[pose]
     yx, other, turned = (np.roll(a, -1, axis) for a in (smap.yx, which, pose))
     return np.asarray((yx == smap.yx + step).all(axis=2) & (other == which) & (turned == pose))
@@ -206,8 +196,8 @@ def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
     return replace(
         start,
         yx=np.where(holes[:, :, None], below.yx, start.yx),
-        which=np.where(holes, which_of(below), which_of(start)),
-        pose=np.where(holes, pose_of(below), pose_of(start)),
+        which=np.where(holes, below.numbers, start.numbers),
+        pose=np.where(holes, below.turns, start.turns),
     )
 
 

@@ -41,7 +41,6 @@ from .cases import (
     same_map,
     same_pixels,
     texture,
-    which_of,
 )
 
 L = TypeVar("L", bound=Callable[..., None])
@@ -191,9 +190,9 @@ class StartLaws(Laws):
         holes = hole_of("right half", 26, 30, 0)
         start = with_hole(identity((below.source, sampled.source), 0), holes)
         out = synthesize([below, sampled], None, self.method, start=start, run=Run(threads=1))
-        assert (which_of(out.map)[holes] == 1).all()
+        assert (out.map.numbers[holes] == 1).all()
         deep = depth(start, Wrap.NONE) > self.rim((below, sampled), (26, 30))
-        assert (which_of(out.map)[deep] == 0).all()
+        assert (out.map.numbers[deep] == 0).all()
         assert (out.render(feather=0).pixels[deep] == below.base.pixels[deep]).all()
 
     @of_those_that_claim(Ability.START)
@@ -237,7 +236,7 @@ class MethodContract(StartLaws):
             pixels = out.render(feather=0).pixels
             assert not out.map.exact or pixels.tobytes() == looked_up(case.exemplars, out.map).tobytes()
             for number, e in enumerate(case.exemplars):
-                shown = out.map.yx[which_of(out.map) == number]
+                shown = out.map.yx[out.map.numbers == number]
                 assert e.usable is None or e.usable[shown[:, 0], shown[:, 1]].all()
 
         self.for_all(law, 2 * self.examples)

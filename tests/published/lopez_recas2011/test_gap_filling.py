@@ -17,8 +17,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.kernels.lattice_points import lattice_points
 from intarsia.published.lopez_recas2011 import sampling_kernels
-from intarsia.published.lopez_recas2011.sampling import Sampling
-from intarsia.published.lopez_recas2011.shortlist import ShortList
+from intarsia.published.lopez_recas2011.sampling import Sampling, ShortList
 from intarsia.testing import texture
 
 PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)

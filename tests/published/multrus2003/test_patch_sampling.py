@@ -18,7 +18,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, laid
 from intarsia.patches.growth import Growth
 from intarsia.published.multrus2003 import sampling
-from intarsia.published.multrus2003.drawn_pyramid import Drawn, DrawnPyramid
+from intarsia.published.multrus2003.pyramid import Drawn, DrawnPyramid
 from intarsia.published.multrus2003.sampling import choose, join_in, settings_of
 from intarsia.rendering.render import render
 from intarsia.run import Probe

@@ -15,8 +15,7 @@ from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.published.pixels import raster_kernels
 from intarsia.published.pixels.by_rows import STAGE
-from intarsia.published.pixels.raster_scan import Scan
-from intarsia.published.pixels.tree import tree_of
+from intarsia.published.pixels.raster_scan import Scan, tree_of
 from intarsia.sourcemap import HOLE, identity
 
 RNG = np.random.default_rng(6)

@@ -9,7 +9,7 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.published.segments.readings import ENERGIES, published_segments
+from intarsia.published.segments.laying import ENERGIES, published_segments
 from intarsia.segments.feature_group import DISC, Group
 from intarsia.segments.segments import SizeRule
 

@@ -9,8 +9,7 @@ from segments.naive_segments import naive_histogram, naive_zone_counts
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
-from intarsia.published.segments.histograms import LEVELS, HistogramIndex, SegmentSearch, histogram, some
-from intarsia.published.segments.laying import choose
+from intarsia.published.segments.laying import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, some
 from intarsia.search.candidates import Candidates, Prices
 from intarsia.search.posed import posed_exemplars
 from intarsia.segments.segments import segments
@@ -58,7 +57,7 @@ def test_masked_patches_are_not_in_the_index():
 
 def test_of_large_exemplars_every_second_row_and_column_is_indexed(monkeypatch):
     whole, _ = searching()
-    monkeypatch.setattr("intarsia.published.segments.histograms.PATCHES", 100)
+    monkeypatch.setattr("intarsia.published.segments.laying.PATCHES", 100)
     search, groups = searching()
     assert (whole.step, search.step) == (1, 2)
     columns = -(-search.valid[0].shape[1] // 2)

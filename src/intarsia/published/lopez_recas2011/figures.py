@@ -104,12 +104,39 @@ def tile_costs(exemplar: Exemplar) -> list[Panel]:
     return panels
 
 
+def sampled(exemplar: Exemplar) -> list[Panel]:
+    """Figure 4.7: every second block is drawn, the gaps are empty yet."""
+    made = blocks("a", exemplar, 0)
+    pixels, (i, j) = made.picture.pixels.copy(), np.mgrid[:SIZE, :SIZE] // 40
+    pixels[(i + j) % 2 == 1] = 0
+    return [Panel("a", "every second block", Plane(pixels))]
+
+
+def failures(exemplar: Exemplar) -> list[Panel]:
+    """Figure 5.1: tiles of irregular and of regular colours, and bent ones; how many true tiles the found one holds."""
+    upright = np.mgrid[:180, :180]
+    y, x = upright
+    bent = upright + 6 * np.sin([x / 23 + y / 61 + 1, y / 27 + x / 57])
+    i, j = upright // 18
+    drawn = (i * i * 7919 + i * j * 31 + j * j * 4729) % 181 + 60
+    shades = {"a": drawn, "c": 150 - 16 * ((i + j) % 2), "d": 150 - 16 * (j % 2), "f": 170}
+    panels = []
+    for letter, shade in shades.items():
+        joint = ((bent if letter == "f" else upright) % 18 < 2.5).any(axis=0)
+        tiles = np.where(joint, 40, shade).astype(np.uint8)
+        pair = vectors(Exemplar.of(tiles))
+        true = 648 if letter in "cd" else 324
+        panels.append(Panel(letter, f"{pair.tolist()}", Plane(tiles), {"tiles": abs(np.linalg.det(pair)) / true}))
+    return panels
+
+
 FIGURES = (
     Figure(
         "3.5", "Of pairs of vectors the tile itself is best, not a larger or a smaller one.",
         goodness, USUAL, "goodness c b; goodness d b",
     ),
     Figure("4.6", "The best tile repeats smoothly, the worst with seams.", tile_costs, USUAL, "cost c d"),
+    Figure("4.7", "Blocks are drawn among those in the same place of the lattice.", sampled, USUAL),
     Figure(
         "4.10", "By correlation a little more blocky, by differences sharp edges fit a little worse.",
         fits, USUAL, "seams b a",
@@ -119,6 +146,10 @@ FIGURES = (
         gaps, USUAL, "shown b c; most c b",
     ),
     Figure("4.13", "The result after transitions have been smoothed.", smoothed, USUAL, "sharp b a"),
+    Figure(
+        "5.1", "Irregular colours give too large a tile (a), regular ones half one (c, d), bent tiles a wrong one (f).",
+        failures, USUAL, "tiles 1.1 a; tiles c 0.9; tiles d 0.9; tiles 1.1 f",
+    ),
     Figure(
         "5.2", "Near-regular textures are better synthesized so than by other approaches.",
         compared, USUAL, "shown b c; seams c d",

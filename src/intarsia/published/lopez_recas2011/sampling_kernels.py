@@ -10,7 +10,6 @@ from ...kernels.jit import kernel
 from ...kernels.lattice_points import lattice_points
 
 FIRST = 4  # runs of a border that every place is compared on; then a comparison ends where it is hopeless
-SURE = 1e-9  # sums of rounded numbers are trusted to this
 
 
 @kernel
@@ -169,66 +168,20 @@ def best_by_correlation(
 ) -> int:  # fmt: skip
     """Find the place whose border correlates best (GNCC of all channels), the first of equals.
 
-    As :func:`best_by_difference`; `sums`, `squares`: of :func:`ring_sums`. Half the squared distance of two
-    normalised borders is 1 minus their correlation, and only grows with every px: so most places end early.
+    As :func:`best_by_difference`; `sums`, `squares`: of :func:`ring_sums`.
     """
-    n, few = len(border) // channels, min(FIRST, len(runs))
     own = np.zeros((2, channels), np.int64)
     for k in range(len(border)):
         v = np.int64(border[k])
         own[0, k % channels] += v
         own[1, k % channels] += v * v
-    scale = np.zeros((len(places), channels, 4))
-    loss = np.ones(len(places))
-    lead = 0
+    best, score = -1, -(np.int64(1) << 62)
     for m in range(len(places)):
         y, x = places[m, 0], places[m, 1]
-        whole = 0.0
-        for c in range(channels):
-            other = np.float64(max(n * squares[y, x, c] - sums[y, x, c] ** 2, 0))
-            mine = np.float64(max(n * own[1, c] - own[0, c] ** 2, 0))
-            if other > 0 and mine > 0:
-                scale[m, c, 0] = 0.5 * np.sqrt(mine * other) / n
-                scale[m, c, 1], scale[m, c, 2] = n / np.sqrt(other), n / np.sqrt(mine)
-                scale[m, c, 3] = own[0, c] / n * scale[m, c, 2] - sums[y, x, c] / n * scale[m, c, 1]
-                whole += np.sqrt(mine * other)
-        if whole > 0:
-            scale[m, :, 0] /= whole
-            loss[m] = _half_distance(flat, y * stride + x * channels, runs[:few], border, scale[m], 4.0)
-        if loss[m] < loss[lead]:
-            lead = m
-    best, score = -1, -(np.int64(1) << 62)
-    for turn in range(-1, len(places)):
-        m = lead if turn < 0 else turn
-        limit = 4.0 if best < 0 else 1.0 - score / 1e9 + SURE
-        if loss[m] > limit or turn == lead:
-            continue
-        at = places[m, 0] * stride + places[m, 1] * channels
-        if best >= 0 and loss[m] + _half_distance(flat, at, runs[few:], border, scale[m], limit - loss[m]) > limit:
-            continue
-        y, x = places[m, 0], places[m, 1]
-        g = _exact_correlation(flat, at, runs, border, sums[y, x], squares[y, x], own)
-        if g > score or (g == score and m < best):
+        g = _exact_correlation(flat, y * stride + x * channels, runs, border, sums[y, x], squares[y, x], own)
+        if g > score:
             best, score = m, g
     return best
-
-
-@kernel
-def _half_distance(flat: Any, at: int, runs: Any, border: Any, scale: Any, limit: float) -> float:
-    """Weighted half squared distance of the normalised borders along runs, or part of it above `limit`."""
-    total, channels = 0.0, len(scale)
-    for k in range(len(runs)):
-        f = flat[at + runs[k, 0] : at + runs[k, 0] + runs[k, 2]]
-        g = border[runs[k, 1] : runs[k, 1] + runs[k, 2]]
-        for c in range(channels):
-            part, a, b, e = 0.0, scale[c, 1], scale[c, 2], scale[c, 3]
-            for s in range(c, len(f), channels):
-                d = f[s] * a - g[s] * b + e
-                part += d * d
-            total += scale[c, 0] * part
-        if total > limit:
-            break
-    return total
 
 
 @kernel

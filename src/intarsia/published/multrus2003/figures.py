@@ -19,7 +19,7 @@ from ...exemplar import Exemplar
 from ...guide import Guide
 from ...image import Kind, Plane
 from ...tasks.completion import Margins, extended
-from ..figures import Figure, Panel, cropped, given, grown, shaded
+from ..figures import Figure, Panel, cropped, given, grown, plotted, shaded
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 PEBBLES = "sample:pebbles"
@@ -78,8 +78,33 @@ def repetitions(exemplar: Exemplar) -> list[Panel]:
 def multiresolution(exemplar: Exemplar) -> list[Panel]:
     """Figure 4.9: without and with the pyramid."""
     e = cropped(exemplar, 200)
-    coarse = patches("c", e, 200, "1.0 s", pyramid="mean", pyramid_draws="every")
-    return [given(e), patches("b", e, 200, "33.4 s"), coarse]
+    made = patches("b", e, 200, "33.4 s"), patches("c", e, 200, "1.0 s", pyramid="mean", pyramid_draws="every")
+    work = laws(np.array([e.width]))
+    counted = zip(made, (work["blocks"], work["pyramid"]), strict=True)
+    return [given(e), *(panel._replace(values=panel.values | {"differences": float(n[0])}) for panel, n in counted)]
+
+
+def laws(side: Array) -> dict[str, Array]:
+    """Differences of pixels for each that is grown, by the laws of 2.3, 3.4 and 4.3.2, of square inputs."""
+
+    def searched(places: Any, n: int) -> Any:
+        """So many blocks along each axis, n times smaller than 25 px with seams of 5 px."""
+        return places**2 * 2 * (5 // n) * (25 // n + 2 * (5 // n)) / 35**2
+
+    around = searched(36, 1) + searched(17, 2)  # what fits into an area of twice the block's side
+    return {
+        "pixels": side**2 * (12 * 25 + 13), "blocks": searched(side - 34, 1),
+        "pyramid": searched(side // 4 - 7, 4) + around,
+    }  # fmt: skip
+
+
+def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
+    """Figures 2.4, 3.8 and 4.8: the laws over the side of the input; the gain by the last of them."""
+    side = np.arange(64, 513)
+    drawn = dict([*laws(side).items()][:curves])
+    *before, last = drawn.values()
+    values = {"growth": last[-1] / last[0], "gain": before[-1][-1] / last[-1] if before else 1.0}
+    return [Panel("a", "differences for a pixel, input of 64 to 512 px", plotted(side, drawn), values)]
 
 
 def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
@@ -95,17 +120,33 @@ def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
 
 
 def maps(exemplar: Exemplar, ways: Mapping[str, Sequence[int]]) -> list[Panel]:
-    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose."""
+    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose.
+
+    What lies above and left of the next block is grown by canvases that end there. `periodic`: the highest correlation
+    of a map with itself, moved by a third of a block or more, and by no more than half of the map.
+    """
     e = cropped(exemplar, 150)
-    begun = patches("b", e, 200)
-    pixels, made = (p.samples.astype(np.float64) for p in (e.base, begun.picture))
-    panels = [begun]
-    for letter, poses in ways.items():
-        far = farness(pixels, made[90:125, 90:125], poses)
+    above, left = (patches("b", e, sides) for sides in ((90, 200), (200, 90)))
+    begun = np.zeros((120, 200, *above.picture.samples.shape[2:]), above.picture.samples.dtype)
+    begun[:90], begun[90:, :90] = above.picture.samples, left.picture.samples[90:120]
+    found = {k: farness(e.base.samples.astype(np.float64), begun[85:, 85:120] * 1.0, p) for k, p in ways.items()}
+    panels, ends = [above._replace(picture=Plane(begun))], [*map(np.min, found.values()), *map(np.max, found.values())]
+    for letter, far in found.items():
         low = (far == minimum_filter(far, 9)) & (far < (far.min() + np.median(far)) / 2)
-        values = {"mean": float(far.mean()), "minima": float(low.sum())}
-        panels.append(Panel(letter, f"distances, isometries {poses}", Plane(shaded(far)), values))
+        values = {"mean": float(far.mean()), "minima": float(low.sum()), "periodic": periodic(far)}
+        gray = Plane(shaded(far, min(ends), max(ends)))
+        panels.append(Panel(letter, f"distances, isometries {ways[letter]}", gray, values))
     return panels
+
+
+def periodic(values: Array) -> float:
+    """The highest correlation of a map with itself, moved by 12 px or more, and by at most half of it."""
+    around = [2 * n for n in values.shape]
+    power = [np.abs(np.fft.rfft2(v, around)) ** 2 for v in (values - values.mean(), np.ones(values.shape))]
+    moved, shared = (np.fft.irfft2(p, around) for p in power)
+    steps = np.maximum.outer(*(np.abs(np.fft.fftfreq(2 * n, 1 / (2 * n))) for n in values.shape))
+    there = (steps >= 12) & (steps <= min(values.shape) / 2)
+    return float((moved[there] / shared[there]).max() / values.var())
 
 
 def continued(exemplar: Exemplar) -> list[Panel]:
@@ -147,6 +188,9 @@ UPRIGHT = {"c": (0,)}
 POSED = UPRIGHT | {"d": (0, 1, 2, 6), "e": (0, 3, 4, 5, 7), "f": tuple(range(8))}
 ALPHAS = {0.5: "50 s", 1: "51 s", 2: "50 s", 3: "49 s", 5: "51 s"}
 FIGURES = (
+    Figure("2.4", "The work grows with the size of the input.", partial(costs, curves=1), PEBBLES, "growth 60 a"),
+    Figure("3.8", "Blocks take clearly less of it than pixels.", partial(costs, curves=2), PEBBLES, "gain 10 a"),
+    Figure("4.8", "The pyramid takes clearly less than blocks.", partial(costs, curves=3), PEBBLES, "gain 10 a"),
     Figure(
         "2.5", "Pixel by pixel; a larger neighbourhood keeps larger structures.",
         pixel_results, PEBBLES, "whole b c",
@@ -162,16 +206,19 @@ FIGURES = (
     ),
     Figure(
         "3.12", "A stochastic texture has few places that fit ...",
-        partial(maps, ways=UPRIGHT), "sample:gravel", "minima c 4",
+        partial(maps, ways=UPRIGHT), "sample:grass", "minima c 4; periodic c 0.5",
     ),
-    Figure("3.12d", "... a regular one many, which repeat.", partial(maps, ways=UPRIGHT), "sample:tiles", "minima 4 c"),
+    Figure(
+        "3.12d", "... a regular one many, which repeat.",
+        partial(maps, ways=UPRIGHT), "sample:tiles", "minima 4 c; periodic 0.5 c",
+    ),
     Figure(
         "4.1", "Isometries continue an arc otherwise than by the same piece (b is figure 5.1).",
         continued, "sample:gravel", "most e b",
     ),
     Figure(
         "4.2", "With isometries many blocks come nearer.",
-        partial(maps, ways=POSED), "sample:gravel", "mean f d c; mean f e c",
+        partial(maps, ways=POSED), "sample:grass", "mean f d c; mean f e c",
     ),
     Figure(
         "4.3", "Isometries lead to an improved variability.",
@@ -183,8 +230,8 @@ FIGURES = (
     ),
     Figure("4.6", "On a regular texture it makes the result slightly worse.", repetitions, "sample:tiles", "seams b c"),
     Figure(
-        "4.9", "By the pyramid 30 times as fast, of equal quality if stochastic.",
-        multiresolution, PEBBLES, "s c b",
+        "4.9", "By the pyramid far fewer differences are taken, at equal quality if stochastic.",
+        multiresolution, PEBBLES, "differences c b",
     ),
     Figure(
         "4.10", "On a regular texture the pyramid joins blocks worse.",

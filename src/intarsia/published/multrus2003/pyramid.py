@@ -1,19 +1,21 @@
 """The pyramid search: all positions at a quarter of the resolution, then only around the best of them.
 
 Multrus 2003, 4.3. The source follows a single position from level to level and loses its way on regular textures; here
-several are kept, always the best. The source draws at every level: drawn_pyramid.py.
+several are kept, always the best. The source draws at every level: `DrawnPyramid`.
 """
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...analysis.features import Features
 from ...arrays import Array
+from ...draws import below, draw
 from ...errors import ParameterError
 from ...kernels import windows
 from ...kernels.windows import Posed
@@ -140,21 +142,18 @@ class PyramidSearch:
         n = len(at)
         sums = np.array([[k.sum() for k in known] for _, known in stack], np.int64)  # (levels, n)
         usual = np.full(n, -1, np.int64)
-        kept, many = np.empty((n, 0, 4), np.int64), np.zeros(n, np.int64)
+        kept, many = np.empty((n, 0, 4), np.int64), np.full(n, -1, np.int64)
         for number in range(LEVELS, -1, -1):
             level, (feats, known) = self.levels[number], stack[number]
             size = self.kept if number else self.listed
             best, found = np.empty((n, size + 1, 4), np.int64), np.zeros(n, np.int64)
             here = usual if number == LEVELS else to_level(usual, sums, number)
             for v, allowed in enumerate(level.allowed):
-                if not allowed.any():
-                    continue
-                rung = Rung(level.flat, level.table[v], allowed, number, v)
-                given = feats, known, rung, fee_of(prices, v), Listed(best, found, here)
-                if number == LEVELS:
-                    pyramid_kernels.search_all(*given)
-                else:
-                    pyramid_kernels.search_near(*given, kept, many, level.reach, np.zeros(allowed.shape, np.int32))
+                if allowed.any():
+                    pyramid_kernels.search_level(
+                        feats, known, Rung(level.flat, level.table[v], allowed, number, v), fee_of(prices, v),
+                        Listed(best, found, here), kept, many, level.reach,
+                    )  # fmt: skip
             kept, many = best, found
         feats, known = stack[0]
         rows = np.empty((n, self.listed, 4), np.int64)
@@ -174,13 +173,7 @@ class PyramidSearch:
         stack = [(feats[:, *inner].copy(), state[:, *inner].copy())]
         for k, (y, x) in enumerate((at - MARGIN).tolist()):
             pyramid_kernels.mark_outside(state[k], y, x, variant.shape, wrap)
-        for level in self.levels[1:]:
-            strict = self._reduced(feats, state, np.zeros(n, np.bool_))
-            bare = ~(self._cut(strict[1], level) == pyramid_kernels.KNOWN).any(axis=(1, 2))
-            feats, state = self._reduced(feats, state, bare) if bare.any() else strict
-            known = (self._cut(state, level) == pyramid_kernels.KNOWN).astype(np.uint8)
-            stack.append((np.ascontiguousarray(self._cut(feats, level)), known))
-        return stack
+        return stack + self._coarser(feats, state)
 
     def whole_stack(self, pictures: Array, inside: Array) -> list[tuple[Array, Array]]:
         """Windows (n, h, w, C) of which all is known that lies `inside` (n, h, w), at all levels."""
@@ -188,11 +181,17 @@ class PyramidSearch:
         feats = np.pad(pictures, [*around, (0, 0)])
         state = np.pad(np.where(inside > 0, pyramid_kernels.KNOWN, pyramid_kernels.OUTSIDE).astype(np.uint8), around,
                        constant_values=pyramid_kernels.OUTSIDE)  # fmt: skip
-        stack = [(pictures, inside)]
+        return [(pictures, inside), *self._coarser(feats, state)]
+
+    def _coarser(self, feats: Array, state: Array) -> list[tuple[Array, Array]]:
+        """The coarser levels of windows; where little is known, any known pixel is enough."""
+        stack = []
         for level in self.levels[1:]:
-            feats, state = self._reduced(feats, state, np.zeros(len(feats), np.bool_))
-            there = (self._cut(state, level) == pyramid_kernels.KNOWN).astype(np.uint8)
-            stack.append((np.ascontiguousarray(self._cut(feats, level)), there))
+            strict = self._reduced(feats, state, np.zeros(len(feats), np.bool_))
+            bare = ~(self._cut(strict[1], level) == pyramid_kernels.KNOWN).any(axis=(1, 2))
+            feats, state = self._reduced(feats, state, bare) if bare.any() else strict
+            known = (self._cut(state, level) == pyramid_kernels.KNOWN).astype(np.uint8)
+            stack.append((np.ascontiguousarray(self._cut(feats, level)), known))
         return stack
 
     def _reduced(self, feats: Array, state: Array, loose: Array) -> tuple[Array, Array]:
@@ -266,6 +265,75 @@ def check_pyramid(patch: tuple[int, int], seam: tuple[int, int]) -> None:
     """Refuse patches and seams (rows, columns) of which nothing would be left at the coarsest level."""
     if min(patch) < LEAST or min(seam) < LEAST:
         raise ParameterError(
-            f"search=pyramid needs at least {LEAST} px of patch without seams and of seam, not {min(patch)} and "
-            f"{min(seam)}; choose larger ones, or search=fast."
+            f"a pyramid needs at least {LEAST} px of patch without seams and of seam, not {min(patch)} and "
+            f"{min(seam)}; choose larger ones, or pyramid=off."
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Who may be drawn: `admitted` of prices, the lowest first, at a brightness; `at_bounds` where labels meet."""
+
+    seed: int
+    stage: int
+    admitted: Callable[[Array, int], int]
+    at_bounds: int
+    features: Features
+
+
+class DrawnPyramid(PyramidSearch):
+    """Search as published (4.3.1): at every level one place is drawn, and only it is followed; the answer is one."""
+
+    def __init__(
+        self, variants: PosedExemplars, patch: tuple[int, int], seam: tuple[int, int], smoothing: str, drawn: Drawn
+    ) -> None:
+        super().__init__(variants, patch, seam, smoothing, drawn.at_bounds, drawn.at_bounds)
+        self.drawn = drawn
+
+    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
+        """Return one candidate for each of the windows that begin at `at` (n, 2) of a growing map."""
+        stack = self.stack(variant, yx, at, wrap)
+        return [self._drawn([(f[k], known[k]) for f, known in stack], at[k].tolist(), prices) for k in range(len(at))]
+
+    def _drawn(self, stack: list[tuple[Array, Array]], at: list[int], prices: Prices) -> Candidates:
+        chosen, usual = np.empty((0, 4), np.int64), 0
+        if not stack[0][1].any():
+            return Candidates(chosen, usual, *stack[0], free=True)
+        for number in range(LEVELS, -1, -1):
+            feats, known = stack[number]
+            rows = self._near(number, chosen, feats, known)
+            if number == LEVELS:  # as the other searches tell it, for prices that are added
+                usual = int(np.partition(rows[:, 0], len(rows) // 20)[len(rows) // 20]) // int(known.sum())
+            unit = prices.weight * usual * int(known.sum()) >> 8
+            costs = np.empty(len(rows), np.int64)
+            for v, counts in enumerate(prices.counts):
+                mine = rows[:, 1] == v
+                y, x = (np.minimum(rows[mine, 2 + a] << number, counts.shape[a] - 1) for a in (0, 1))
+                d, count = rows[mine, 0], counts[y, x].astype(np.int64)
+                costs[mine] = d * (256 + count) ** 2 >> 16 if isinstance(prices, Factors) else d + (count * unit >> 16)
+            order = np.argsort(costs, kind="stable")
+            many = self.drawn.admitted(costs[order], self.drawn.features.brightness(feats, known)) or 1
+            chosen = rows[order[self._number(many, number, at)]][None]
+        return Candidates(chosen, usual * int(stack[0][1].sum()), *stack[0])
+
+    def _near(self, number: int, chosen: Array, feats: Array, known: Array) -> Array:
+        """All places of a level, measured, or those near the one that was chosen before: (n, 4) as candidates."""
+        level, out = self.levels[number], []
+        for v, allowed in enumerate(level.allowed):
+            near, squared = np.zeros(allowed.shape, np.bool_), np.empty(allowed.shape, np.int64)
+            if allowed.any():
+                many = -1 if number == LEVELS else 1
+                pyramid_kernels.mark_near(chosen, many, v, level.reach, allowed, near)
+                pyramid_kernels.measure_all(feats.ravel(), known, level.flat, level.table[v], near, squared)
+            y, x = np.nonzero(near)
+            out.append(np.stack([squared[near], np.full(len(y), v), y, x], axis=1))
+        return np.concatenate(out)
+
+    def followed(self, best: Array, found: Array, at: Array, number: int) -> None:
+        """Draw one of the best (n, K, 4) of each window, of which `found` (n,) count, and leave it alone."""
+        for k in np.flatnonzero(found > 1).tolist():
+            best[k, 0] = best[k, self._number(int(found[k]), number, at[k].tolist())]
+            found[k] = 1
+
+    def _number(self, many: int, number: int, at: list[int]) -> int:
+        return below(many, draw(self.drawn.seed, self.drawn.stage, 1 + number, *at))

@@ -129,62 +129,37 @@ def measure_all(window: Any, known: Any, flat: Any, frame: Any, allowed: Any, di
 
 
 @kernel
-def search_all(feats: Any, known: Any, rung: Any, fee: Any, listed: Any) -> None:
-    """Search all positions of a variant at a level for n windows; the lists (n, K + 1, 4) keep K of all variants.
+def list_level(costs: Any, rung: Any, fee: Any, unit: Any, best: Any, count: int) -> int:
+    """List the positions of a level that cost at least 0, repeats added; return how many are `best` (K + 1, 4).
 
-    Of the repeats, which are those at level 0, every 2**level-th is read. The usual distance is the low quantile.
+    Of the repeats, which are those at level 0, every 2**level-th is read.
     """
-    (flat, frame, allowed, level, v), (counts, weight, multiply), (best, found, usual) = rung, fee, listed
-    h, w, channels = feats.shape[1:]
-    dist = np.empty(allowed.shape, np.int64)
-    for k in range(len(feats)):
-        measure_all(feats[k].reshape(h * w * channels), known[k], flat, frame, allowed, dist)
-        if usual[k] < 0:
-            usual[k] = low_quantile(dist)
-        unit = (weight * max(usual[k], 0)) >> 8
-        for y in range(allowed.shape[0]):
-            row = counts[min(y << level, counts.shape[0] - 1)]
-            for x in range(allowed.shape[1]):
-                if dist[y, x] >= 0:
-                    cost = priced(dist[y, x], row[min(x << level, counts.shape[1] - 1)], unit, multiply)
-                    found[k] = keep(best[k], found[k], cost, v, y, x)
+    (_, _, allowed, level, v), (counts, _, multiply) = rung, fee
+    for y in range(allowed.shape[0]):
+        row = counts[min(y << level, counts.shape[0] - 1)]
+        for x in range(allowed.shape[1]):
+            if costs[y, x] >= 0:
+                cost = priced(costs[y, x], row[min(x << level, counts.shape[1] - 1)], unit, multiply)
+                count = keep(best, count, cost, v, y, x)
+    return count
 
 
 @kernel
-def search_near(
-    feats: Any, known: Any, rung: Any, fee: Any, listed: Any, kept: Any, many: Any, reach: Any, seen: Any
+def search_level(
+    feats: Any, known: Any, rung: Any, fee: Any, listed: Any, kept: Any, many: Any, reach: Any
 ) -> None:
-    """Search around what a coarser level kept of a variant: at most `reach` (2,) positions away.
+    """Search a variant at a level for n windows, near what the coarser level kept, as :func:`mark_near` has it.
 
-    `kept` (n, K + 1, 4), of which ``many`` (n,) rows count. A centre beyond the last position is clamped to it.
-    `seen` (rows, columns): which window looked at a position last, so that none is measured twice. Else as
-    :func:`search_all`; the usual distance in units of this level.
+    The lists (n, K + 1, 4) keep K of all variants. The usual distance, if it is not known, is the low quantile.
     """
-    (flat, frame, allowed, level, v), (counts, weight, multiply), (best, found, usual) = rung, fee, listed
-    h, w, channels = feats.shape[1:]
-    rows, columns = allowed.shape
-    spans = np.empty((h, 3), np.int64)
+    (flat, frame, allowed, _, v), (best, found, usual) = rung, listed
+    dist, near = np.empty(allowed.shape, np.int64), np.empty(allowed.shape, np.bool_)
     for k in range(len(feats)):
-        window = feats[k].reshape(h * w * channels)
-        row_spans(known[k], spans)
-        unit = (weight * max(usual[k], 0)) >> 8
-        for i in range(many[k]):
-            if kept[k, i, 1] != v:
-                continue
-            cy, cx = min(2 * kept[k, i, 2], rows - 1), min(2 * kept[k, i, 3], columns - 1)
-            for y in range(max(cy - reach[0], 0), min(cy + reach[0] + 1, rows)):
-                row = counts[min(y << level, counts.shape[0] - 1)]
-                start = frame[0] + y * frame[3] * channels
-                for x in range(max(cx - reach[1], 0), min(cx + reach[1] + 1, columns)):
-                    if seen[y, x] == k + 1 or not allowed[y, x]:
-                        continue
-                    seen[y, x] = k + 1
-                    worst = best[k, len(best[k]) - 2, 0] if found[k] == len(best[k]) - 1 else FAR
-                    at = start + x * channels
-                    d = window_distance(window, known[k], spans, flat, at, frame[3] * channels, 1, worst)
-                    if d <= worst:  # a price only adds
-                        cost = priced(d, row[min(x << level, counts.shape[1] - 1)], unit, multiply)
-                        found[k] = keep(best[k], found[k], cost, v, y, x)
+        mark_near(kept[k], many[k], v, reach, allowed, near)
+        measure_all(feats[k].ravel(), known[k], flat, frame, near, dist)
+        if usual[k] < 0:
+            usual[k] = low_quantile(dist)
+        found[k] = list_level(dist, rung, fee, (fee.weight * max(usual[k], 0)) >> 8, best[k], found[k])
 
 
 @kernel
@@ -214,9 +189,9 @@ def search_guided(
 
     `wanted` (n, h, w, G), `inside` (n, h, w): the guide, as pixels are given; `labels`: the guide of the level beside
     the exemplars, laid out as they are; `shares` (n,): how much it counts (:func:`guided_kernels.joined`). `kept` and
-    `many` as in :func:`mark_near`, else as :func:`search_all`.
+    `many` as in :func:`mark_near`, else as :func:`search_level`.
     """
-    (flat, frame, allowed, level, v), (counts, weight, multiply), (best, found, usual) = rung, fee, listed
+    (flat, frame, allowed, _, v), (best, found, usual) = rung, listed
     guide_flat, guide_frame = labels.flat, labels.table[v]
     dist, apart = np.empty(allowed.shape, np.int64), np.empty(allowed.shape, np.int64)
     near = np.empty(allowed.shape, np.bool_)
@@ -226,11 +201,8 @@ def search_guided(
         measure_all(wanted[k].ravel(), inside[k], guide_flat, guide_frame, near, apart)
         if usual[k] < 0:
             usual[k] = low_quantile(dist)
-        unit = (weight * max(usual[k], 0)) >> 8
         for y in range(allowed.shape[0]):
-            row = counts[min(y << level, counts.shape[0] - 1)]
             for x in range(allowed.shape[1]):
                 if near[y, x]:
-                    cost = guided_cost(dist[y, x], apart[y, x], shares[k])
-                    cost = priced(cost, row[min(x << level, counts.shape[1] - 1)], unit, multiply)
-                    found[k] = keep(best[k], found[k], cost, v, y, x)
+                    dist[y, x] = guided_cost(dist[y, x], apart[y, x], shares[k])
+        found[k] = list_level(dist, rung, fee, (fee.weight * max(usual[k], 0)) >> 8, best[k], found[k])

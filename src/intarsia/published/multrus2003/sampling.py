@@ -1,4 +1,8 @@
-"""Patch-based sampling at work: which patches may be chosen by each bound, and how they meet."""
+"""Patch-based sampling at work: which patches may be chosen by each bound, and how they meet.
+
+Where a short-list would hide some of what Multrus 2003 draws among (3.3.4, 4.2.1), every patch is measured until it is
+farther than what counts.
+"""
 
 from __future__ import annotations
 
@@ -18,18 +22,18 @@ from ...exemplar import Exemplar
 from ...params import AUTO, extent
 from ...patches.growing_map import Window
 from ...patches.growth import Boundaries, Growth, PatchSettings, Pick, Repeats, Stages
-from ...patches.repetition import Repetition
+from ...patches.repetition import Repetition, Table
 from ...run import Run
-from ...search.candidates import Candidates, Search
+from ...search import fourier_kernels
+from ...search.candidates import Candidates, Search, nearest
+from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide
 from ...search.posed import PosedExemplars
 from ...search.sizes import check_patch, default_patch
 from ...sourcemap import SourceMap
-from .drawn_pyramid import Drawn, DrawnPyramid
-from .every_patch import every_at_boundary, every_within
 from .patch_sampling import PatchSampling
-from .pyramid import GuidedPyramid, PyramidSearch, check_pyramid
-from .repeats import Counter, Marks
+from .pyramid import Drawn, DrawnPyramid, GuidedPyramid, PyramidSearch, check_pyramid
+from .repeats import Counter, Factors, Marks
 
 STAGE = 2003  # keeps this method's draws apart from those of others
 MOST = 64  # candidates may be chosen from a short-list; for more of them every patch is looked at
@@ -183,3 +187,34 @@ def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found
         growth.cutting()(at, pick, found)
     else:
         growth.growing.lay_over(at, pick, found.known, growth.layout, growth.settings.overlap)
+
+
+def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
+    """Return all patches that a window may take and that are at most so far away (squared), nearest first."""
+    if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
+        limit = 2 * limit + 1
+    table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
+    rows, prices, most = table.rows(table.flat), growth.repetition.search_prices, np.array(limit)
+    if isinstance(prices, Factors):  # by 1 + uses, squared; 256 = once
+        uses = np.concatenate([counts.ravel() for counts in prices.counts])[table.flat > 0].astype(np.int64)
+        most = limit // (1 + uses // 256) ** 2
+    rows[:, 0] = most
+    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
+    rows = nearest(rows[rows[:, 0] <= most])
+    return growth.weighed(np.array(growth.at(window), np.int64), replace(found, rows=rows))
+
+
+def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
+    """Return all patches that a window may take where labels meet, by seam and guide together, cheapest first."""
+    guided, at = growth.guided, np.array([growth.at(window)], np.int64)
+    assert guided is not None, "labels meet under a guide"
+    table = Table(guided.allowed_at(window))
+    (wanted,), inside = guided.guidance.wanted(at)
+    rows = table.rows(table.flat)
+    rows[:, 0] = FAR
+    apart = rows.copy()
+    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
+    fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
+    share = guided.shares(found.known[None], inside)[0]
+    rows[:, 0] = np.floor((np.sqrt(rows[:, 0]) + share * np.sqrt(apart[:, 0])) ** 2 + 0.5)
+    return growth.weighed(at[0], replace(found, rows=nearest(rows)))

@@ -16,13 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...errors import ParameterError
-from ...methods.base import Ability, MethodBase
-from ...params import AUTO, check, extent, param, words
+from ...methods.base import Ability
+from ...params import param
+from .raster_window import RasterWindow
 
 
 @dataclass(frozen=True)
-class Ashikhmin(MethodBase):
+class Ashikhmin(RasterWindow):
     """Let small irregular pieces of the exemplar grow row by row; fast, and good at grass, leaves and pebbles."""
 
     slug: ClassVar[str] = "ashikhmin"
@@ -31,14 +31,4 @@ class Ashikhmin(MethodBase):
     engine: ClassVar[str] = "intarsia.published.pixels.coherent"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.SEVERAL})
 
-    window: int | tuple[int, int] | None = param(
-        AUTO, "extent", "neighbourhood that is compared: w_e columns, odd, and h_e rows from the pixel up; automatic: "
-        "as wide as the texture's elements up to 9 px, and half as high",
-        low=1, high=255, unit="px",
-    )  # fmt: skip
     jumps: int = param(0, "int", "similar exemplar pixels tried beside each continuation", low=0, high=64)
-
-    def __post_init__(self) -> None:
-        check(self)
-        if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
-            raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...canvas import Canvas
 from ...exemplar import Exemplar
-from ...params import AUTO, extent, words
+from ...params import extent
 from ...run import Run
 from ...sourcemap import SourceMap
 from .neighbourhood_kernels import Ground
-from .neighbourhoods import check_window, default_window
+from .neighbourhoods import with_window
 from .raster_kernels import Torus, full_pixels, tree_pixels
-from .raster_scan import Scan, scan_reach
-from .tree import tree_of
+from .raster_scan import Scan, scan_reach, tree_of
 from .wei_levoy import WeiLevoy
 
 STAGE = 200020  # keeps this method's draws apart from those of others
-LEAST, MOST = 5, 13  # columns of automatic windows
+WIDTHS = 5, 13  # least and most columns of automatic windows
 FEW = 6  # pixels that the tree names
 LEAVES = 24  # of the tree, looked into for one pixel
 AT_ONCE = 64  # pixels filled between two looks at the clock
@@ -29,11 +27,8 @@ AT_ONCE = 64  # pixels filled between two looks at the clock
 
 def resolved(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
     """Decide the window from the size of the texture's elements."""
-    if method.window is AUTO:
-        side = default_window(exemplars, LEAST, MOST, lambda n: scan_reach((n // 2 + 1, n), method.levels))
-        return replace(method, window=(side // 2 + 1, side))
-    check_window(exemplars, words(method.window), scan_reach(extent(method.window), method.levels))
-    return method
+    found: WeiLevoy = with_window(method, exemplars, WIDTHS, False, lambda size: scan_reach(size, method.levels))
+    return found
 
 
 def synthesize(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import chain
 
 from ...canvas import Canvas
 from ...exemplar import Exemplar
-from ...params import AUTO, extent, words
+from ...params import extent
 from ...run import Run
 from ...sourcemap import SourceMap
 from .ashikhmin import Ashikhmin
-from .neighbourhoods import check_window, default_window
+from .neighbourhoods import with_window
 from .raster_kernels import coherent_pixels
-from .raster_scan import Scan, scan_reach
-from .tree import similar_pixels
+from .raster_scan import Scan, scan_reach, similar_pixels
 
 STAGE = 2001  # keeps this method's draws apart from those of others
-LEAST, MOST = 5, 9  # columns of automatic windows
+WIDTHS = 5, 9  # least and most columns of automatic windows
 AT_ONCE = 512  # pixels filled between two looks at the clock
 
 
 def resolved(method: Ashikhmin, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
     """Decide the window from the size of the texture's elements."""
-    if method.window is AUTO:
-        side = default_window(exemplars, LEAST, MOST, lambda n: scan_reach((n // 2 + 1, n), 1))
-        return replace(method, window=(side // 2 + 1, side))
-    check_window(exemplars, words(method.window), scan_reach(extent(method.window), 1))
-    return method
+    found: Ashikhmin = with_window(method, exemplars, WIDTHS, False, lambda size: scan_reach(size, 1))
+    return found
 
 
 def synthesize(method: Ashikhmin, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:

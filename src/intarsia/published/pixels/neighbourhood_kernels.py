@@ -107,41 +107,21 @@ def template_distance(ground: Any, v: Any, position: Any, template: Any, n: int,
 
 
 @kernel
-def bounds(soft: Any, start: int, template: Any, n: int, closed: Any, sums: Any) -> None:
-    """Sum the first `n` components at len(sums) positions from `start` on, four at a time; `n` is such a multiple.
+def add_distances(soft: Any, start: int, template: Any, n: int, sums: Any) -> None:
+    """Add the first `n` components at len(sums) positions from `start` on, four at a time; `n` is such a multiple.
 
-    Plainly: sums = closed + sum of weight * (exemplar - value)**2.
+    Plainly: sums += sum of weight * (exemplar - value)**2, in the precision of `sums`; in doubles these are whole
+    numbers below 2**53, so exact.
     """
-    size = len(sums)
-    for i in range(size):
-        sums[i] = closed[i]
+    size, number = len(sums), sums.dtype.type
     for m in range(0, n, GROUP):
         a, b = start + template.offset[m], start + template.offset[m + 1]
         c, d = start + template.offset[m + 2], start + template.offset[m + 3]
         ra, rb, rc, rd = soft[a : a + size], soft[b : b + size], soft[c : c + size], soft[d : d + size]
         ta, tb = np.float32(template.value[m]), np.float32(template.value[m + 1])
         tc, td = np.float32(template.value[m + 2]), np.float32(template.value[m + 3])
-        wa, wb = np.float32(template.weight[m]), np.float32(template.weight[m + 1])
-        wc, wd = np.float32(template.weight[m + 2]), np.float32(template.weight[m + 3])
-        for i in range(size):
-            ea, eb, ec, ed = ra[i] - ta, rb[i] - tb, rc[i] - tc, rd[i] - td
-            sums[i] += (wa * ea * ea + wb * eb * eb) + (wc * ec * ec + wd * ed * ed)
-
-
-@kernel
-def sum_distances(soft: Any, start: int, template: Any, n: int, sums: Any) -> None:
-    """Sum all `n` components at len(sums) positions from `start` on: whole numbers below 2**53, so exactly."""
-    size = len(sums)
-    for i in range(size):
-        sums[i] = 0
-    for m in range(0, n, GROUP):
-        a, b = start + template.offset[m], start + template.offset[m + 1]
-        c, d = start + template.offset[m + 2], start + template.offset[m + 3]
-        ra, rb, rc, rd = soft[a : a + size], soft[b : b + size], soft[c : c + size], soft[d : d + size]
-        ta, tb = np.float32(template.value[m]), np.float32(template.value[m + 1])
-        tc, td = np.float32(template.value[m + 2]), np.float32(template.value[m + 3])
-        wa, wb = np.float64(template.weight[m]), np.float64(template.weight[m + 1])
-        wc, wd = np.float64(template.weight[m + 2]), np.float64(template.weight[m + 3])
+        wa, wb = number(template.weight[m]), number(template.weight[m + 1])
+        wc, wd = number(template.weight[m + 2]), number(template.weight[m + 3])
         for i in range(size):
             ea, eb, ec, ed = ra[i] - ta, rb[i] - tb, rc[i] - tc, rd[i] - td  # squares below 2**24 are exact
             sums[i] += (wa * (ea * ea) + wb * (eb * eb)) + (wc * (ec * ec) + wd * (ed * ed))
@@ -175,14 +155,16 @@ def find_nearest(ground: Any, template: Any, n: int, kind: int, best: Any, share
             size = min(CHUNK, row[HIGH + kind] - begin)
             sums, exact = work.sums[:size], work.exact[:size]
             at = row[CLOSED] + begin
-            bounds(ground.soft, row[START] + begin, template, first, ground.closed[kind, at : at + size], sums)
+            sums[:] = ground.closed[kind, at : at + size]
+            add_distances(ground.soft, row[START] + begin, template, first, sums)
             bound = np.float32(np.float64(limit) * SLACK + 1.0)
             near = 0
             for i in range(size):
                 near += sums[i] <= bound
             dense = near * DENSE > size
             if dense:
-                sum_distances(ground.soft, row[START] + begin, template, n, exact)
+                exact[:] = 0
+                add_distances(ground.soft, row[START] + begin, template, -(-n // GROUP) * GROUP, exact)
             for i in range(size if near else 0):
                 if sums[i] <= bound:
                     d = np.int64(exact[i]) if dense else template_distance(ground, v, begin + i, template, n, limit)

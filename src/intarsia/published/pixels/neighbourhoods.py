@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from ...analysis.sums import valid_windows
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar
+from ...params import AUTO, extent, words
 from ...search.posed import PosedExemplars
 from ...search.sizes import elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 
 Array = NDArray[Any]
 Reach = tuple[int, int, int, int]
+Size = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,19 +104,30 @@ def check_window(exemplars: Sequence[Exemplar], window: str, reach: Reach) -> No
         )
 
 
-def default_window(exemplars: Sequence[Exemplar], least: int, most: int, reach: Callable[[int], Reach]) -> int:
-    """Return an odd window side: the size of the largest elements, if that finds room; `reach` tells how far it is."""
+def with_window(
+    method: Any, exemplars: Sequence[Exemplar], limits: tuple[int, int], whole: bool, reach: Callable[[Size], Reach]
+) -> Any:
+    """Decide the window of a method: as wide as the largest elements, within limits, if that finds room.
+
+    `whole`: as many rows as columns, not half of them; `reach` tells how far a window of (rows, columns) reads.
+    """
+    if method.window is not AUTO:
+        check_window(exemplars, words(method.window), reach(extent(method.window)))
+        return method
+    least, most = limits
     sampled = [e for e in exemplars if e.usable is None or e.usable.any()]
     side = min(max(max(elements(e).size for e in sampled), least), most) // 2 * 2 + 1
-    while side > 3 and not all(_room(e, reach(side)) for e in sampled):
+    high = side if whole else side // 2 + 1
+    while side > 3 and not all(_room(e, reach((high, side))) for e in sampled):
         side -= 2
-    check_window(exemplars, str(side), reach(side))
-    return side
+        high = side if whole else side // 2 + 1
+    check_window(exemplars, str(side), reach((high, side)))
+    return replace(method, window=side if whole else (high, side))
 
 
 def _room(exemplar: Exemplar, reach: Reach) -> bool:
     size = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
-    usable = np.ones((exemplar.height, exemplar.width), bool) if exemplar.usable is None else exemplar.usable
+    usable = exemplar.free
     shape = tuple(n + exemplar.toroidal * (side - 1) for n, side in zip(usable.shape, size, strict=True))
     return bool(valid_windows(shape, usable, exemplar.toroidal, size).any())
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,19 +12,19 @@ from ...analysis.features import features
 from ...canvas import Canvas
 from ...draws import below, draw
 from ...exemplar import Exemplar
-from ...params import AUTO, extent, words
+from ...params import extent
 from ...patches.growing_map import GrowingMap
 from ...run import Run
 from ...search.posed import isometry_ids, posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from .efros_leung import EfrosLeung
-from .neighbourhoods import check_window, choices, default_window, ground, layers
+from .neighbourhoods import choices, ground, layers, with_window
 from .outward_kernels import fill, layer, ranks
 
 STAGE = 1999  # keeps this method's draws apart from those of others
 WINDOW_PER_SIGMA = 6.4  # as in the authors' own program
 UNIT = 4096  # weight of the pixel in the middle, were it known
-LEAST, MOST = 5, 23  # automatic windows
+WIDTHS = 5, 23  # least and most of automatic windows
 AT_ONCE = 128  # pixels filled between two looks at the clock
 WORTH_SHARING = 8  # pixels that a second thread is worth its start for
 FIRST = 0.7  # share of the weight by which most candidates are ruled out
@@ -33,10 +32,8 @@ FIRST = 0.7  # share of the weight by which most candidates are ruled out
 
 def resolved(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
     """Decide the window from the size of the texture's elements."""
-    if method.window is AUTO:
-        return replace(method, window=default_window(exemplars, LEAST, MOST, lambda n: _reach((n, n))))
-    check_window(exemplars, words(method.window), _reach(extent(method.window)))
-    return method
+    found: EfrosLeung = with_window(method, exemplars, WIDTHS, True, _reach)
+    return found
 
 
 def synthesize(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:

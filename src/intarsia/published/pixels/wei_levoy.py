@@ -18,13 +18,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...errors import ParameterError
-from ...methods.base import Ability, MethodBase
-from ...params import AUTO, check, extent, param, words
+from ...methods.base import Ability
+from ...params import param
+from .raster_window import RasterWindow
 
 
 @dataclass(frozen=True)
-class WeiLevoy(MethodBase):
+class WeiLevoy(RasterWindow):
     """Fill the canvas row by row with the pixels whose surroundings fit best; the result is tileable."""
 
     slug: ClassVar[str] = "wei-levoy"
@@ -33,11 +33,6 @@ class WeiLevoy(MethodBase):
     engine: ClassVar[str] = "intarsia.published.pixels.by_rows"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.SEVERAL})
 
-    window: int | tuple[int, int] | None = param(
-        AUTO, "extent", "neighbourhood that is compared: w_e columns, odd, and h_e rows from the pixel up; automatic: "
-        "as wide as the texture's elements, and half as high",
-        low=1, high=255, unit="px",
-    )  # fmt: skip
     levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)
     matching: str = param(
         "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
@@ -47,8 +42,3 @@ class WeiLevoy(MethodBase):
         "only what lies above and to the left counts, and no pixel is filled twice",
         choices=("exemplar", "white"),
     )  # fmt: skip
-
-    def __post_init__(self) -> None:
-        check(self)
-        if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
-            raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")

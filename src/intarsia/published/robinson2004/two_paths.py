@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,12 +57,14 @@ def synthesize(
         range(0, max(length - o, 1), step)
         for length, o, step in zip((canvas.height, canvas.width), shared, pitch, strict=True)
     )
-    for number, y in enumerate(rows):
-        run.tick(number, len(rows), laid)
-        for x in columns:
+    part = -(-len(valid) // run.workers)
+    with run.pool() as each:
+        for number, (y, x) in enumerate(product(rows, columns)):
+            run.tick(number, len(rows) * len(columns), laid)
             here = np.s_[y : y + method.footprint[0], x : x + method.footprint[1]]
             shown, known = picture[yx[here][..., 0], yx[here][..., 1]], ~holes[here]
-            sums = overlap_sums(picture, valid, shown, known, method.tolerance)
+            among = [(picture[low:], valid[low : low + part], shown, known) for low in range(0, len(valid), part)]
+            sums = np.concatenate([*each(lambda these: overlap_sums(*these, method.tolerance), among)])
             u, v = _chosen(sums, method.tolerance, draw(seed, STAGE, 0, y, x))
             patch = np.moveaxis(np.indices(known.shape, np.int32), 0, 2) + np.array((u, v), np.int32)
             ways = shared[0] if y else 0, shared[1] if x else 0

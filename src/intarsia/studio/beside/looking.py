@@ -133,7 +133,7 @@ def origins(said: dict[str, Any], tell: Tell) -> Answer:
     if width * height > WIDEST:
         raise InputError(f"the map has more than {WIDEST} px; ask for a box of it.")
     part = np.s_[y : y + height, x : x + width]
-    which = which_of(smap)[part]
+    which = smap.numbers[part]
     out = np.empty((*which.shape, 3), "<u2")
     out[..., 0], out[..., 1:] = which, np.clip(smap.yx[part], 0, 65534)
     out[which == 255] = 65535
@@ -146,6 +146,3 @@ def _map(path: str) -> SourceMap:
     return SourceMap.load(path)
 
 
-def which_of(smap: SourceMap) -> NDArray[np.uint8]:
-    """The number of the exemplar that each pixel of a map comes from."""
-    return np.zeros(smap.yx.shape[:2], np.uint8) if smap.which is None else smap.which

@@ -8,8 +8,8 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from functools import cache, lru_cache
 from typing import Any
 
@@ -27,7 +27,7 @@ from ...run import Run
 from ...sourcemap import SourceMap
 from ...synthesis import synthesize
 from ...tasks import warming
-from .looking import exemplar_of, png, reduced, seen, which_of
+from .looking import exemplar_of, png, reduced, seen
 from .worker import Answer, Tell
 
 FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
@@ -45,28 +45,23 @@ _grown: list[bool] = []  # whether a command was carried out here
 
 
 def command(said: dict[str, Any], tell: Tell) -> Answer:
-    """Carry out the words of a command in a folder; return what it printed as JSON."""
-    os.chdir(said["folder"])
-    try:
-        with _saying_how_long(tell):
-            return invoked(said["words"], Drafting(tell)), b""
-    finally:
-        os.chdir(os.path.dirname(os.path.abspath(__file__)))
+    """Carry out the words of a command in a folder; return what it printed as JSON.
 
-
-@contextmanager
-def _saying_how_long(tell: Tell) -> Iterator[None]:
-    """Once a command must compile: tell about how many seconds that takes, fewer where one grew before."""
+    Once it must compile, it tells about how many seconds that takes, fewer where one grew before.
+    """
 
     def announce() -> None:
         tell(ready=MORE if _grown else FIRST)
 
     on_first_compilation(announce)
+    os.chdir(said["folder"])
     try:
-        yield
+        answer = invoked(said["words"], Drafting(tell))
         _grown.append(True)
+        return answer, b""
     finally:
         no_longer(announce)
+        os.chdir(os.path.dirname(os.path.abspath(__file__)))
 
 
 def prepare(said: dict[str, Any], tell: Tell) -> Answer:
@@ -141,7 +136,7 @@ def drawn(smap: SourceMap, exemplars: Sequence[Exemplar]) -> bytes | None:
     """Return a PNG of a map: copied pixels, clear where nothing is yet; None of nothing."""
     step = max(-(-max(smap.height, smap.width) // PREVIEW), 1)
     part = np.s_[step // 2 :: step, step // 2 :: step]
-    which, yx = which_of(smap)[part], smap.yx[part]
+    which, yx = smap.numbers[part], smap.yx[part]
     out = np.zeros((*which.shape, 4), np.uint8)
     for number, exemplar in enumerate(exemplars):
         ys, xs = yx[..., 0], yx[..., 1]

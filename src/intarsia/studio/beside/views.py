@@ -30,7 +30,7 @@ from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
 from ...tasks.inspection import Findings, analyze
 from ...tasks.scoring import Outcome, outcome_of
-from .looking import Pixels, exemplar_of, png, which_of
+from .looking import Pixels, exemplar_of, png
 from .worker import Answer, Tell
 
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
@@ -225,7 +225,7 @@ def _pieces(smap: SourceMap, step: int) -> Pixels:
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
-    which, yx = which_of(smap)[::step, ::step], smap.yx[::step, ::step]
+    which, yx = smap.numbers[::step, ::step], smap.yx[::step, ::step]
     counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     out = np.zeros((*which.shape, 4), np.uint8)
@@ -239,7 +239,7 @@ def _usage(smap: SourceMap, step: int) -> Pixels:
 
 def _provenance(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of its place in the exemplar: red to the right, green downwards, blue by exemplar."""
-    which, yx = which_of(smap)[::step, ::step], smap.yx[::step, ::step]
+    which, yx = smap.numbers[::step, ::step], smap.yx[::step, ::step]
     out = np.zeros((*which.shape, 4), np.uint8)
     for number, source in enumerate(smap.sources):
         here = which == number

@@ -39,7 +39,7 @@ TEXTURES, TILES = 8, 400  # that are kept
 SLICE = 0.1  # s that are drawn at a time: then whoever waits for something else has a turn
 LARGEST = 8192  # px of a picture that says what was painted
 KEPT = 96  # blocks, of 512 kB each
-ROUNDED = 256  # of a painting, of 64 kB each
+ROUNDED = 1024  # of them, of 64 kB each, as a tile is told of them
 STEPS = 255
 
 Numbers = NDArray[np.float64]
@@ -273,7 +273,7 @@ class Painting:
                     across[block_column] = np.flatnonzero(cols // SIDE == block_column)
                 along = across[block_column]
                 if len(along):
-                    numbers = self._block(block_row, block_column)
+                    numbers = _rounded(self, block_row, block_column)
                     out[np.ix_(down, along)] = numbers[np.ix_(rows[down] % SIDE, cols[along] % SIDE)]
         return out / float(STEPS)
 
@@ -291,23 +291,9 @@ class Painting:
                 there[column] = (*there.get(column, ()), stroke)
         return found
 
-    @cached_property
-    def _rounded(self) -> dict[tuple[int, int], NDArray[np.uint8]]:
-        return {}
-
-    def _block(self, row: int, column: int) -> NDArray[np.uint8]:
-        """What a block says, in 1 / 255."""
-        known = self._rounded
-        if (row, column) not in known:
-            numbers = self._blended(row, column, self._touched[row][column])
-            known[row, column] = np.rint(numbers * STEPS).astype(np.uint8)
-        found = known[row, column]
-        while len(known) > ROUNDED:
-            known.pop(next(iter(known)))
-        return found
-
-    def _blended(self, row: int, column: int, strokes: tuple[Stroke, ...]) -> Numbers:
+    def blended(self, row: int, column: int) -> Numbers:
         """The numbers of a block before they are rounded; a further stroke begins with what is kept."""
+        strokes = self._touched[row][column]
         done = len(strokes)
         while done and (self.ground, row, column, strokes[:done]) not in _blocks:
             done -= 1
@@ -333,3 +319,9 @@ def painting_of(given: Any) -> Painting:
         for one in given["strokes"]
     )
     return Painting(float(given["ground"]), strokes)
+
+
+@lru_cache(maxsize=ROUNDED)
+def _rounded(painting: Painting, row: int, column: int) -> NDArray[np.uint8]:
+    """What a block of a painting says, in 1 / 255."""
+    return np.rint(painting.blended(row, column) * STEPS).astype(np.uint8)

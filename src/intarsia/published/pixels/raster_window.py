@@ -1,0 +1,25 @@
+"""The window of methods that go row by row: from the pixel up, and as far to both sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...errors import ParameterError
+from ...methods.base import MethodBase
+from ...params import AUTO, extent, param, words
+
+
+@dataclass(frozen=True)
+class RasterWindow(MethodBase):
+    """What such methods begin with."""
+
+    window: int | tuple[int, int] | None = param(
+        AUTO, "extent", "neighbourhood that is compared: w_e columns, odd, and h_e rows from the pixel up; automatic: "
+        "as wide as the texture's elements (up to 13 px, of ashikhmin 9), and half as high",
+        low=1, high=255, unit="px",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.window is not AUTO and (extent(self.window)[1] % 2 == 0 or extent(self.window) == (1, 1)):
+            raise ParameterError(f"window={words(self.window)} is not allowed; choose an odd width, and not 1x1.")
