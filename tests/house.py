@@ -19,7 +19,7 @@ ROOT = Path(intarsia.__file__).parent
 
 FLOORS = (
     {"errors", "geometry", "lazy", "version"},
-    {"arguments", "arrays", "disk", "frames"},
+    {"arguments", "arrays", "disk"},
     {"draws", "field", "image", "kernels", "run"},
     {"guide", "params"},
     {"blend"},

@@ -164,12 +164,17 @@ LIGHT = {
 """What parameters are made of; exemplar, canvas, run and map for their types alone."""
 
 
+def is_light(module: str) -> bool:
+    """Whether a file imports parameters alone, or files beside it of which the same is true."""
+    others = own(FILES[module])
+    return all(room_of(o) in LIGHT or (room_of(o) == LEAF == room_of(module) and is_light(o)) for o in others)
+
+
 @pytest.mark.parametrize("slug", METHODS)
 def test_a_method_is_parameters_and_the_engine_that_it_names(slug: str) -> None:
     """Its file imports nothing that works; the engine has the functions that it promises, and draws nothing."""
     cls, module = method_class(slug), METHODS[slug][0]
-    shared = {other for other in own(FILES[module]) if room_of(other) == LEAF}  # parameters that several papers have
-    assert {room_of(other) for m in (module, *shared) for other in own(FILES[m]) - shared} <= LIGHT
+    assert is_light(module)
     engine = cls.engine.removeprefix("intarsia.")
     functions = {n.name for n in tree(FILES[engine]).body if isinstance(n, ast.FunctionDef)}
     assert {"resolved", "synthesize", *(["window"] if Ability.WINDOW in cls.supports else [])} <= functions

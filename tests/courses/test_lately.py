@@ -12,6 +12,7 @@ from courses.test_wall import CASES
 
 import intarsia as ia
 from intarsia.canvas import Canvas
+from intarsia.courses import near_regular
 from intarsia.courses.wall import Lately, Wall
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box
@@ -44,13 +45,13 @@ def test_a_window_beside_lays_only_what_is_new(monkeypatch: pytest.MonkeyPatch) 
 
 def test_two_seeds_in_turn_are_laid_once_each(monkeypatch: pytest.MonkeyPatch) -> None:
     exemplar, made = Exemplar.of(CASES[0][0]), list[int]()
-    layer = ia.NearRegular._layer
+    layer = near_regular._layer
 
-    def laid(self: Any, exemplar: Any, canvas: Any, start: Any, seed: int, run: Any) -> Any:
+    def laid(method: Any, exemplar: Any, canvas: Any, start: Any, seed: int, run: Any) -> Any:
         made.append(seed)
-        return layer(self, exemplar, canvas, start, seed, run)
+        return layer(method, exemplar, canvas, start, seed, run)
 
-    monkeypatch.setattr(ia.NearRegular, "_layer", laid)
+    monkeypatch.setattr(near_regular, "_layer", laid)
     method = ia.NearRegular(lattice=CASES[0][1])
     for seed in (1, 2, 1, 2, 5, 2):
         found = method.window([exemplar], Box(64, 0, 96, 40), seed, Run(1))

@@ -12,11 +12,10 @@ from ..analysis.features import Features, features, pose_array
 from ..analysis.sums import variance
 from ..arrays import Array, Pair
 from ..exemplar import Exemplars
-from ..frames import matrices, positions
 from ..geometry import ISOMETRIES, Box
 from ..kernels.cuts import SeamPrice
 from ..patches.growth import knee_of
-from ..sourcemap import SourceMap
+from ..sourcemap import SourceMap, matrices, positions
 from .energy_kernels import Part, Pieces, exact_energy, warped_energy
 
 # Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.

@@ -26,7 +26,6 @@ from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import InputError, IntarsiaError, ParameterError
 from ..exemplar import Exemplar, NotFiniteError
-from ..frames import UPRIGHT
 from ..geometry import Wrap
 from ..image import MAX_SIDE
 from ..lazy import ndimage
@@ -35,7 +34,7 @@ from ..params import AUTO, parameters
 from ..run import Run, run_of
 from ..seams.cost import seam_total
 from ..search.sizes import element_patch, supplied
-from ..sourcemap import HOLE, Source, SourceMap, identity
+from ..sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
 
