@@ -9,10 +9,10 @@ from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .arguments import PLANE_WEIGHTS, SCALARS, called, expect
-from .arrays import marks, masked_pixels, pixels_of
+from .arrays import Mask, Pair, marks, masked_pixels, pixels_of
 from .errors import InputError, ParameterError, said
 from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
@@ -63,7 +63,7 @@ class Exemplar:
     """
 
     planes: Mapping[str, Plane]
-    usable: NDArray[np.bool_] | None = None
+    usable: Mask | None = None
     toroidal: bool = False
     name: str = "exemplar"
     weights: Mapping[str, float] = field(default_factory=dict)
@@ -193,7 +193,7 @@ class Exemplar:
         return self.base.width
 
     @property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> Mask:
         """Which pixels may be used (H, W), also where all may."""
         return np.ones((self.height, self.width), bool) if self.usable is None else np.asarray(self.usable)
 
@@ -292,12 +292,12 @@ def _plane(name: str, pixels: ArrayLike | Plane) -> Plane:
     return Plane(array.astype(np.uint8) * 255 if array.dtype == bool and kind is not Kind.LABEL else array, kind)
 
 
-def _both(mask: NDArray[np.bool_], other: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _both(mask: Mask, other: Mask) -> Mask:
     """What both masks leave; one of another size than the exemplar goes on alone, and is refused there."""
     return mask & other if mask.shape == other.shape else mask
 
 
-def resized(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]:
+def resized(mask: Mask, size: Pair) -> Mask:
     """Return a mask of a plane at the size of another one (height, width): a pixel counts that shows any marked one."""
     if mask.shape[0] > size[0]:
         times = mask.shape[0] // size[0]

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from .arguments import REACHES, WEIGHT, WEIGHTS, called, expect, whole
+from .arrays import Array
 from .errors import InputError
-from .image import Array, Kind, Plane
+from .image import Kind, Plane
 
 MAX_LABELS = 32
 RARE = 1000  # a colour on less than one in so many pixels is odd, unless it is common in another picture

@@ -13,13 +13,10 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .arguments import CHANNELS, chosen, expect
-from .arrays import pixels_of
+from .arrays import Array, pixels_of
 from .errors import InputError, ParameterError
-
-Array = NDArray[Any]
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
 MAX_SIDE = 1 << 20

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .arguments import chosen, expect, expect_path
-from .arrays import Array
+from .arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from .blend import Blend
 from .disk.npz import check_sides, packed, unpacked
 from .errors import InputError, ParameterError, ResourceError
@@ -88,12 +87,12 @@ def _unsound(frame: Array, holes: Array) -> int:
     return int((~fine & ~holes).sum())
 
 
-def matrices(frame: Array | None, pose: Array) -> NDArray[np.float64]:
+def matrices(frame: Array | None, pose: Array) -> Floats:
     """Return J of every pixel, (H, W, 2, 2), of frames, or of poses where there are none."""
     return frame.astype(np.float64) if frame is not None else _POSES[np.minimum(pose, 7)]
 
 
-def positions(yx: Array, sub: Array | None) -> NDArray[np.float64]:
+def positions(yx: Array, sub: Array | None) -> Floats:
     """Return where in the exemplar every pixel lies, (H, W, 2), with its fraction."""
     return yx + (np.zeros(2) if sub is None else sub.astype(np.float64))
 
@@ -139,14 +138,14 @@ class SourceMap:
         How far beside its exemplar pixel the entry lies, -0.5 to 0.5 px mostly. None: nowhere.
     """
 
-    yx: NDArray[np.int32]
-    which: NDArray[np.uint8] | None = None
-    pose: NDArray[np.uint8] | None = None
+    yx: Int32
+    which: UInt8 | None = None
+    pose: UInt8 | None = None
     sources: tuple[Source, ...] = ()
     wrap: Wrap = Wrap.NONE
     blend: Blend = field(default_factory=Blend)
-    frame: NDArray[np.float32] | None = None
-    sub: NDArray[np.float32] | None = None
+    frame: Float32 | None = None
+    sub: Float32 | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "yx", frozen("yx", self.yx, np.int32, None))
@@ -177,7 +176,7 @@ class SourceMap:
         return self.frame is None and self.sub is None
 
     @property
-    def holes(self) -> NDArray[np.bool_]:
+    def holes(self) -> Mask:
         """True where no exemplar pixel is chosen."""
         if self.which is None:
             return np.zeros(self.yx.shape[:2], dtype=bool)
@@ -198,7 +197,7 @@ class SourceMap:
         index = np.ix_(rows, columns)
         return replace(self, **{name: array[index] for name, array in self._arrays().items()}, wrap=Wrap.NONE)
 
-    def pieces(self) -> NDArray[np.int32]:
+    def pieces(self) -> Int32:
         """Number the connected pieces: (H, W) int32, equal where one exemplar continues unbroken.
 
         With frames or fractions, it continues where neighbours lie within 1 px of where the mean of their frames leads.
@@ -210,7 +209,7 @@ class SourceMap:
             return label_flowing(*where, self.numbers, self.turns)
         return label_pieces(self.yx, self.numbers, self.turns)[0]
 
-    def usage(self) -> list[NDArray[np.int64]]:
+    def usage(self) -> list[Int64]:
         """Count for each exemplar, shape (height, width), how often every pixel is shown.
 
         Raises InputError where the map points outside its exemplars, ResourceError where memory is short.
@@ -230,7 +229,7 @@ class SourceMap:
             counts.append(flat.reshape(source.height, source.width))
         return counts
 
-    def st_map(self) -> NDArray[np.float32]:
+    def st_map(self) -> Float32:
         """Return an ST map for compositing tools: (H, W, 2) float32, (s, t) in 0..1, t upward, pixel centres.
 
         Only a map of a single exemplar has one.
@@ -301,12 +300,12 @@ class SourceMap:
         return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
     @property
-    def numbers(self) -> NDArray[np.uint8]:
+    def numbers(self) -> UInt8:
         """The exemplar of every pixel (H, W), also where the map leaves it out."""
         return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
 
     @property
-    def turns(self) -> NDArray[np.uint8]:
+    def turns(self) -> UInt8:
         """The isometry of every pixel (H, W), also where the map leaves it out."""
         return np.zeros(self.yx.shape[:2], np.uint8) if self.pose is None else self.pose
 
@@ -325,7 +324,7 @@ def _source(name: str, height: int, width: int, digest: str) -> Source:
     return Source(name, height, width, digest)
 
 
-def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> NDArray[np.int64]:
+def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> Int64:
     check_stretch(start, stop, length, wrap, axis)
     return np.arange(start, stop) % length
 

@@ -12,9 +12,10 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .arguments import chosen, expect, size_of
+from .arrays import Array, Pair
 from .blend import Blend, Finish
 from .canvas import Canvas
 from .choosing.auto import AUTO_METHOD, Auto, Choice
@@ -89,7 +90,7 @@ class Synthesis:
         """The recipe and the energy of what it makes as JSON, the same bytes for the same recipe."""
         return json.dumps(self.recipe | {"energy": self.energy}, sort_keys=True, separators=(",", ":"))
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.render().pixels, dtype=dtype)
 
     def _repr_png_(self) -> bytes:
@@ -101,7 +102,7 @@ class Synthesis:
 
 def synthesize(
     exemplar: ExemplarLike | Sequence[ExemplarLike],
-    size: int | tuple[int, int] | None = None,
+    size: int | Pair | None = None,
     method: Method | Auto | str = AUTO_METHOD,
     *,
     seed: int = 0,
@@ -276,7 +277,7 @@ def _as_exemplar(item: Any, number: int) -> Exemplar:
 
 def canvas_of(
     exemplars: tuple[Exemplar, ...],
-    size: int | tuple[int, int] | None,
+    size: int | Pair | None,
     wrap: Wrap | str,
     start: SourceMap | None,
     guide: Guide | None,

@@ -7,7 +7,7 @@ features, and so the same map (law 13). All steps are integer arithmetic, or sin
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import Array, Int16, Int32, UInt8
 from ..errors import InputError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import ISOMETRIES
 from ..image import Kind
 from .oriented import HALF, Lines, Outlines, from_middle, lines_of, outline_distance, outlines_of
@@ -98,7 +98,7 @@ def pose_array(array: Array, pose: int) -> Array:
 
 
 def features(
-    exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None = None, context: tuple[float, int] = (0.0, 0),
+    exemplars: Exemplars, weights: tuple[float, ...] | None = None, context: tuple[float, int] = (0.0, 0),
     structure: float = 0.0, courses: float = 0.0,
 ) -> Features:  # fmt: skip
     """Return the features of the exemplars; `weights` count the channels of the base plane, their own the planes.
@@ -122,7 +122,7 @@ def features(
 
 
 def _made(
-    exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None, context: tuple[float, int], structure: float,
+    exemplars: Exemplars, weights: tuple[float, ...] | None, context: tuple[float, int], structure: float,
     courses: float,
 ) -> Features:  # fmt: skip
     if courses:
@@ -134,14 +134,14 @@ def _made(
     return _with_structure(around, plain, exemplars, structure) if structure else around
 
 
-def outlines(plain: Features, exemplars: Sequence[Exemplar]) -> list[Outlines]:
+def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
     """Return the outlines in the base planes of exemplars, looked for once."""
     return plain.memo("outlines", lambda: [
         outlines_of(p[..., : plain.base], e.usable, e.toroidal) for p, e in zip(plain.pictures, exemplars, strict=True)
     ])  # fmt: skip
 
 
-def course_lines(plain: Features, exemplars: Sequence[Exemplar]) -> list[Lines]:
+def course_lines(plain: Features, exemplars: Exemplars) -> list[Lines]:
     """Return the lines between the courses of exemplars, of all along the same axis; empty where one has none."""
 
     def looked() -> list[Lines]:
@@ -156,7 +156,7 @@ def course_lines(plain: Features, exemplars: Sequence[Exemplar]) -> list[Lines]:
     return plain.memo("courses", looked)
 
 
-def _with_courses(feats: Features, exemplars: Sequence[Exemplar], lines: list[Lines], weight: float) -> Features:
+def _with_courses(feats: Features, exemplars: Exemplars, lines: list[Lines], weight: float) -> Features:
     """Append the channel of courses to features."""
     each = zip(lines, feats.pictures, exemplars, strict=True)
     far = [from_middle(one, p.shape, e.toroidal)[..., None] for one, p, e in each]
@@ -168,7 +168,7 @@ def _with_courses(feats: Features, exemplars: Sequence[Exemplar], lines: list[Li
     return Features(tuple(pictures), feats.normals, black, feats.base, feats.structure + 1, axis)
 
 
-def _with_structure(feats: Features, plain: Features, exemplars: Sequence[Exemplar], weight: float) -> Features:
+def _with_structure(feats: Features, plain: Features, exemplars: Exemplars, weight: float) -> Features:
     """Append the channels of structure that the base plane has to features."""
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
@@ -186,7 +186,7 @@ def _with_structure(feats: Features, plain: Features, exemplars: Sequence[Exempl
     return Features(tuple(pictures), (*feats.normals, *normals), black, feats.base, plain.base + 1)
 
 
-def _with_context(plain: Features, exemplars: Sequence[Exemplar], weight: float, radius: int) -> Features:
+def _with_context(plain: Features, exemplars: Exemplars, weight: float, radius: int) -> Features:
     if not weight:
         return plain
     blurred = [_blurred(p, e, radius) for p, e in zip(plain.pictures, exemplars, strict=True)]
@@ -212,7 +212,7 @@ def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
     return np.asarray(out, np.int32)
 
 
-def _features(exemplars: Sequence[Exemplar], weights: tuple[float, ...] | None) -> Features:
+def _features(exemplars: Exemplars, weights: tuple[float, ...] | None) -> Features:
     layout = _layout(exemplars[0])
     for e in exemplars[1:]:
         if _layout(e) != layout:
@@ -262,6 +262,6 @@ def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int, float]]:
     return {n: (planes[n].kind, planes[n].channels, exemplar.weight(n)) for n in exemplar.compared}
 
 
-def contrast(feats: Features, exemplars: Sequence[Exemplar]) -> float:
+def contrast(feats: Features, exemplars: Exemplars) -> float:
     """Return how much the exemplars differ from their mean: the sum of the variances of all channels."""
     return variance_of([p.astype(np.int32) for p in feats.pictures], exemplars)

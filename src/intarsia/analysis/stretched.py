@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array, Int32, Mask
+from ..arrays import Array, Int32, Mask, Pair
 from ..errors import ParameterError
-from ..exemplar import Exemplar, resized
+from ..exemplar import Exemplar, Exemplars, resized
 from ..image import Kind, Plane
 from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
 from .sums import block_sums, spreads
@@ -44,7 +44,7 @@ def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[lis
     return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
 
 
-def ends(values: Sequence[Array]) -> tuple[int, int]:
+def ends(values: Sequence[Array]) -> Pair:
     """Return least and greatest of whole numbers, or less where a few of them lie very far from the rest.
 
     Where they span over 256 times what is left without one of a thousand at either end, that range is returned,
@@ -94,7 +94,7 @@ def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
 
 
 def stretched(
-    values: list[Int32], exemplars: Sequence[Exemplar], plane: Plane, zero: int
+    values: list[Int32], exemplars: Exemplars, plane: Plane, zero: int
 ) -> tuple[list[Int32], Int32, bool]:
     """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
 
@@ -149,7 +149,7 @@ def times(values: Int32, factor: float) -> Int32:
     return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)
 
 
-def variance_of(values: list[Int32], exemplars: Sequence[Exemplar]) -> float:
+def variance_of(values: list[Int32], exemplars: Exemplars) -> float:
     """Sum of the channels' variances; integer sums, so the same on every machine."""
     used = [
         v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in zip(values, exemplars, strict=True)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays import Array, Int64, Pair
 from ..draws import below, draw
-from ..exemplar import Exemplar, sampled
+from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from .features import Features, features, pose_array, posed
 from .sums import block_sums, blocks, valid_windows
@@ -42,7 +42,7 @@ MIRRORED = (0, 1, 2, 4, 3, 7, 6, 5)
 """What each isometry is to a picture seen in a mirror."""
 
 
-def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tuple[int, ...]:
+def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, ...]:
     """Return the isometries that keep the look of all the exemplars, the identity among them.
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
@@ -56,7 +56,7 @@ def allowed_isometries(exemplars: Sequence[Exemplar], square: bool = True) -> tu
     return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
 
 
-def all_allowed(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> bool:
+def all_allowed(exemplars: Exemplars, poses: Sequence[int]) -> bool:
     """Tell whether all of some isometries are among :func:`allowed_isometries`; the first statistic may refuse them."""
     for number in range(STATISTICS):
         found = _statistic(exemplars, number)
@@ -65,7 +65,7 @@ def all_allowed(exemplars: Sequence[Exemplar], poses: Sequence[int]) -> bool:
     return set(poses) <= set(allowed_isometries(exemplars))
 
 
-def _statistic(exemplars: Sequence[Exemplar], number: int) -> Int64:
+def _statistic(exemplars: Exemplars, number: int) -> Int64:
     """One of the distances of all exemplars of which something may be used, (n, 8), measured once."""
     found = [e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled(exemplars)]
     return np.stack(found)
@@ -192,7 +192,7 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
 
 
 def resolved_isometries(
-    choice: str | tuple[int, ...], exemplars: Sequence[Exemplar], patch: Pair
+    choice: str | tuple[int, ...], exemplars: Exemplars, patch: Pair
 ) -> str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
     return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

@@ -9,7 +9,7 @@ The rules are in ``rules.py``, the measurements in ``facts.py``, the trials in `
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from ..params import parameters
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
-    from ..exemplar import Exemplar
+    from ..exemplar import Exemplars
     from . import facts as choosing_facts
     from . import rules
 else:
@@ -163,7 +163,7 @@ class Auto:
             raise refused
         object.__setattr__(self, "able", tuple(kept))
 
-    def choose(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
+    def choose(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
         """Choose by the first rule that holds, among the methods that can do what is asked.
 
         Raises
@@ -191,7 +191,7 @@ class Auto:
             raise refused or ParameterError(self._none(facts))
         return replace(found[0], warnings=choosing_facts.warnings_of(facts), others=tuple(found[1:]))
 
-    def leading(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> Choice:
+    def leading(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
         """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
         facts = choosing_facts.Facts(exemplars, canvas)
         for rule, slug, values, why in self.ranked(facts):

@@ -9,7 +9,6 @@ compares is made of sums of whole numbers, so that the same rule fires on every 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,7 +25,7 @@ from ..arrays import Int16
 from ..canvas import Canvas
 from ..courses.rectify import Straight, improved
 from ..errors import MethodError
-from ..exemplar import Exemplar, sampled
+from ..exemplar import Exemplar, Exemplars, sampled
 from ..image import Kind
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Lattice, Lattices, cell_of, lattices_of, vectors_of
@@ -118,7 +117,7 @@ def _holds_rows(two: Lattice, rows: Lattice) -> bool:
 class Facts:
     """All that rules may ask about an exemplar, the first that may be sampled, and about the canvas."""
 
-    def __init__(self, exemplars: Sequence[Exemplar], canvas: Canvas) -> None:
+    def __init__(self, exemplars: Exemplars, canvas: Canvas) -> None:
         self.exemplars, self.canvas = tuple(exemplars), canvas
         self.exemplar = sampled(exemplars)[0]
 

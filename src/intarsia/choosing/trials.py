@@ -9,14 +9,13 @@ too often (docs/auto.md).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..canvas import Canvas
 from ..draws import draw
 from ..errors import CancelledError, MethodError, ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..lazy import lazy
 from ..methods.base import Method, make
 from ..params import extent, parameters
@@ -47,7 +46,7 @@ class Trial:
 
 
 def carried_out(
-    choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+    choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> tuple[Choice, Trial, tuple[score.Score, ...], tuple[int, ...]]:
     """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
 
@@ -69,7 +68,7 @@ def carried_out(
 
 
 def _best(
-    choice: Choice, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+    choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> tuple[Trial, tuple[score.Score, ...], tuple[int, ...]]:
     tried = trial_methods(choice, canvas, seed)
     if len(tried) == 1:

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import files
+from ..arrays import Mask, Pair
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -252,12 +252,12 @@ class Shelf:
         return plan_of(self.request, self.scene)
 
     @property
-    def size(self) -> tuple[int, int]:
+    def size(self) -> Pair:
         """Width and height of what is made of them."""
         canvas, times = self.scene.canvas, self.request.magnify
         return canvas.width * times, canvas.height * times
 
-    def hole(self, base: Plane, name: str) -> NDArray[np.bool_]:
+    def hole(self, base: Plane, name: str) -> Mask:
         """Read the hole of the picture, whose base plane is `base`."""
         return hole_of(self.request.holes[0], self.sets[0], base, name)
 
@@ -281,7 +281,7 @@ class Shelf:
         return Guide(cut, target, self.request.weight, self.request.reach)
 
     def _read(self, found: Set, n: int) -> Exemplar:
-        def unused(base: Plane, name: str) -> NDArray[np.bool_]:
+        def unused(base: Plane, name: str) -> Mask:
             """What of a picture is filled anew, so that it does not matter what is there."""
             return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
@@ -304,7 +304,7 @@ class Shelf:
         return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, self._report.warn)
 
 
-def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> NDArray[np.bool_]:
+def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> Mask:
     """Read which pixels (H, W) of the set `found` are to be healed; `mask` is a file, or ``alpha``."""
     if mask != "alpha":
         hole = files.read_mask(mask, base, name)

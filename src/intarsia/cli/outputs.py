@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from .. import files
+from ..arrays import Pair
 from ..disk import whole
 from ..errors import ParameterError, ResourceError, printable
 from ..exemplar import Exemplar
@@ -258,7 +259,7 @@ def index_name(request: Request, many: bool) -> str | None:
     return page
 
 
-def memory_of(size: tuple[int, int]) -> int:
+def memory_of(size: Pair) -> int:
     """Bytes that judging an output of this size takes, and drawing its report."""
     return LIBRARIES + EACH * size[0] * size[1]
 

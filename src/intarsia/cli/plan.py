@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import files
+from ..arrays import Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..errors import ParameterError, printable
@@ -66,7 +67,7 @@ class Order:
         return pictures + [(path, what) for what, path in self.beside.items()]
 
     @property
-    def cut_from(self) -> tuple[int, int] | None:
+    def cut_from(self) -> Pair | None:
         """Width and height of the picture of which less is tiled."""
         picture = self.shelf.scene.exemplars[0]
         whole = picture.width, picture.height

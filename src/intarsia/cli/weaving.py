@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..arrays import Pair
 from ..disk.limits import check_fits
 from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
@@ -35,7 +36,7 @@ class Weaving:
 
     names: dict[str, str]
     texture: Weave
-    size: tuple[int, int]  # width, height
+    size: Pair  # width, height
     request: Request
     report: Report
     stores: dict[str, Store]

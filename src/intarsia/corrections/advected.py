@@ -7,12 +7,12 @@ different steps they no longer fit: only there, and a few px around, the correct
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.sums import blocks
+from ..arrays import Array, Mask, Pair
 from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..lazy import ndimage
@@ -25,13 +25,12 @@ STAGE = 200610  # keeps these draws apart from those of others
 SQUARE = 16  # px of the canvas, which begin together where the exemplar ends
 AROUND = 2  # px about a tear that are corrected, too
 
-Array = NDArray[Any]
-Bools = NDArray[np.bool_]
+Bools = Mask
 Closed = tuple[bool, bool]
 
 
 def carried(
-    yx: Array, steps: Array, closed: Closed, exemplar: Exemplar, home: Array, lot: tuple[int, int]
+    yx: Array, steps: Array, closed: Closed, exemplar: Exemplar, home: Array, lot: Pair
 ) -> tuple[Array, Bools]:
     """Move a map by whole pixels (H, W, 2): S'(p) = S(q) + (p - steps(p) - q), q on the canvas next to p - steps(p).
 
@@ -64,7 +63,7 @@ def carried(
     return out, torn
 
 
-def _begun_again(coords: Array, size: tuple[int, int], lot: tuple[int, int]) -> Array:
+def _begun_again(coords: Array, size: Pair, lot: Pair) -> Array:
     """Move what lies outside of the exemplar along its border, by draws that belong to squares of the canvas."""
     outside = [(coords[..., axis] < 0) | (coords[..., axis] >= n) for axis, n in enumerate(size)]
     ys, xs = np.nonzero(outside[0] | outside[1])

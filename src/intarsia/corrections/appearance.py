@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.stretched import RANGE
 from ..analysis.sums import nearest, principal_axes, spreads
+from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar
 from ..field import Field
@@ -32,7 +32,6 @@ STRONG, FAINT = 0.9, 0.75  # shares of all pixels whose gradient is less: of out
 SHORTEST = 8  # px that an outline has at least
 BLUR = 2  # level of the stack that is differentiated: what is finer is grain
 
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

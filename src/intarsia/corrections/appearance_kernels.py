@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int16, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.kd_tree import FAR, ask_apart, asking_room, pixels_apart
 
@@ -22,10 +22,10 @@ KEPT = 4  # places that a pixel hands to those beside it, for each jump; doubled
 class Similar(NamedTuple):
     """The pixels that similar places are looked for of, row by row of a grid; a pixel is named by its number."""
 
-    vectors: NDArray[np.int16]  # (N * n,): their neighbourhoods
+    vectors: Int16  # (N * n,): their neighbourhoods
     length: np.uint64  # n
-    places: NDArray[np.int64]  # (N, 2): row and column in the exemplar
-    free: NDArray[np.bool_]  # (N,): whether it may be jumped to
+    places: Int64  # (N, 2): row and column in the exemplar
+    free: Mask  # (N,): whether it may be jumped to
     limits: tuple[int, int, int, int, int]  # height, width, 1 if toroidal, px apart at least, leaves to look into
 
 

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Int16, Int32, Int64, UInt8
 from ..kernels.draws import STEP, mixed
 from ..kernels.jit import kernel
 
@@ -115,7 +116,7 @@ TURNS = 4  # pieces of even and odd rows and columns, one kind after the other
 SHARE, FAR = 1024, 16  # what overlaps and distances of a whole piece count
 
 
-NOTHING: NDArray[np.int32] = np.zeros(0, np.int32)
+NOTHING: Int32 = np.zeros(0, np.int32)
 
 
 class LevelArrays(NamedTuple):
@@ -125,32 +126,32 @@ class LevelArrays(NamedTuple):
     Of ``packed`` and ``values`` one is empty, which says what is compared.
     """
 
-    steps: NDArray[np.int64]  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
+    steps: Int64  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
     packed: NDArray[np.uint64]  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
-    values: NDArray[np.int16]  # (positions, C): colours
-    roots: NDArray[np.int64]  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
-    table: NDArray[np.int16]  # (positions * n,): the neighbourhood of each exemplar pixel
-    inner: NDArray[np.int32]  # (positions,): the exemplar pixel that the border shows there, or -1 outside
-    open: NDArray[np.uint8]  # (positions,): 1 where a candidate may lie
-    jumps: NDArray[np.int32]  # (positions, k - 1): similar pixels, -1 where there is none
-    shown: NDArray[np.int32] = NOTHING  # (positions * G,): the guide beside the exemplar, as it counts
-    asked: NDArray[np.int32] = NOTHING  # (H * W * G,): the guide under each pixel of the map
+    values: Int16  # (positions, C): colours
+    roots: Int64  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
+    table: Int16  # (positions * n,): the neighbourhood of each exemplar pixel
+    inner: Int32  # (positions,): the exemplar pixel that the border shows there, or -1 outside
+    open: UInt8  # (positions,): 1 where a candidate may lie
+    jumps: Int32  # (positions, k - 1): similar pixels, -1 where there is none
+    shown: Int32 = NOTHING  # (positions * G,): the guide beside the exemplar, as it counts
+    asked: Int32 = NOTHING  # (H * W * G,): the guide under each pixel of the map
 
 
 class Axis(NamedTuple):
     """How the pixels of a level follow from those above them, along one axis."""
 
-    parent: NDArray[np.int64]  # position in the coarser map
-    step: NDArray[np.int64]  # exemplar px from the parent
-    at: NDArray[np.int64]  # absolute coordinate, which draws belong to
+    parent: Int64  # position in the coarser map
+    step: Int64  # exemplar px from the parent
+    at: Int64  # absolute coordinate, which draws belong to
 
 
 class Room(NamedTuple):
     """Where the coordinates of a map may lie."""
 
-    size: NDArray[np.int64]  # (3,): height, width, 1 if toroidal
-    home: NDArray[np.int32]  # (H * W,): for each exemplar pixel the usable one to take in its place, or empty
-    lattice: NDArray[np.int64]  # (2, 2): vectors (y, x), 1/256 px, by which coordinates move; or empty
+    size: Int64  # (3,): height, width, 1 if toroidal
+    home: Int32  # (H * W,): for each exemplar pixel the usable one to take in its place, or empty
+    lattice: Int64  # (2, 2): vectors (y, x), 1/256 px, by which coordinates move; or empty
 
 
 @kernel

@@ -13,8 +13,8 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Pair
 from ..draws import seed_state
 from ..exemplar import Exemplar
 from ..field import Field
@@ -66,7 +66,6 @@ BAND = 32  # rows that are worth a thread; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
 
-Array = NDArray[Any]
 
 
 class Pin(NamedTuple):
@@ -366,7 +365,7 @@ def subpass(
 
 
 def pinned(
-    coords: Array, places: list[Array], periods: tuple[int, int], pin: Pin, exemplar: Exemplar, frame: Array | None
+    coords: Array, places: list[Array], periods: Pair, pin: Pin, exemplar: Exemplar, frame: Array | None
 ) -> None:
     """Lay a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
 

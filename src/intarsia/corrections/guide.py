@@ -8,11 +8,10 @@ boundaries come to lie on boundaries before the finer levels decide pixel by pix
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Pair
 from ..canvas import Canvas
 from ..draws import seed_state
 from ..search.guide import ONE, codes_of
@@ -29,7 +28,6 @@ SOME = 4096  # neighbourhoods of which the spread is measured
 FULL = ONE << BITS
 FINE = 32  # bits after the point of a scale
 
-Array = NDArray[Any]
 
 
 class StackGuide:
@@ -68,7 +66,7 @@ class StackGuide:
         asked = stacked(self._target, inside, self._wraps, self._edge)
         self._asked = [values.reshape(-1, values.shape[2]) for values in asked]
 
-    def led(self, coords: Array, level: int, at: tuple[Array, Array], drawn: tuple[int, int], lattice: Array) -> Array:
+    def led(self, coords: Array, level: int, at: tuple[Array, Array], drawn: Pair, lattice: Array) -> Array:
         """Return a map (H, W, 2) in which what is not wanted begins again elsewhere.
 
         ``at``: absolute rows and columns, ``drawn``: seed and stage, of the draws; ``lattice`` to keep to, or empty.

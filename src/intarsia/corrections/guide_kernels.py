@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Int16, Int32, Int64, UInt8
 from ..kernels.draws import STEP, below, mixed
 from ..kernels.jit import kernel
 from .correction_kernels import snapped
@@ -18,11 +18,11 @@ class GuideOrder(NamedTuple):
     Places that show about the same are one group.
     """
 
-    shown: NDArray[np.int16]  # (H * W, G): the guide beside the exemplar
-    may: NDArray[np.uint8]  # (H, W): 1 where a candidate may lie
-    places: NDArray[np.int32]  # exemplar pixels y * W + x, group after group
-    begins: NDArray[np.int64]  # (groups + 1,): where each group begins, and the end
-    means: NDArray[np.int16]  # (groups, G)
+    shown: Int16  # (H * W, G): the guide beside the exemplar
+    may: UInt8  # (H, W): 1 where a candidate may lie
+    places: Int32  # exemplar pixels y * W + x, group after group
+    begins: Int64  # (groups + 1,): where each group begins, and the end
+    means: Int16  # (groups, G)
 
 
 @kernel

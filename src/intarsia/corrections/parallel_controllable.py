@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..analysis.features import features
+from ..arrays import Int32
 from ..canvas import Canvas
 from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..field import Field
 from ..geometry import Box, Wrap
 from ..lattice.lattice import check_lattice, lattice_of, lattices_of
@@ -33,7 +30,7 @@ FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the la
 ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
-def resolved(method: ParallelControllable, exemplars: Sequence[Exemplar], canvas: Canvas) -> ParallelControllable:
+def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas) -> ParallelControllable:
     """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
     size = None if canvas.endless else (canvas.height, canvas.width)
     check_sizes(method, (exemplars[0].height, exemplars[0].width), size)
@@ -68,13 +65,13 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
 
 
 def synthesize(
-    method: ParallelControllable, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+    method: ParallelControllable, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
     """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
     return _map(method, exemplars[0], canvas, seed, run)
 
 
-def window(method: ParallelControllable, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+def window(method: ParallelControllable, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
     """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
     if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
         raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
@@ -82,8 +79,8 @@ def window(method: ParallelControllable, exemplars: Sequence[Exemplar], box: Box
 
 
 def coarse(
-    method: ParallelControllable, exemplars: Sequence[Exemplar], box: Box, level: int, seed: int, run: Run
-) -> NDArray[np.int32] | None:
+    method: ParallelControllable, exemplars: Exemplars, box: Box, level: int, seed: int, run: Run
+) -> Int32 | None:
     """Return which exemplar pixels the middles of squares of 2**level px show, (h, w, 2), on that level.
 
     Finer levels move them a little; it is as quick as a window of so many pixels. `box` is one of whole squares.
@@ -95,7 +92,7 @@ def coarse(
     return descent.window(*_spans(box), run, level)
 
 
-def asked(method: ParallelControllable, exemplars: Sequence[Exemplar], where: Canvas | Box) -> dict[str, str]:
+def asked(method: ParallelControllable, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
     """Return a hash of what each function among the parameters says at all places that a picture asks it for.
 
     Those over the output are asked beside it as well, where its coarse levels begin.
@@ -108,7 +105,7 @@ def _map(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, 
     wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
     around = descent.around
 
-    def drafted(yx: NDArray[np.int32]) -> SourceMap:
+    def drafted(yx: Int32) -> SourceMap:
         seen = yx[around : len(yx) - around, around : yx.shape[1] - around]
         return SourceMap(seen, None, None, source, wrap, method.blend)
 

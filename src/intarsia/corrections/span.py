@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..field import Field
 from .correction_kernels import UNIT, Axis
 
@@ -21,7 +21,6 @@ ZOOM = 256  # steps of 1
 SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM  # what methods allow
 SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in range(TURN)], np.int64)
 
-Array = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import nearest, principal_axes, spreads
+from ..arrays import Array, Int32
 from ..exemplar import Exemplar
 from ..kernels import kd_tree
 from ..lazy import ndimage
@@ -43,7 +43,6 @@ CLOUDY = 3, 10  # as 3 of 10 parts of the variance it makes a picture cloudy; ha
 SEARCHED = 1 << 18  # px of an exemplar that similar places are looked for of on one level: a limit of time
 KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
 
-Array = NDArray[Any]
 
 
 class Jumps(NamedTuple):
@@ -95,7 +94,7 @@ class ExemplarStack:
     exemplar: Exemplar
     count: int
     levels: tuple[StackLevel, ...]
-    home: NDArray[np.int32]
+    home: Int32
 
 
 @dataclass(frozen=True)
@@ -224,7 +223,7 @@ def depths(exemplar: Exemplar) -> Array:
     return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int64)
 
 
-def _home(exemplar: Exemplar) -> NDArray[np.int32]:
+def _home(exemplar: Exemplar) -> Int32:
     """For each pixel the nearest usable one, itself or another; empty where all are usable."""
     home = None if exemplar.usable is None else nearest(exemplar.usable)
     return np.zeros(0, np.int32) if home is None else np.asarray(home[0] * exemplar.width + home[1], np.int32).ravel()

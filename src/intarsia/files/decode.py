@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array
 from ..disk.limits import check_cost, check_size, most_pixels, no_room
 from ..errors import InputError, IntarsiaError
-from ..image import Array
 from . import netpbm, png
 from .formats import PictureFile, channels_in, damaged
 

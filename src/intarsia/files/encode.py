@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, UInt8
+from ..arrays import Array, Pair, UInt8
 from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import working_folder
 from ..errors import ParameterError, ResourceError, legible
@@ -53,7 +53,7 @@ def holds_recipe(target: Format, recipe: str) -> bool:
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
-def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: tuple[int, int] | None = None) -> None:
+def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: Pair | None = None) -> None:
     """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
     name, dtype = target.name, dtype or plane.pixels.dtype.name
     dtype = "uint8" if dtype == "bool" else dtype

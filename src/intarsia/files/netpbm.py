@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array, Pair
 from ..disk.limits import check_size
 from ..errors import InputError
-from ..image import Array
 
 _TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
 _COMMENT = re.compile(rb"#[^\r\n]*")
@@ -54,7 +54,7 @@ def decode_netpbm(data: bytes, name: str) -> Array:
     return _full_range(values, maxval).reshape(shape)
 
 
-def _header_number(data: bytes, pos: int, name: str, what: str) -> tuple[int, int]:
+def _header_number(data: bytes, pos: int, name: str, what: str) -> Pair:
     found = _TOKEN.match(data, pos, pos + HEADER)
     if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
         raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")

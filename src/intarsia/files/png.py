@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arrays import Array, Pair
 from ..disk.limits import check_size
 from ..errors import InputError
-from ..image import Array
 from .formats import PNG_SIDE, damaged
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
@@ -178,7 +178,7 @@ def _leave_out(facts: PngFacts, number: int, stop: int) -> None:
         facts.dirty = True
 
 
-def _packed_rows(facts: PngFacts) -> Iterator[tuple[int, int]]:
+def _packed_rows(facts: PngFacts) -> Iterator[Pair]:
     """How many rows of how many bytes are packed, one pass after another; each begins with its filter."""
     bits = CHANNELS[facts.colour] * facts.depth
     for y, x, dy, dx in _PASSES if facts.interlaced else ((0, 0, 1, 1),):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import called, expect, expect_path
-from ..arrays import pixels_of
+from ..arrays import Pair, pixels_of
 from ..disk.depth import converted, dtype_of, looked_at
 from ..disk.whole import PathLike, check_writable, put_all, write_bytes
 from ..errors import InputError, ParameterError, printable
@@ -97,7 +97,7 @@ def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: int | str 
 
 
 def check_depth(
-    path: PathLike, picture: Any, depth: int | str | None = None, size: tuple[int, int] | None = None
+    path: PathLike, picture: Any, depth: int | str | None = None, size: Pair | None = None
 ) -> None:  # fmt: skip
     """Refuse, before any work, a picture that the format of a file cannot hold, in that `size` (width, height)."""
     if os.fspath(path) == "-":

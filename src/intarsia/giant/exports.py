@@ -21,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..arrays import Array, Pair
 from ..disk import whole
 from ..disk.whole import check_writable
 from ..errors import InputError, ParameterError, ResourceError, printable
@@ -28,7 +29,7 @@ from ..files.encode import MARK, encode, holds_recipe
 from ..files.formats import format_of
 from ..files.png import decode_png, encode_png
 from ..files.write import check_depth, recipe_path, write
-from ..image import Array, Kind, Plane
+from ..image import Kind, Plane
 from ..rendering.mixing import averaged
 from ..run import Run
 from .picture import SIDE, Cell, Grid, Packer, Picture, Results, Store, check_side, extra
@@ -164,7 +165,7 @@ class TiffStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
     ) -> tuple[Grid, Packer]:
         """Decide on rows of tiles; ParameterError for sides that TIFF does not hold."""
         extra("tifffile")
@@ -220,7 +221,7 @@ class TileStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
     ) -> tuple[Grid, TilePacker]:
         """Decide on squares of tiles; ParameterError for pixels that PNG does not hold."""
         tile, like = check_side("tile", side, 4096), texture.like
@@ -311,7 +312,7 @@ class HeldStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
     ) -> tuple[Grid, Packer]:
         """Decide on cells; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
         if side:

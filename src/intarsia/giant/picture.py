@@ -20,12 +20,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from ..arguments import called, expect_path, pair, whole
+from ..arrays import Array, Pair
 from ..blend import Blend
 from ..disk.limits import free_memory
 from ..errors import MissingExtraError, ParameterError, ResourceError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
-from ..image import Array, Plane
+from ..image import Plane
 from ..methods.base import FARTHEST, WindowMethod, recipe_settings
 from ..rendering.render import render
 from ..run import Run
@@ -118,7 +119,7 @@ def check_near(box: Box) -> None:
         )
 
 
-def sides_of(shape: Any) -> tuple[int, int]:
+def sides_of(shape: Any) -> Pair:
     """Understand a size: one number is a square."""
     try:
         height, width = pair(shape)
@@ -202,7 +203,7 @@ class Picture:
         return self.like.channels
 
     @property
-    def scale(self) -> tuple[int, int]:
+    def scale(self) -> Pair:
         """How many times larger, and how many times smaller, the plane is than the map."""
         own, base = self.like.height, self.exemplars[0].height
         return max(own // base, 1), max(base // own, 1)
@@ -301,7 +302,7 @@ class Store(ABC):
 
     path: Path
     texture: Picture
-    origin: tuple[int, int]  # the pixel of the endless plane that comes first
+    origin: Pair  # the pixel of the endless plane that comes first
     grid: Grid  # how it is cut into cells
     recipe: dict[str, Any]
     force: bool
@@ -312,7 +313,7 @@ class Store(ABC):
 
     @classmethod
     def of(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int, force: bool
+        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, origin: Any, side: int, force: bool
     ) -> Self:
         """Plan a store with chunks or tiles of `side` px; nothing is written yet."""
         expect_path(path)
@@ -323,7 +324,7 @@ class Store(ABC):
     @classmethod
     @abstractmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
     ) -> tuple[Grid, Packer]:
         """Decide on cells, and on what packs them; ParameterError for what such a store cannot hold."""
 
@@ -355,13 +356,13 @@ class Store(ABC):
         """Let go of all files, and take away what is of no use."""
 
 
-def recipe_of(texture: Picture, sides: tuple[int, int], origin: tuple[int, int]) -> dict[str, Any]:
+def recipe_of(texture: Picture, sides: Pair, origin: Pair) -> dict[str, Any]:
     """All that the pixels of a store depend on; functions by what they say over the whole of it."""
     recipe = texture.recipe_over(Box(*origin, origin[0] + sides[0], origin[1] + sides[1]))
     return recipe | {"size": [sides[1], sides[0]], "origin": [origin[1], origin[0]]}
 
 
-def checked(texture: Picture, sides: tuple[int, int], origin: Any) -> tuple[int, int]:
+def checked(texture: Picture, sides: Pair, origin: Any) -> Pair:
     """Return the first pixel of a picture, or refuse one that lies too far away."""
     try:
         y, x = pair(origin if hasattr(origin, "__len__") else None)

@@ -30,10 +30,10 @@ from typing import Any
 import numpy as np
 
 from ..arguments import called
+from ..arrays import Array, Pair
 from ..disk.limits import taken
 from ..errors import InputError, ParameterError, ResourceError, said
 from ..geometry import Box
-from ..image import Array
 from ..methods.base import Method, traits
 from ..params import functions_of
 from ..run import Run
@@ -243,7 +243,7 @@ def _held(cell: Cell) -> list[bytes]:
     return _task[0](cell)
 
 
-def array_of(texture: Picture, sides: tuple[int, int], chunks: Any, origin: Any) -> Any:
+def array_of(texture: Picture, sides: Pair, chunks: Any, origin: Any) -> Any:
     """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
     dask, arrays = extra("dask"), extra("dask.array")
     y, x = checked(texture, sides, origin)
@@ -291,7 +291,7 @@ class DrawnAndPacked:
     """The task of a worker: draw a cell, pack it."""
 
     texture: Picture
-    origin: tuple[int, int]
+    origin: Pair
     packer: Packer
 
     def __call__(self, cell: Cell) -> list[bytes]:
@@ -378,7 +378,7 @@ def legible(store: Store) -> Iterator[None]:
 
 
 def store_of(
-    kind: str, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], origin: Any, side: int | None,
+    kind: str, texture: Picture, path: str | os.PathLike[str], sides: Pair, origin: Any, side: int | None,
     force: bool,
 ) -> Store:  # fmt: skip
     """Plan a store; nothing is written yet."""

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
+from ..arrays import Array, Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..draws import check_seed
 from ..errors import ParameterError
 from ..exemplar import Exemplar
-from ..image import Array
 from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
 from ..rendering.render import check_alike
 from ..run import Run, run_of
@@ -21,7 +21,7 @@ from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
 from .picture import SIDE, Picture, box_of, check_memory, sides_of
 from .stream import ExecutorLike, array_of, store_of, stream
 
-Sides = int | tuple[int, int]
+Sides = int | Pair
 
 
 class Weave(Picture):
@@ -55,7 +55,7 @@ class Weave(Picture):
         with Run().pool() as each:
             return self._filled(box, SIDE, self.draw, each)
 
-    def to_dask(self, shape: Sides, chunks: Any = SIDE, origin: tuple[int, int] = (0, 0)) -> Any:
+    def to_dask(self, shape: Sides, chunks: Any = SIDE, origin: Pair = (0, 0)) -> Any:
         """Return a dask array whose blocks are windows; nothing is drawn before it is computed.
 
         Parameters
@@ -70,7 +70,7 @@ class Weave(Picture):
         return array_of(self, sides_of(shape), chunks, origin)
 
     def to_zarr(
-        self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), chunk: int = 512,
+        self, path: str | os.PathLike[str], shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into a zarr array (version 3); what a killed call began is gone on with.
@@ -104,7 +104,7 @@ class Weave(Picture):
         stream(store_of("zarr", self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
-        self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 512,
+        self, path: str | os.PathLike[str], shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is whole; else as `to_zarr`.
@@ -115,7 +115,7 @@ class Weave(Picture):
         stream(store_of("tiff", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
     def to_tiles(
-        self, path: str | os.PathLike[str], shape: Sides, *, origin: tuple[int, int] = (0, 0), tile: int = 256,
+        self, path: str | os.PathLike[str], shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_tiff`.

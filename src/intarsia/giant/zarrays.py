@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from ..arrays import Array, Pair
 from ..disk import whole
 from ..errors import InputError, ParameterError
-from ..image import Array
 from ..run import Run
 from .exports import check_place
 from .picture import SIDE, Cell, Grid, Picture, Results, Store, check_side, extra
@@ -35,7 +35,7 @@ class ZarrPacker:
     tail: tuple[int, ...]  # the channels, where the array has an axis for them
     dtype: str
 
-    def array(self, shape: tuple[int, int], attributes: dict[str, Any], files: dict[str, Any]) -> Any:
+    def array(self, shape: Pair, attributes: dict[str, Any], files: dict[str, Any]) -> Any:
         """Make an array whose files land in `files`."""
         zarr = extra("zarr")
         names = ("y", "x", "channel")[: 2 + len(self.tail)]
@@ -79,7 +79,7 @@ class ZarrStore(Store):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: tuple[int, int], side: int
+        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
     ) -> tuple[Grid, ZarrPacker]:
         """Decide on files of several chunks; MissingExtraError without zarr."""
         extra("zarr")

@@ -9,14 +9,13 @@ from __future__ import annotations
 import base64
 import os
 import zlib
-from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
 from ..disk.depth import encoded, looked_at
 from ..errors import IntarsiaError, legible
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..image import Plane, Transfer
 from ..sourcemap import HOLE, SourceMap
 from .score import score_map
@@ -83,7 +82,7 @@ SCRIPT = """
 """
 
 
-def html_of(picture: Plane, exemplars: Sequence[Exemplar], smap: SourceMap, about: str) -> str:
+def html_of(picture: Plane, exemplars: Exemplars, smap: SourceMap, about: str) -> str:
     """Return a picture with its map as a part of an HTML page; `about` says in words how it was made."""
     seen, less = _shown(picture, SIDE, PICTURE, "the output")
     size = f"{picture.width}x{picture.height} px"
@@ -108,7 +107,7 @@ def _figure(exemplar: Exemplar, most: int) -> str:
     return f'<figure data-from="{exemplar.width}x{exemplar.height}">{seen}<i></i></figure>'
 
 
-def _score(exemplars: Sequence[Exemplar], smap: SourceMap) -> str:
+def _score(exemplars: Exemplars, smap: SourceMap) -> str:
     """The score and its parts; a line where there is none."""
     if smap.height * smap.width > JUDGED:
         return "<p>intarsia.score judges pictures of this size.</p>"

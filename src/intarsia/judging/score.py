@@ -27,7 +27,7 @@ from ..analysis.features import features
 from ..analysis.sums import block_sums, factor_for, window_sums
 from ..arrays import Array, Int16, Pair
 from ..errors import InputError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Wrap
 from ..lazy import ndimage
 from ..sourcemap import SourceMap
@@ -132,7 +132,7 @@ class Judged:
         return Judged(self.score, (), self.factor)
 
 
-def judge(exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
+def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
     """Judge a picture by its base plane; InputError where that has other channels than the exemplars'."""
     first, base = exemplars[0].base, output.base
     if (base.kind, base.channels) != (first.kind, first.channels):
@@ -145,7 +145,7 @@ def judge(exemplars: Sequence[Exemplar], output: Exemplar, wrap: Wrap = Wrap.NON
     return _judged(known_of(pictures, exemplars), mine, wrap)
 
 
-def score_map(exemplars: Sequence[Exemplar], smap: SourceMap) -> Score:
+def score_map(exemplars: Exemplars, smap: SourceMap) -> Score:
     """Judge a map without holes by the pixels that it shows, not mixed at its cuts."""
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
@@ -178,7 +178,7 @@ class Known(NamedTuple):
         return np.asarray(np.clip(smaller(output, self.factor), low, high), np.int16)
 
 
-def known_of(pictures: Pictures, exemplars: Sequence[Exemplar]) -> Known:
+def known_of(pictures: Pictures, exemplars: Exemplars) -> Known:
     """Measure exemplars by the features of their base planes (H, W, C)."""
     factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
     masks = (e.usable for e in exemplars)

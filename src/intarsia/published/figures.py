@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import files
-from ..arrays import Array
+from ..arrays import Array, Pair
 from ..disk import whole
 from ..exemplar import Exemplar
 from ..files.encode import lettered
@@ -91,7 +91,7 @@ def measured(made: Synthesis, picture: Plane) -> dict[str, float]:
 
 
 def grown(
-    letter: str, exemplar: Exemplar, size: int | tuple[int, int] | None, slug: str, settings: dict[str, Any],
+    letter: str, exemplar: Exemplar, size: int | Pair | None, slug: str, settings: dict[str, Any],
     printed: str = "", feather: int | None = None, **more: Any,
 ) -> Panel:  # fmt: skip
     """Grow a panel, all with the same seed, its seams mixed as numbers of the file.

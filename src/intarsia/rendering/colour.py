@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Floats, Int32, Int64
+from ..arrays import Array, Floats, Int32, Int64
 from ..blend import Mixing
 from ..disk.depth import from_srgb
-from ..image import Array, Kind, Plane, Transfer
+from ..image import Kind, Plane, Transfer
 
 BITS = 28
 """Linear light of integer planes is fixed point: white is 1 << BITS."""

@@ -23,11 +23,10 @@ from functools import lru_cache
 import numpy as np
 from scipy import fft
 
-from ..arrays import Floats, Int32, Int64, Mask
+from ..arrays import Array, Floats, Int32, Int64, Mask
 from ..blend import Finish, Levelling
 from ..errors import ParameterError
 from ..geometry import Box
-from ..image import Array
 from ..run import Run
 from .finish_kernels import Sums, Surroundings, add_means, add_up, move_codes, seam_steps
 from .ground import cut_out_map

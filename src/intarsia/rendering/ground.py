@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Int64, Mask, UInt8
+from ..arrays import Array, Int64, Mask, UInt8
 from ..errors import InputError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
-from ..image import Array
 from ..kernels.pieces_of_maps import HOLE
 from ..lazy import ndimage
 from .vote_kernels import Map, VotedExemplars, cut_window
@@ -25,7 +22,7 @@ def enlarged(samples: Array, times: int) -> Array:
 
 
 def ground_of(
-    exemplars: Sequence[Exemplar], layers: list[Array], grow: int, feather: int
+    exemplars: Exemplars, layers: list[Array], grow: int, feather: int
 ) -> tuple[Array, VotedExemplars]:
     """Lay one plane of every exemplar end to end.
 
@@ -41,13 +38,13 @@ def ground_of(
     return samples, VotedExemplars(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
 
 
-def usable_pixels(exemplars: Sequence[Exemplar], grow: int) -> Mask | None:
+def usable_pixels(exemplars: Exemplars, grow: int) -> Mask | None:
     """Return which pixels (N,) of the ground may be used; None where all or none may."""
     flat = masks_of(exemplars, grow)
     return flat if flat.any() and not flat.all() else None
 
 
-def masks_of(exemplars: Sequence[Exemplar], grow: int) -> Mask:
+def masks_of(exemplars: Exemplars, grow: int) -> Mask:
     """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
     return np.concatenate([enlarged(e.free, grow).reshape(-1) for e in exemplars])
 

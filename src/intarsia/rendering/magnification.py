@@ -18,10 +18,10 @@ from math import lcm
 import numpy as np
 
 from ..arguments import TIMES, expect, whole_within
+from ..arrays import Array
 from ..blend import Blend
 from ..errors import InputError, ParameterError
 from ..exemplar import REDUCED, Exemplar
-from ..image import Array
 from .mixing import averaged
 
 

@@ -20,11 +20,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Int32, Int64, Mask, Pair
 from ..arrays import Floats as Float64
-from ..arrays import Int32, Int64, Mask
 from ..blend import Mixing
 from ..geometry import ISOMETRIES
-from ..image import Array, Kind, Plane
+from ..image import Kind, Plane
 from .colour import Curve, code_shelf, code_steps
 from .vote_kernels import (
     LIMB,
@@ -180,12 +180,12 @@ class Spread:
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
 
 
-def cell_shape(plan: Voters) -> tuple[int, int]:
+def cell_shape(plan: Voters) -> Pair:
     """Return the height and width of the cell that a plan is for."""
     return plan.labels.shape[0] - plan.feather, plan.labels.shape[1] - plan.feather
 
 
-def squares_for(spread: Spread | None, shape: tuple[int, int]) -> Float64:
+def squares_for(spread: Spread | None, shape: Pair) -> Float64:
     """Make room for sums of squared weights, where they are needed."""
     return np.zeros(shape if spread else (0, 0))
 
@@ -427,7 +427,7 @@ class LabelMixer:
         block = blocks(ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
         votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # how many of the block agree with each
         best = np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)
-        chosen: NDArray[Any] = names[best]
+        chosen: Array = names[best]
         return chosen
 
 

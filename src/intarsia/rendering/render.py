@@ -12,18 +12,17 @@ scaled, or lie between pixels, are drawn by warped.py.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from ..arrays import Int32, UInt8
+from ..arrays import Array, Int32, UInt8
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError, said
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..geometry import Box
-from ..image import Array, Kind, Plane
+from ..image import Kind, Plane
 from ..run import Run
 from ..sourcemap import SourceMap, check_stretch
 from .colour import Curve
@@ -40,7 +39,7 @@ _ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
 
 
 def render(
-    exemplars: Sequence[Exemplar], smap: SourceMap, name: str | None = None, blend: Blend | None = None,
+    exemplars: Exemplars, smap: SourceMap, name: str | None = None, blend: Blend | None = None,
     box: Box | None = None, run: Run | None = None,
 ) -> Plane:  # fmt: skip
     """Draw a plane of a map.
@@ -140,7 +139,7 @@ class _Job:
     coding: NormalCoding | None
 
     @classmethod
-    def of(cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
+    def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
         grow, shrink = max(scale, 1), max(-scale, 1)
         feather = blend.feather * grow
         check_spread(blend.feather, grow, f"a {grow}x larger plane")
@@ -188,7 +187,7 @@ class _Job:
         return codes if self.coding is None else self.coding.turned(codes, pose)
 
 
-def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
+def _check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
     if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
         raise InputError(
             f"the map has {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give its own."
@@ -201,13 +200,13 @@ def _check_exemplars(exemplars: Sequence[Exemplar], smap: SourceMap) -> None:
             )
 
 
-def check_alike(exemplars: Sequence[Exemplar]) -> None:
+def check_alike(exemplars: Exemplars) -> None:
     """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
     for name in (*exemplars[0].drawn, *exemplars[0].packs):
         _planes(exemplars, name)
 
 
-def check_drawable(exemplars: Sequence[Exemplar], height: int, width: int, feather: int) -> None:
+def check_drawable(exemplars: Exemplars, height: int, width: int, feather: int) -> None:
     """Refuse what a plane of another size than the base cannot be drawn with, before anything is grown.
 
     `height` and `width` are those of the map, or of a window of it; `feather` is that of the map, in px.
@@ -228,7 +227,7 @@ def check_spread(feather: int, grow: int, plane: str) -> None:
         raise ParameterError(f"feather={feather} is too wide on {plane}; at most {most} px.")
 
 
-def _planes(exemplars: Sequence[Exemplar], name: str | None) -> tuple[list[Plane], int]:
+def _planes(exemplars: Exemplars, name: str | None) -> tuple[list[Plane], int]:
     """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
     name = exemplars[0].pictures[0] if name is None else name
     if not isinstance(name, str) or exemplars[0].picture(name) is None:

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Floats, Int32, Int64, UInt8
+from ..arrays import Array, Floats, Int32, Int64, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 
@@ -45,7 +45,7 @@ class Voters(NamedTuple):
 
 @kernel
 def cut_window(
-    full: Map, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], exemplars: Int64, part: Map
+    full: Map, origin: Pair, scale: int, wrap: tuple[bool, bool], exemplars: Int64, part: Map
 ) -> bool:
     """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
 
@@ -110,7 +110,7 @@ def _merge(
     return groups[:count]
 
 
-def make_plan(part: Map, origin: tuple[int, int], exemplars: Int64, feather: int) -> Voters:
+def make_plan(part: Map, origin: Pair, exemplars: Int64, feather: int) -> Voters:
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
@@ -146,7 +146,7 @@ def scratch(plan: Voters) -> tuple[Int32, Int64]:
 
 
 @kernel
-def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> tuple[int, int]:
+def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> Pair:
     """Start counting the votes of a group in rows begin .. end - 1; returns the rows that hear it."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0

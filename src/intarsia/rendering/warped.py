@@ -9,18 +9,16 @@ stands for it. Where a place falls on a pixel, and the frame is an isometry or n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Mask
+from ..arrays import Array, Mask
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError
-from ..exemplar import Exemplar
-from ..image import Array, Kind, Plane
+from ..exemplar import Exemplars
+from ..image import Kind, Plane
 from ..sourcemap import SourceMap
 from .colour import Curve, code_shelf, code_steps
 from .ground import OUTSIDE, enlarged, ground_of, masks_of, refuse_holes
@@ -54,7 +52,7 @@ class Warped:
 
     @classmethod
     def of(
-        cls, exemplars: Sequence[Exemplar], planes: list[Plane], scale: int, smap: SourceMap, blend: Blend
+        cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, blend: Blend
     ) -> Warped:
         """Prepare to draw; ParameterError for a blend that such a map cannot have."""
         grow, shrink = max(scale, 1), max(-scale, 1)
@@ -168,7 +166,7 @@ def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
 
 def _warp_field(smap: SourceMap) -> WarpField:
     size = smap.yx.shape[:2]
-    none: NDArray[Any] = np.zeros((0, 0), np.uint8)
+    none: Array = np.zeros((0, 0), np.uint8)
     return WarpField(
         smap.yx, np.zeros(size, np.uint8) if smap.which is None else smap.which,
         none if smap.pose is None else smap.pose,

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
+from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
 
@@ -162,7 +162,7 @@ class Part(NamedTuple):
 
 @kernel
 def lay_part(
-    field: WarpField, origin: tuple[int, int], scale: int, wrap: tuple[bool, bool], table: Int64, part: Part
+    field: WarpField, origin: Pair, scale: int, wrap: tuple[bool, bool], table: Int64, part: Part
 ) -> bool:
     """Cut a box out of a map that is `scale` times enlarged, as `cut_window` does; outside the canvas are holes.
 

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..arrays import Array, Int64
+from ..arrays import Array, Int64, Pair
 from .fourier_kernels import Correlated, Fee
 from .posed import PosedExemplars
 
@@ -22,19 +22,19 @@ class WindowGrid:
 
     rows: tuple[int, ...]
     columns: tuple[int, ...]
-    patch: tuple[int, int]
+    patch: Pair
     height: int
     width: int
     wrap_y: bool
     wrap_x: bool
-    places: tuple[tuple[int, int], ...] | None = None
+    places: tuple[Pair, ...] | None = None
 
     @property
-    def shape(self) -> tuple[int, int]:
+    def shape(self) -> Pair:
         """Rows and columns of windows."""
         return (len(self.rows), len(self.columns)) if self.places is None else (len(self.places), 1)
 
-    def at(self, row: int, column: int) -> tuple[int, int]:
+    def at(self, row: int, column: int) -> Pair:
         """First pixel of a window on the canvas."""
         return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
 
@@ -54,7 +54,7 @@ class WindowGrid:
         """Of what is known of all windows of a :meth:`widened` picture, that of the grid's own: (rows, columns)."""
         return np.asarray(every[np.ix_(np.array(self.rows) + self.patch[0], np.array(self.columns) + self.patch[1])])
 
-    def within(self, radius: int, places: Array, at: tuple[int, int]) -> Array:
+    def within(self, radius: int, places: Array, at: Pair) -> Array:
         """Which of the places (n, 2) lie within a radius of one, along each axis."""
         gaps = np.abs(places - at)
         for axis, (length, wrap) in enumerate(zip((self.height, self.width), self.wraps, strict=True)):
@@ -104,7 +104,7 @@ class Reduced:
     energies: Array
     slots: Array
     squares: list[Array]
-    spectra: dict[tuple[int, int], Array]
+    spectra: dict[Pair, Array]
 
     def only(self, which: Any) -> Reduced:
         """Return some of the windows, by an index of NumPy; the spectra stay those of all."""
@@ -139,10 +139,10 @@ class Search(Protocol):
     """
 
     variants: PosedExemplars
-    patch: tuple[int, int]
+    patch: Pair
     valid: list[Array]
     factor: int
-    cells: tuple[int, int]
+    cells: Pair
 
     def batch(self) -> int:
         """How many windows are best searched together."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import pose_array
 from ..analysis.stretched import RANGE, channel_shares
-from ..arrays import Float32
+from ..arrays import Float32, Pair
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
@@ -40,7 +40,7 @@ def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> 
 
 
 def best_of_poses(
-    maps: list[Float32], variants: PosedExemplars, patch: tuple[int, int]
+    maps: list[Float32], variants: PosedExemplars, patch: Pair
 ) -> list[Float32]:
     """Return for every exemplar the distance of its patch at each first pixel in the pose that fits best (Fig. 4.2)."""
     best: dict[int, Float32] = {}

@@ -22,7 +22,7 @@ import numpy as np
 from scipy import fft
 
 from ..analysis.sums import principal_axes
-from ..arrays import Array
+from ..arrays import Array, Pair
 from ..errors import ParameterError
 from ..kernels import returns, windows
 from . import fourier_kernels
@@ -45,7 +45,7 @@ class Correlator:
     `pictures`, float32 (K, rows, columns) each: a correlation adds up all K; `cells`: rows and columns of the windows.
     """
 
-    def __init__(self, pictures: list[Array], cells: tuple[int, int]) -> None:
+    def __init__(self, pictures: list[Array], cells: Pair) -> None:
         self.pictures = pictures
         self.shapes = [
             (fft.next_fast_len(p.shape[1], real=False), fft.next_fast_len(p.shape[2], real=True)) for p in pictures
@@ -62,7 +62,7 @@ class Correlator:
         """Return in which floats windows of these energies (sums of squares) must be, so that rounding is exact."""
         return np.float32 if self.error * math.sqrt(float(energies.max(initial=0))) < FITS else np.float64
 
-    def correlations(self, v: int, spectra: dict[tuple[int, int], Array], rows: int) -> Array:
+    def correlations(self, v: int, spectra: dict[Pair, Array], rows: int) -> Array:
         """Correlate windows, by their :meth:`spectra`, with picture `v`: (n, rows, columns) for every position.
 
         Only the first `rows` are made.
@@ -73,7 +73,7 @@ class Correlator:
         inner = fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
         return np.asarray(fft.irfft(inner, self.shapes[v][1], axis=2))
 
-    def spectra(self, templates: Array) -> dict[tuple[int, int], Array]:
+    def spectra(self, templates: Array) -> dict[Pair, Array]:
         """Transform windows (n, K, rows, columns), floats of their :meth:`precision`, padded as the pictures are."""
         return {shape: self._spectra(templates, shape) for shape in set(self.shapes)}
 
@@ -87,7 +87,7 @@ class Correlator:
                 ]
             return self._made[kind]
 
-    def _spectra(self, templates: Array, shape: tuple[int, int]) -> Array:
+    def _spectra(self, templates: Array, shape: Pair) -> Array:
         """Transform windows, padded to `shape`: (n, K, p, rows / p, columns), frequency p k + r at [r, k].
 
         Their rows come first, which are few. Down the columns most is padding: p short transforms of the rows,
@@ -113,7 +113,7 @@ class Masks:
     the rows and columns of the positions that are looked at.
     """
 
-    def __init__(self, padded: list[tuple[int, int]], spectra: list[Array], shapes: list[tuple[int, ...]]) -> None:
+    def __init__(self, padded: list[Pair], spectra: list[Array], shapes: list[tuple[int, ...]]) -> None:
         self.padded, self.spectra, self.shapes, self._lock = padded, spectra, shapes, Lock()
         self._forget()
 
@@ -166,7 +166,7 @@ class PatchSearch:
     tails = 3.0  # the reduced pictures are cut off at so many standard deviations
 
     def __init__(
-        self, variants: PosedExemplars, patch: tuple[int, int], overlap: int, exact: bool = False,
+        self, variants: PosedExemplars, patch: Pair, overlap: int, exact: bool = False,
         listed: int = SHORT_LIST, factor: int = 0,
     ) -> None:  # fmt: skip
         self.variants, self.patch, self.listed = variants, patch, listed
@@ -226,7 +226,7 @@ class PatchSearch:
         self.flat_valid, self.offsets = in_one_row(valid)
         self.valid = list(map(self._reachable, self._places, valid))
 
-    def _reachable(self, shape: tuple[int, int], allowed: Array) -> Array:
+    def _reachable(self, shape: Pair, allowed: Array) -> Array:
         """Coarse positions, so many rows and columns, from which refinement can reach a patch that is allowed."""
         out = np.empty(shape if allowed.size else (0, 0), bool)
         returns.reachable(allowed.view(np.uint8), self.factor, out.view(np.uint8))
@@ -311,7 +311,7 @@ class PatchSearch:
         return self.correlator.correlations(v, reduced.spectra, self.valid[v].shape[0])
 
 
-def most_steps(patch: tuple[int, int], cells: tuple[int, int], axes: int) -> int:
+def most_steps(patch: Pair, cells: Pair, axes: int) -> int:
     """Return the highest whole number of reduced pictures whose squared distances stay below 2**31.
 
     ParameterError where a patch is so large that even -1 to 1 is too much.
@@ -322,7 +322,7 @@ def most_steps(patch: tuple[int, int], cells: tuple[int, int], axes: int) -> int
     return most
 
 
-def _factor(variants: PosedExemplars, patch: tuple[int, int], overlap: int) -> int:
+def _factor(variants: PosedExemplars, patch: Pair, overlap: int) -> int:
     """Reduce by 2 or more: until the exemplar is small, while patch and overlap keep their shape."""
     side = int(variants.table[:, 1:3].max())
     factor = 2

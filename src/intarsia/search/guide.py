@@ -17,9 +17,9 @@ import numpy as np
 from ..analysis.features import pose_array
 from ..analysis.stretched import counted, ends
 from ..analysis.sums import running_sums, valid_windows, window_sums
-from ..arrays import Array
+from ..arrays import Array, Pair
 from ..errors import InputError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Wrap
 from ..guide import MAX_LABELS, Guide
 from ..image import Plane
@@ -71,12 +71,12 @@ class Guided(ABC, Generic[AnySearch]):
         self.allowed = {s: guidance.allowed(s) for s in np.unique(guidance.windows).tolist()}
         self.among: dict[int, AnySearch] = {s: search.within(valid) for s, valid in self.allowed.items()}
 
-    def allowed_at(self, window: tuple[int, int]) -> list[Array]:
+    def allowed_at(self, window: Pair) -> list[Array]:
         """Return, for every variant, where patches begin that a window may take."""
         return self.allowed[int(self.guidance.windows[window])]
 
     def find(
-        self, windows: list[tuple[int, int]], variant: Array, yx: Array, at: Array, prices: Prices
+        self, windows: list[Pair], variant: Array, yx: Array, at: Array, prices: Prices
     ) -> list[Candidates]:
         """Return the candidates for `windows`, which begin at `at` (n, 2) of a growing map."""
         labels = [int(self.guidance.windows[w]) for w in windows]
@@ -222,7 +222,7 @@ class WindowGuide:
         return codes, inside
 
 
-def label_sets(ids: Array, patch: tuple[int, int]) -> Array:
+def label_sets(ids: Array, patch: Pair) -> Array:
     """Return which labels each window of a picture of label numbers holds, as bits; -1 is no label."""
     out = np.zeros([max(n - side + 1, 0) for n, side in zip(ids.shape, patch, strict=True)], np.int64)
     if not out.size:
@@ -232,7 +232,7 @@ def label_sets(ids: Array, patch: tuple[int, int]) -> Array:
     return out
 
 
-def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[int, int]) -> None:
+def check_guide(exemplars: Exemplars, guide: Guide, patch: int | Pair) -> None:
     """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it."""
     check_sources(exemplars, guide)
     missing = _without_pure_patch(exemplars, guide, extent(patch))
@@ -247,7 +247,7 @@ def check_guide(exemplars: Sequence[Exemplar], guide: Guide, patch: int | tuple[
         )
 
 
-def check_sources(exemplars: Sequence[Exemplar], guide: Guide) -> None:
+def check_sources(exemplars: Exemplars, guide: Guide) -> None:
     """Refuse a guide whose source pictures are not those of the exemplars, or that has too many labels."""
     if len(guide.sources) != len(exemplars):
         raise InputError(
@@ -263,12 +263,12 @@ def check_sources(exemplars: Sequence[Exemplar], guide: Guide) -> None:
         raise InputError(f"the target has {len(guide.names)} labels; at most {MAX_LABELS} are possible.")
 
 
-def pure_patch(exemplars: Sequence[Exemplar], guide: Guide) -> int:
+def pure_patch(exemplars: Exemplars, guide: Guide) -> int:
     """Return the largest side at which every label has a patch wholly inside it; 0: there is none."""
     return min(0 if found is None else found[3] for found in largest_squares(exemplars, guide))
 
 
-def largest_squares(exemplars: Sequence[Exemplar], guide: Guide) -> list[tuple[int, int, int, int] | None]:
+def largest_squares(exemplars: Exemplars, guide: Guide) -> list[tuple[int, int, int, int] | None]:
     """Return for every label of the target its largest square: exemplar, row, column, side; None: it has no pixel."""
     best: list[tuple[int, int, int, int] | None] = [None] * len(guide.names)
     if not guide.is_labels:
@@ -298,7 +298,7 @@ def _largest_square(mine: Array) -> tuple[int, int, int]:
     return at[0], at[1], low
 
 
-def _without_pure_patch(exemplars: Sequence[Exemplar], guide: Guide, patch: tuple[int, int]) -> list[int]:
+def _without_pure_patch(exemplars: Exemplars, guide: Guide, patch: Pair) -> list[int]:
     names = guide.names
     if not guide.is_labels:
         return []
@@ -352,14 +352,14 @@ def _presence(mine: Array, reach: int, wrap: Wrap) -> Array:
     return np.asarray(soft[pad[0][0] : pad[0][0] + mine.shape[0], pad[1][0] : pad[1][0] + mine.shape[1]])
 
 
-def _padded(picture: Array, toroidal: bool, patch: tuple[int, int]) -> Array:
+def _padded(picture: Array, toroidal: bool, patch: Pair) -> Array:
     if not toroidal:
         return picture
     pad = [(0, patch[0] - 1), (0, patch[1] - 1), (0, 0)][: picture.ndim]
     return np.pad(picture, pad, mode="wrap")
 
 
-def _laid_out(sources: list[Array], variants: PosedExemplars, patch: tuple[int, int]) -> PosedExemplars:
+def _laid_out(sources: list[Array], variants: PosedExemplars, patch: Pair) -> PosedExemplars:
     channels, begin = sources[0].shape[2], 0
     blocks, table = [], variants.table.copy()
     for v in range(len(variants)):

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import Features, pose_array
 from ..analysis.sums import valid_windows, without_patch
-from ..arrays import Int16, Int32, Int64, Mask, UInt8
+from ..arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
 from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
 from ..kernels.windows import Posed
 from ..sourcemap import HOLE
@@ -94,10 +92,10 @@ def isometry_ids(choice: str | tuple[int, ...]) -> tuple[int, ...]:
 
 
 def posed_exemplars(
-    exemplars: Sequence[Exemplar],
+    exemplars: Exemplars,
     feats: Features,
     poses: tuple[int, ...],
-    patch: tuple[int, int],
+    patch: Pair,
     shown: tuple[int, ...] = (),
 ) -> PosedExemplars:
     """Lay out every exemplar in every pose for patches of (rows, columns) px.
@@ -146,7 +144,7 @@ def in_one_row(valid: Sequence[Mask]) -> tuple[UInt8, Int64]:
     return np.concatenate([v.astype(np.uint8).ravel() for v in valid]), offsets
 
 
-def _lookup(table: UInt8, variant: NDArray[Any]) -> UInt8:
+def _lookup(table: UInt8, variant: Array) -> UInt8:
     full = np.full(256, HOLE, np.uint8)
     full[: len(table)] = table
     out = np.empty(variant.shape, np.uint8)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..analysis.elements import ElementSize, element_size
 from ..analysis.features import features
 from ..analysis.sums import valid_windows, without_patch
+from ..arrays import Pair
 from ..errors import ParameterError
-from ..exemplar import Exemplar, sampled
+from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..params import extent, words
@@ -28,7 +27,7 @@ def elements(exemplar: Exemplar) -> ElementSize:
     return exemplar.memo("elements", lambda: element_size(features([exemplar]).pictures[0], exemplar.usable))
 
 
-def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> int:
+def default_patch(exemplars: Exemplars, guide: Guide | None = None) -> int:
     """Return a patch side in px: the size of the largest elements, or two small elements up to 64 px.
 
     Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some. Under
@@ -39,13 +38,13 @@ def default_patch(exemplars: Sequence[Exemplar], guide: Guide | None = None) -> 
     return supplied(exemplars, element_patch(exemplars))
 
 
-def element_patch(exemplars: Sequence[Exemplar]) -> int:
+def element_patch(exemplars: Exemplars) -> int:
     """Return a patch side in px for the largest elements, whatever masks leave."""
     used = sampled(exemplars)
     return fitting(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
 
 
-def large_patch(exemplars: Sequence[Exemplar]) -> int:
+def large_patch(exemplars: Exemplars) -> int:
     """Return a patch side in px for seams of free shape: half as much again, up to 0.4 of the exemplar's side.
 
     Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats.
@@ -55,7 +54,7 @@ def large_patch(exemplars: Sequence[Exemplar]) -> int:
     return supplied(exemplars, max(plain, min(3 * plain // 2, 2 * side // 5)))
 
 
-def supplied(exemplars: Sequence[Exemplar], patch: int, least: int = LEAST) -> int:
+def supplied(exemplars: Exemplars, patch: int, least: int = LEAST) -> int:
     """Return the largest patch side, px, up to `patch`, for which there are places enough that no mask touches.
 
     Below `least` one place is enough.
@@ -69,7 +68,7 @@ def supplied(exemplars: Sequence[Exemplar], patch: int, least: int = LEAST) -> i
     return patch
 
 
-def _places(exemplars: Sequence[Exemplar], patch: int) -> list[tuple[int, int]]:
+def _places(exemplars: Exemplars, patch: int) -> list[Pair]:
     """Of every exemplar, how many places there are for patches of this size: free of masked pixels, and in all."""
     free = [valid_windows((e.height, e.width), e.usable, e.toroidal, (patch, patch)) for e in exemplars]
     return [(int(np.count_nonzero(f)), max(f.size, 1)) for f in free]
@@ -81,7 +80,7 @@ def fitting(element: float, side: int) -> int:
     return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
 
 
-def _patch_of_labels(exemplars: Sequence[Exemplar], guide: Guide) -> int:
+def _patch_of_labels(exemplars: Exemplars, guide: Guide) -> int:
     """A patch for the elements of all regions, each measured in the largest square of its label.
 
     It stays below these squares, so that there is a choice of patches for every label.
@@ -98,10 +97,10 @@ def _patch_of_labels(exemplars: Sequence[Exemplar], guide: Guide) -> int:
 
 
 def check_patch(
-    patch: int | tuple[int, int],
-    exemplars: Sequence[Exemplar],
+    patch: int | Pair,
+    exemplars: Exemplars,
     isometries: str | tuple[int, ...] = "none",
-    seams: int | tuple[int, int] = 0,
+    seams: int | Pair = 0,
 ) -> None:
     """Refuse a patch that fits into no unmasked part, or not into an exemplar that is sampled, or cannot be turned.
 

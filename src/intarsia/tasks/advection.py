@@ -19,9 +19,10 @@ from types import NoneType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..arguments import called, expect, whole_within
+from ..arrays import Floats, Int64
 from ..canvas import Canvas
 from ..corrections import advected, descent, stack
 from ..errors import InputError, IntarsiaError, ParameterError, said
@@ -36,7 +37,7 @@ MOST_FRAMES = 1 << 40
 STEPS = (1, 2, 4, 8, 16)
 NONE: dict[str, Any] = {"frames": 0, "sha256": ""}  # what a recipe would say before the first frame
 
-Flow = ArrayLike | Callable[[NDArray[np.float64], NDArray[np.float64]], Any]
+Flow = ArrayLike | Callable[[Floats, Floats], Any]
 
 
 def advect(
@@ -97,7 +98,7 @@ def advect(
     return replace(made, map=moved, recipe=made.recipe | {"advected": _as_recipe(made, steps, coarsest, mender)})
 
 
-def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> NDArray[np.int64]:
+def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> Int64:
     """Return by how many whole px each pixel of a canvas moves (H, W, 2), from the frame before to this one."""
     given: Any = flow
     if callable(flow):
@@ -126,7 +127,7 @@ def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> N
     return np.asarray(_rounded(px * (frame or 1)) - last)
 
 
-def _stacked(given: tuple[Any, Any], height: int, width: int) -> NDArray[np.float64] | None:
+def _stacked(given: tuple[Any, Any], height: int, width: int) -> Floats | None:
     """Steps along rows and along columns as one array (H, W, 2); None where they are none."""
     try:
         return np.stack([np.broadcast_to(np.asarray(part, np.float64), (height, width)) for part in given], axis=2)
@@ -134,7 +135,7 @@ def _stacked(given: tuple[Any, Any], height: int, width: int) -> NDArray[np.floa
         return None
 
 
-def _rounded(px: NDArray[np.float64]) -> NDArray[np.int64]:
+def _rounded(px: Floats) -> Int64:
     return np.asarray(np.floor(px + 0.5), np.int64)
 
 
@@ -150,7 +151,7 @@ def _check(made: Synthesis, coarsest: int) -> None:
 
 
 def _as_recipe(
-    made: Synthesis, steps: NDArray[np.int64], coarsest: int, mender: ParallelControllable
+    made: Synthesis, steps: Int64, coarsest: int, mender: ParallelControllable
 ) -> dict[str, Any]:
     """What a recipe says of all frames so far: how many, and a hash of what moved them."""
     before = made.recipe.get("advected", NONE)

@@ -15,17 +15,17 @@ from types import NoneType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..analysis.features import features
 from ..analysis.rim import rim_of
 from ..arguments import MARGIN, chosen, expect, whole_within
-from ..arrays import marks
+from ..arrays import Mask, marks
 from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..errors import InputError, IntarsiaError, ParameterError
-from ..exemplar import Exemplar, NotFiniteError
+from ..exemplar import Exemplar, Exemplars, NotFiniteError
 from ..geometry import Wrap
 from ..image import MAX_SIDE
 from ..lazy import ndimage
@@ -37,8 +37,6 @@ from ..search.sizes import element_patch, supplied
 from ..sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
-
-Mask = NDArray[np.bool_]
 
 LEAST_PATCH = 12
 ROOM = 2  # times the thickness of a hole, or more, is a patch that covers it and sees its surroundings
@@ -100,7 +98,7 @@ def grown_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:
 
 
 def extension(
-    picture: Exemplar, margins: Margins, donors: Sequence[Exemplar] = (), wrap: Wrap = Wrap.NONE
+    picture: Exemplar, margins: Margins, donors: Exemplars = (), wrap: Wrap = Wrap.NONE
 ) -> Scene:
     """Prepare to extend a picture with pieces of itself, or of `donors` alone if any are given."""
     exemplars = shelf_of(picture, donors)
@@ -110,7 +108,7 @@ def extension(
 
 
 def scene_to_heal(
-    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar] = (), wrap: Wrap = Wrap.NONE, grow: int = 0
+    picture: Exemplar, hole: ArrayLike, donors: Exemplars = (), wrap: Wrap = Wrap.NONE, grow: int = 0
 ) -> Scene:
     """Prepare to fill the holes of a picture with other parts of it, or with pieces of `donors` alone.
 
@@ -140,7 +138,7 @@ def scene_to_heal(
     return Scene(exemplars, Canvas(start.height, start.width, wrap, start, rim=0), {"heal": {"grow": grow}})
 
 
-def shelf_of(picture: Exemplar, donors: Sequence[Exemplar]) -> tuple[Exemplar, ...]:
+def shelf_of(picture: Exemplar, donors: Exemplars) -> tuple[Exemplar, ...]:
     """The picture and its donors; beside donors the picture is only shown."""
     if not donors:
         return (picture,)
@@ -286,7 +284,7 @@ def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) ->
 
 
 def healed_scene(
-    picture: Exemplar, hole: ArrayLike, donors: Sequence[Exemplar], wrap: Wrap, grow: int | None
+    picture: Exemplar, hole: ArrayLike, donors: Exemplars, wrap: Wrap, grow: int | None
 ) -> Scene:
     """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
     scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
@@ -338,7 +336,7 @@ def thickness(scene: Scene) -> int:
 def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap | str) -> Exemplar:
     """Take a picture that is to be healed: what lies in the hole is replaced, and may be NaN."""
 
-    def unused(*_: Any) -> NDArray[np.bool_]:
+    def unused(*_: Any) -> Mask:
         return grown_hole(hole, grow or 0, Wrap(wrap))
 
     if isinstance(picture, str | Path):

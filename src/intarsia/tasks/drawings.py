@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import files
 from ..analysis.features import features
-from ..arrays import Array
+from ..arrays import Array, Mask, Pair, UInt8
 from ..blocks.grid import phase_of
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -24,7 +23,7 @@ from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments
 from .scoring import Outcome
 
-Pixels = NDArray[np.uint8]
+Pixels = UInt8
 Colour = tuple[float, float, float]
 
 PAPER = 128  # under what is transparent, and between exemplars
@@ -83,7 +82,7 @@ def looked(plane: Plane, most: int) -> Pixels:
     return np.ascontiguousarray(on_paper(seen)[:most, :most])
 
 
-def borders(numbers: NDArray[Any]) -> NDArray[np.bool_]:
+def borders(numbers: Array) -> Mask:
     """Mark the pixels whose right or lower neighbour has another number."""
     edge = np.zeros(numbers.shape, bool)
     edge[:-1] |= numbers[:-1] != numbers[1:]
@@ -105,7 +104,7 @@ def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
     return np.asarray(ndimage.zoom(cells.astype(np.float32), times, order=1, mode="nearest", grid_mode=True))
 
 
-def pieces(numbers: NDArray[Any], step: int) -> Pixels:
+def pieces(numbers: Array, step: int) -> Pixels:
     """The numbered pieces of a map in flat colours, their borders darker: RGB of every `step`th pixel."""
     mixed = (np.arange(int(numbers.max()) + 1, dtype=np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
     seen = numbers[::step, ::step]
@@ -261,7 +260,7 @@ def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
     return np.concatenate(parts, axis=1)[:, :-APART]
 
 
-def _repeated(picture: Pixels, wrap: Wrap, size: tuple[int, int]) -> Drawn:
+def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> Drawn:
     times = 3 if max(size) <= SMALL else 2
     down, across = (times if closed else 1 for closed in (wrap.y, wrap.x))
     n = -(-max(picture.shape[0] * down, picture.shape[1] * across) // LARGE)
@@ -271,14 +270,14 @@ def _repeated(picture: Pixels, wrap: Wrap, size: tuple[int, int]) -> Drawn:
     return Drawn("repeat", f"Repeated {across} x {down}", said, np.tile(picture, (down, across, 1)))
 
 
-def heat(outcome: Outcome, size: tuple[int, int], shape: tuple[int, ...]) -> tuple[Array, Array]:
+def heat(outcome: Outcome, size: Pair, shape: tuple[int, ...]) -> tuple[Array, Array]:
     """How much joins cost, over an output of a size drawn in a shape: colours, and how opaque they are, 0 to 1."""
     cost, worst = joins_at(outcome.judged, size), outcome.score.parts["joins"]
     over = np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
     return over, over**0.6
 
 
-def _joins(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
+def _joins(outcome: Outcome, picture: Pixels, size: Pair) -> Drawn:
     over, opaque = heat(outcome, size, picture.shape)
     gray = picture.astype(np.float32).mean(axis=2, keepdims=True)
     pale = PALE * gray + (1 - PALE) * 226
@@ -287,7 +286,7 @@ def _joins(outcome: Outcome, picture: Pixels, size: tuple[int, int]) -> Drawn:
     return Drawn("joins", "Where joins cost", said, pixels.astype(np.uint8))
 
 
-def _too_often(picture: Pixels, size: tuple[int, int], often: Sequence[Often]) -> Drawn:
+def _too_often(picture: Pixels, size: Pair, often: Sequence[Often]) -> Drawn:
     if not often:
         said = f"No place of the exemplar is shown {OFTEN:g} times as often as the mean"
         return Drawn("often", "Nothing is shown too often", said, picture)

@@ -17,6 +17,7 @@ import numpy as np
 from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
 from ..arguments import OVERLAYS
+from ..arrays import Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import Auto
@@ -70,7 +71,7 @@ class TilePicture:
         One picture for every plane of the exemplar.
     """
 
-    corner: tuple[int, int]
+    corner: Pair
     cost: int
     rectangular: bool
     planes: dict[str, Plane]
@@ -261,7 +262,7 @@ def _suggested(facts: Facts) -> Suggestion:
     return Suggestion(choice.method.slug, values, flatten, tuple(why), choice.rule)
 
 
-def _rectangle(tiling: Tiling, exemplar: Exemplar) -> tuple[int, int] | None:
+def _rectangle(tiling: Tiling, exemplar: Exemplar) -> Pair | None:
     """The smallest (height, width) of whole periods; None where that holds too many."""
     sides = (exemplar.height, exemplar.width)
     found = [periods_along(tiling.vectors, axis, side) for axis, side in enumerate(sides)]

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..arrays import Pair
 from ..disk.depth import converted
 from ..errors import InputError, MethodError, ParameterError, printable
-from ..exemplar import Exemplar
+from ..exemplar import Exemplars
 from ..files import read_recipe
 from ..geometry import Wrap
 from ..guide import Guide
@@ -38,7 +39,7 @@ BESIDE = {
 """What was used beside exemplars, by where a recipe says so; of these it holds no more than hashes."""
 
 
-def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
+def small_of(size: Pair, times: int) -> Pair:
     """Return the size that is grown where pictures are drawn so many times larger."""
     width, height = size
     if width % times or height % times:
@@ -47,7 +48,7 @@ def small_of(size: tuple[int, int], times: int) -> tuple[int, int]:
 
 
 def scene_of(
-    request: Request, exemplars: Sequence[Exemplar], hole: ArrayLike | None = None, guide: Guide | None = None
+    request: Request, exemplars: Exemplars, hole: ArrayLike | None = None, guide: Guide | None = None
 ) -> Scene:
     """Return the exemplars of a request, and the canvas with what is on it: its hole, and its labels."""
     exemplars, size, wrap = as_exemplars(list(exemplars)), request.size, Wrap(request.closing)
@@ -96,7 +97,7 @@ def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
     return carry_out(plan, seed, run)
 
 
-def replayed(recipe: Mapping[str, Any], exemplars: Sequence[Exemplar], run: Run | None = None) -> Synthesis:
+def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = None) -> Synthesis:
     """Make again what was grown, extended or tiled, from its recipe and its exemplars: the same map.
 
     Raises InputError where the recipe is damaged, where it is of other exemplars, and where more was used than
@@ -118,7 +119,7 @@ def replayed(recipe: Mapping[str, Any], exemplars: Sequence[Exemplar], run: Run 
         raise InputError(f"its recipe cannot be followed: {e}") from None
 
 
-def recipe_map(path: str | os.PathLike[str], output: Plane, exemplars: Sequence[Exemplar], run: Run) -> SourceMap:
+def recipe_map(path: str | os.PathLike[str], output: Plane, exemplars: Exemplars, run: Run) -> SourceMap:
     """Return the map of a picture that carries its recipe, made again, where that makes these very pixels.
 
     Raises InputError, which says why there is none.

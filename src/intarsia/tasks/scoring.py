@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..arguments import chosen
+from ..arrays import Pair
 from ..errors import InputError, ParameterError, QualityError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -46,7 +47,7 @@ class Outcome:
         return self.judged.score
 
     @property
-    def sizes(self) -> list[tuple[int, int]]:
+    def sizes(self) -> list[Pair]:
         """Height and width of each exemplar, in px."""
         return [(e.height, e.width) for e in self.exemplars]
 

@@ -13,18 +13,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.structure import SEAMLESS, border_of
 from ..analysis.sums import block_sums, spreads
 from ..arguments import called, chosen, size_of, whole_within
+from ..arrays import Int16, Mask, Pair
 from ..blend import Blend, Levelling
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
 from ..choosing.facts import Facts
 from ..errors import InputError, ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.candidates import UNIT
@@ -65,7 +65,7 @@ def tile(
     *,
     axes: Wrap | str = Wrap.BOTH,
     band: int | None = None,
-    size: int | tuple[int, int] | None = None,
+    size: int | Pair | None = None,
     sources: Sequence[ExemplarLike] = (),
     seed: int = 0,
     run: Run | None = None,
@@ -109,7 +109,7 @@ def tile(
 
 
 def scene_to_tile(
-    picture: Exemplar, donors: Sequence[Exemplar], axes: Wrap, band: int | None, size: tuple[int, int] | None
+    picture: Exemplar, donors: Exemplars, axes: Wrap, band: int | None, size: Pair | None
 ) -> Scene:
     """Prepare to make a picture tileable; `size` (height, width) is cut out of its middle first, None: what closes."""
     if axes is Wrap.NONE:
@@ -143,7 +143,7 @@ def scene_to_tile(
     return Scene(exemplars, Canvas(height, width, axes, start, rim=rim - level), {"tile": said})
 
 
-def closing_size(picture: Exemplar, axes: Wrap) -> tuple[int, int]:
+def closing_size(picture: Exemplar, axes: Wrap) -> Pair:
     """Height and width of what is tiled where no size is given: all, or what holds whole numbers of sure periods
     or courses.
 
@@ -165,7 +165,7 @@ def closing_size(picture: Exemplar, axes: Wrap) -> tuple[int, int]:
     return down or height, across or width
 
 
-def _whole_courses(facts: Facts, whole: tuple[int, int], axes: Wrap, unit: int) -> tuple[int, int]:
+def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
     """The size from the first line between courses to the last, wherever it is cut out; all where that closes, too.
 
     It does where what lies beyond both lines is as high together as one of the courses.
@@ -187,7 +187,7 @@ def _continues(picture: Exemplar, axes: Wrap) -> bool:
     return max(steps.rows * axes.y, steps.columns * axes.x) <= SEAMLESS
 
 
-def _cut(picture: Exemplar, size: tuple[int, int]) -> tuple[int, int, int, int]:
+def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
     """Top, left, height and width of the part that is tiled: the middle, so that no plane's pixel is cut."""
     height, width = size
     unit, described = _unit(picture), f"{picture.name} ({picture.width}x{picture.height} px)"
@@ -212,7 +212,7 @@ def _of_single_elements(facts: Facts) -> bool:
     return facts.structure.coherence <= DIRECTED
 
 
-def _fine_grained(picture: NDArray[np.int16]) -> bool:
+def _fine_grained(picture: Int16) -> bool:
     """Whether much of what differs from pixel to pixel, as methods compare them (H, W, C), is gone in small squares."""
     squares = block_sums(picture, SQUARE)
     kept, all_of_it = (sum(spreads(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture))
@@ -228,7 +228,7 @@ def _closes(facts: Facts) -> bool:
     )
 
 
-def _along_borders(size: tuple[int, int], axes: Wrap, wide: int) -> NDArray[np.bool_]:
+def _along_borders(size: Pair, axes: Wrap, wide: int) -> Mask:
     """A hole of `wide` px across each line where borders meet."""
     near = [np.zeros(n, bool) for n in size]
     for line, closed in zip(near, (axes.y, axes.x), strict=True):

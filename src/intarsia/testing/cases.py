@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
 from ..arrays import Array, Int32, Mask, Pair, UInt8
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import ISOMETRIES, Wrap
 from ..image import Plane
 from ..methods.base import Ability, Method
@@ -149,7 +149,7 @@ def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     )
 
 
-def looked_up(exemplars: Sequence[Exemplar], smap: SourceMap, plane: str | None = None) -> Array:
+def looked_up(exemplars: Exemplars, smap: SourceMap, plane: str | None = None) -> Array:
     """Fetch every pixel of a map from its exemplar, one exemplar after the other: law 1 in plain words."""
     planes = [e.base if plane is None else e.planes[plane] for e in exemplars]
     out = np.zeros((smap.height, smap.width, planes[0].channels), planes[0].pixels.dtype)
@@ -201,6 +201,6 @@ def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
     )
 
 
-def replayed(recipe: str, exemplars: Sequence[Exemplar]) -> Synthesis:
+def replayed(recipe: str, exemplars: Exemplars) -> Synthesis:
     """Run a recipe (JSON, without a start map) again on its exemplars."""
     return made_again(json.loads(recipe), exemplars)

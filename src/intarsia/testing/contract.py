@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -17,7 +17,7 @@ from ..arrays import Mask, Pair
 from ..blend import Blend, Levelling
 from ..canvas import Canvas
 from ..errors import CancelledError, ParameterError
-from ..exemplar import Exemplar
+from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box, Wrap
 from ..guide import Guide
 from ..image import Kind, Plane, Transfer
@@ -91,7 +91,7 @@ class Laws:
         """Return the requests on which the laws are tested."""
         return (chosen if self.few else cases)(self.method, least=self.least)
 
-    def rim(self, exemplars: Sequence[Exemplar], size: Pair) -> int:
+    def rim(self, exemplars: Exemplars, size: Pair) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
         resolved = self.method.resolved(exemplars, Canvas(*size))
         return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
@@ -391,7 +391,7 @@ class MethodContract(StartLaws):
     def test_cancelling_stops_at_every_step(self) -> None:
         """Law 12: set at any step, the event ends the work with CancelledError; drafts have the canvas's size."""
         e, size = Exemplar.of(texture(26, 24, 3, 7)), (40, 44)
-        event, ticks, stop = threading.Event(), list[tuple[int, int]](), -1
+        event, ticks, stop = threading.Event(), list[Pair](), -1
 
         def step(done: int, total: int, draft: Callable[[], SourceMap] | None) -> None:
             ticks.append((done, total))

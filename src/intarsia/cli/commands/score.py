@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from ..help import HelpfulCommand
 from ..report import Report
 
 if TYPE_CHECKING:
-    from ...exemplar import Exemplar
+    from ...exemplar import Exemplars
     from ...image import Plane
     from ...judging.score import Score
     from ...sourcemap import SourceMap
@@ -65,7 +64,7 @@ def judge(request: Request, report: Report) -> None:
     gated(found, request.gates, output)
 
 
-def _made_again(output: str, made: Plane, exemplars: Sequence[Exemplar], report: Report) -> SourceMap | None:
+def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) -> SourceMap | None:
     """Return the map that the recipe of an output makes again; where it makes none, say why, and go on without."""
     from ...run import Run
     from ...tasks.requested import recipe_map

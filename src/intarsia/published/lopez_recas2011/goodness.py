@@ -10,11 +10,11 @@ an undefined power; flat pairs are left out; the tile is counted in closed form,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...analysis.correlation import autocorrelation
 from ...analysis.features import features
 from ...analysis.sums import factor_for, reduced
+from ...arrays import Floats, Int16, Int32, Int64, Pair
 from ...errors import MethodError
 from ...exemplar import Exemplar
 from .goodness_kernels import MILLION, best_pair, hermite, tile_pixels
@@ -28,7 +28,7 @@ def lattice_by_goodness(exemplar: Exemplar, weights: tuple[float, ...] | None) -
     return tuple((float(x), float(y)) for y, x in found)
 
 
-def tile_coverage(v1: tuple[int, int], v2: tuple[int, int], height: int, width: int) -> tuple[int, int]:
+def tile_coverage(v1: Pair, v2: Pair, height: int, width: int) -> Pair:
     """Count how many different pixels of a lattice's tile a rectangle shows, and how many the tile has.
 
     Vectors (dy, dx) in whole px, not parallel. Where the rectangle lies does not matter.
@@ -37,7 +37,7 @@ def tile_coverage(v1: tuple[int, int], v2: tuple[int, int], height: int, width: 
     return tile_pixels(a, b, c, height, width), a * c
 
 
-def plain_lattice(picture: NDArray[np.int16]) -> NDArray[np.float64] | None:
+def plain_lattice(picture: Int16) -> Floats | None:
     """The lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None without peaks."""
     factor = factor_for(picture.shape)
     small, _ = reduced(picture, None, factor)
@@ -47,7 +47,7 @@ def plain_lattice(picture: NDArray[np.int16]) -> NDArray[np.float64] | None:
     return found.astype(np.float64) * factor if goodness > 0 else None
 
 
-def _peaks(values: NDArray[np.int32]) -> NDArray[np.int64]:
+def _peaks(values: Int32) -> Int64:
     """All local maxima of the right half plane (n, 2), shortest first."""
     height, width = values.shape
     middle = height // 2, width // 2
@@ -59,5 +59,5 @@ def _peaks(values: NDArray[np.int32]) -> NDArray[np.int64]:
     at = np.argwhere(top) - middle
     at = at[(at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0))]
     square = (at * at).sum(axis=1)
-    result: NDArray[np.int64] = at[np.lexsort((at[:, 1], at[:, 0], square))].astype(np.int64)
+    result: Int64 = at[np.lexsort((at[:, 1], at[:, 0], square))].astype(np.int64)
     return result

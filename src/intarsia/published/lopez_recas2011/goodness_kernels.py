@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import Pair
 from ...kernels.jit import kernel
 
 MILLION = 1_000_000  # correlations are kept in millionths
@@ -57,7 +58,7 @@ def tile_pixels(a: int, b: int, c: int, height: int, width: int) -> int:
 
 
 @kernel
-def significant_sum(values: Any, v: Any, w: Any, height: int, width: int) -> tuple[int, int]:
+def significant_sum(values: Any, v: Any, w: Any, height: int, width: int) -> Pair:
     """Add up and count the map at the significant points of the right half plane of a reduced pair, in whole px.
 
     Significant: the overlap of the picture (height x width) with itself shows 85 % of the tile or more.

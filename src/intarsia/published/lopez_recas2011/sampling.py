@@ -9,23 +9,21 @@ places, so that any window can be made alone; a wrapped canvas is closed by stre
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
 
 from ...analysis.features import features
 from ...analysis.sums import running_sums, valid_windows
-from ...arrays import Array, Laid, Pair
+from ...arrays import Array, Int16, Int32, Laid, Mask, Pair
 from ...blocks.mosaic import STRAIN, beside, returning
 from ...canvas import Canvas
 from ...draws import draw_many
 from ...errors import MethodError, ParameterError
-from ...exemplar import Exemplar
+from ...exemplar import Exemplar, Exemplars
 from ...geometry import Box
 from ...lattice.candidates import UNIT
 from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
@@ -46,7 +44,7 @@ ERROR = 1e-5  # of two lengths' product: far above what rounding in single preci
 MOST = 0.9  # share of a picture's variance in its main colours
 
 
-def resolved(method: GapFilling, exemplars: Sequence[Exemplar], canvas: Canvas) -> GapFilling:
+def resolved(method: GapFilling, exemplars: Exemplars, canvas: Canvas) -> GapFilling:
     """Find the lattice; MethodError where there is none."""
     if method.lattice is AUTO and method.detector == "goodness":
         return replace(method, lattice=lattice_by_goodness(exemplars[0], method.channel_weights))
@@ -56,7 +54,7 @@ def resolved(method: GapFilling, exemplars: Sequence[Exemplar], canvas: Canvas) 
     return method
 
 
-def synthesize(method: GapFilling, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: GapFilling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Pair the random blocks of the canvas, then fill the gaps."""
     laid, source = Sampling.of(method, exemplars[0], canvas, seed), exemplars[0].source
     drafting = run.drafting(lambda now: drafted(now, None, source, canvas.wrap))
@@ -64,7 +62,7 @@ def synthesize(method: GapFilling, exemplars: Sequence[Exemplar], canvas: Canvas
     return SourceMap(yx, None, None, (source,), canvas.wrap, method.blend)
 
 
-def window(method: GapFilling, exemplars: Sequence[Exemplar], box: Box, seed: int, run: Run) -> SourceMap:
+def window(method: GapFilling, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
     """Lay the blocks that a box meets; what they are read from is prepared once for an exemplar and a seed."""
 
     def prepared() -> Sampling:
@@ -132,8 +130,8 @@ class SquareBlocks:
 class Sampling:
     """An endless texture of square blocks."""
 
-    picture: NDArray[np.int16]  # (H, W, C): the exemplar's features
-    valid: NDArray[np.bool_]  # where a patch with its border may begin in the exemplar
+    picture: Int16  # (H, W, C): the exemplar's features
+    valid: Mask  # where a patch with its border may begin in the exemplar
     cell: tuple[Vector, Vector]  # the lattice vectors (rows, columns), 1/256 px
     blocks: SquareBlocks  # how the canvas lies on the lattice, and where its blocks begin
     border: int  # px
@@ -179,7 +177,7 @@ class Sampling:
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[NDArray[np.int32], None]:
+    ) -> tuple[Int32, None]:
         """The exemplar pixels (height, width, 2) of a window, all upright."""
         run = run or Run()
         out = np.zeros((height, width, 2), np.int32)

@@ -11,10 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...analysis.features import Features
-from ...arrays import Array
+from ...arrays import Array, Int16, Int64, Mask, Pair
 from ...draws import below, draw
 from ...errors import ParameterError
 from ...kernels import windows
@@ -49,11 +48,11 @@ class PyramidLevel:
     can be reached; ``reach``: how far around a projected position is searched.
     """
 
-    flat: NDArray[np.int16]
-    table: NDArray[np.int64]
-    allowed: list[NDArray[np.bool_]]
-    window: tuple[int, int]
-    reach: NDArray[np.int64]
+    flat: Int16
+    table: Int64
+    allowed: list[Mask]
+    window: Pair
+    reach: Int64
 
 
 class PyramidSearch:
@@ -67,7 +66,7 @@ class PyramidSearch:
     factor = 1
 
     def __init__(
-        self, variants: PosedExemplars, patch: tuple[int, int], seam: tuple[int, int], smoothing: str = "mean",
+        self, variants: PosedExemplars, patch: Pair, seam: Pair, smoothing: str = "mean",
         kept: int = 1, listed: int = SHORT_LIST,
     ) -> None:  # fmt: skip
         self.variants, self.patch, self.seam, self.kept, self.listed = variants, patch, seam, kept, listed
@@ -114,7 +113,7 @@ class PyramidSearch:
         return out
 
     @staticmethod
-    def _allowed(v: int, level: PyramidLevel, finer: PyramidLevel) -> NDArray[np.bool_]:
+    def _allowed(v: int, level: PyramidLevel, finer: PyramidLevel) -> Mask:
         """Positions from which the search at the finer level finds one that is allowed."""
         shape = level.table[v, 1:3].tolist()
         rows, columns = (max(n - w + 1, 0) for n, w in zip(shape, level.window, strict=True))
@@ -261,7 +260,7 @@ def level_size(patch: int, seam: int, level: int) -> int:
     return max((inner >> level) + 2 * (seam >> level), 1)
 
 
-def check_pyramid(patch: tuple[int, int], seam: tuple[int, int]) -> None:
+def check_pyramid(patch: Pair, seam: Pair) -> None:
     """Refuse patches and seams (rows, columns) of which nothing would be left at the coarsest level."""
     if min(patch) < LEAST or min(seam) < LEAST:
         raise ParameterError(
@@ -285,7 +284,7 @@ class DrawnPyramid(PyramidSearch):
     """Search as published (4.3.1): at every level one place is drawn, and only it is followed; the answer is one."""
 
     def __init__(
-        self, variants: PosedExemplars, patch: tuple[int, int], seam: tuple[int, int], smoothing: str, drawn: Drawn
+        self, variants: PosedExemplars, patch: Pair, seam: Pair, smoothing: str, drawn: Drawn
     ) -> None:
         super().__init__(variants, patch, seam, smoothing, drawn.at_bounds, drawn.at_bounds)
         self.drawn = drawn

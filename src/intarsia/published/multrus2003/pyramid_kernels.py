@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Int16, Int32, Int64, Mask
 from ...kernels.jit import kernel
 from ...search.fourier_kernels import FAR, insert, row_spans, window_distance
 from ...search.guided_kernels import guided_cost
@@ -17,7 +17,7 @@ UNKNOWN, KNOWN, OUTSIDE = 0, 1, 2
 class Fee(NamedTuple):
     """What repeats cost at the positions of one posed exemplar."""
 
-    counts: NDArray[np.int32]  # (rows, columns): uses; 256 = one full repeat
+    counts: Int32  # (rows, columns): uses; 256 = one full repeat
     weight: int  # price of such a repeat, in 1 / 65536 of the usual distance
     multiply: bool  # distances are multiplied by 1 + repeats instead
 
@@ -25,9 +25,9 @@ class Fee(NamedTuple):
 class Rung(NamedTuple):
     """One posed exemplar at one level of the pyramid."""
 
-    flat: NDArray[np.int16]  # (numbers,): the features of the level, all exemplars one after the other
-    frame: NDArray[np.int64]  # (4,): where it begins in flat, its height, width and stride, px of the level
-    allowed: NDArray[np.bool_]  # (rows, columns): positions that are searched
+    flat: Int16  # (numbers,): the features of the level, all exemplars one after the other
+    frame: Int64  # (4,): where it begins in flat, its height, width and stride, px of the level
+    allowed: Mask  # (rows, columns): positions that are searched
     level: int  # px of it are 2**level px
     variant: int
 

@@ -7,7 +7,6 @@ farther than what counts.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -15,10 +14,10 @@ import numpy as np
 
 from ...analysis.features import features
 from ...analysis.symmetry import resolved_isometries
-from ...arrays import Array
+from ...arrays import Array, Pair
 from ...canvas import Canvas
 from ...draws import below
-from ...exemplar import Exemplar
+from ...exemplar import Exemplars
 from ...params import AUTO, extent
 from ...patches.growing_map import Window
 from ...patches.growth import Boundaries, Growth, PatchSettings, Pick, Repeats, Stages
@@ -42,7 +41,7 @@ LISTED_BY_EPSILON = 48  # in a pyramid
 UNLIMITED = 1 << 60
 
 
-def resolved(method: PatchSampling, exemplars: Sequence[Exemplar], canvas: Canvas) -> PatchSampling:
+def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> PatchSampling:
     """Decide patch and seam from the size of the texture's elements."""
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
@@ -66,7 +65,7 @@ def resolved(method: PatchSampling, exemplars: Sequence[Exemplar], canvas: Canva
 
 
 def synthesize(
-    method: PatchSampling, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+    method: PatchSampling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
     """Grow the map window by window, in raster order as far as windows touch."""
     misses: list[int] = []
@@ -122,13 +121,13 @@ def settings_of(method: PatchSampling) -> PatchSettings:
 
 
 def _from_coarse(
-    method: PatchSampling, its: PatchSettings, variants: PosedExemplars, patch: tuple[int, int], listed: int
+    method: PatchSampling, its: PatchSettings, variants: PosedExemplars, patch: Pair, listed: int
 ) -> Search:
     return PyramidSearch(variants, patch, its.overlap, method.pyramid, method.pyramid_kept, listed)
 
 
 def _drawing(
-    method: PatchSampling, drawn: Drawn, its: PatchSettings, variants: PosedExemplars, patch: tuple[int, int],
+    method: PatchSampling, drawn: Drawn, its: PatchSettings, variants: PosedExemplars, patch: Pair,
     listed: int,
 ) -> Search:  # fmt: skip
     return DrawnPyramid(variants, patch, its.overlap, method.pyramid, drawn)

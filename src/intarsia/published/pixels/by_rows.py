@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Int64
 from ...canvas import Canvas
-from ...exemplar import Exemplar
+from ...exemplar import Exemplars
 from ...params import extent
 from ...run import Run
 from ...sourcemap import SourceMap
@@ -25,13 +23,13 @@ LEAVES = 24  # of the tree, looked into for one pixel
 AT_ONCE = 64  # pixels filled between two looks at the clock
 
 
-def resolved(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas) -> WeiLevoy:
+def resolved(method: WeiLevoy, exemplars: Exemplars, canvas: Canvas) -> WeiLevoy:
     """Decide the window from the size of the texture's elements."""
     found: WeiLevoy = with_window(method, exemplars, WIDTHS, False, lambda size: scan_reach(size, method.levels))
     return found
 
 
-def synthesize(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: WeiLevoy, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Fill level after level, row after row."""
     side, white = extent(method.window or 3), method.noise == "white"
     scan = Scan(exemplars, canvas, side, method.levels, (seed, STAGE), white)
@@ -48,7 +46,7 @@ def synthesize(method: WeiLevoy, exemplars: Sequence[Exemplar], canvas: Canvas, 
     return scan.map(method.blend)
 
 
-def _filler(method: WeiLevoy, scan: Scan, torus: Torus, exemplar: Ground) -> Callable[[NDArray[np.int64]], None]:
+def _filler(method: WeiLevoy, scan: Scan, torus: Torus, exemplar: Ground) -> Callable[[Int64], None]:
     """Return what fills pixels (n, 2) of this level, in turn."""
     if method.matching == "exact":
         return lambda pixels: full_pixels(torus, exemplar, pixels, scan.room)

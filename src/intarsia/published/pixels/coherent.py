@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import chain
 
 from ...canvas import Canvas
-from ...exemplar import Exemplar
+from ...exemplar import Exemplars
 from ...params import extent
 from ...run import Run
 from ...sourcemap import SourceMap
@@ -20,13 +19,13 @@ WIDTHS = 5, 9  # least and most columns of automatic windows
 AT_ONCE = 512  # pixels filled between two looks at the clock
 
 
-def resolved(method: Ashikhmin, exemplars: Sequence[Exemplar], canvas: Canvas) -> Ashikhmin:
+def resolved(method: Ashikhmin, exemplars: Exemplars, canvas: Canvas) -> Ashikhmin:
     """Decide the window from the size of the texture's elements."""
     found: Ashikhmin = with_window(method, exemplars, WIDTHS, False, lambda size: scan_reach(size, 1))
     return found
 
 
-def synthesize(method: Ashikhmin, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: Ashikhmin, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Fill row after row."""
     scan = Scan(exemplars, canvas, extent(method.window or 3), 1, (seed, STAGE))
     torus, exemplar = scan.enter()

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Float32, Floats, Int16, Int32, Int64
 from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR
 
@@ -29,31 +29,31 @@ class Ground(NamedTuple):
     There are two kinds of neighbourhood: 0 reaches up and to the sides, 1 all around.
     """
 
-    values: NDArray[np.int16]  # (N,): all planes of the first variant, then of the second, ...
-    soft: NDArray[np.float32]  # (N,): the same, for sums in vector registers
-    table: NDArray[np.int64]  # (V, 13): see the names above; LOW and HIGH once for each kind
-    closed: NDArray[np.float32]  # (2, positions): 0 where a neighbourhood of that kind may lie, else infinity
+    values: Int16  # (N,): all planes of the first variant, then of the second, ...
+    soft: Float32  # (N,): the same, for sums in vector registers
+    table: Int64  # (V, 13): see the names above; LOW and HIGH once for each kind
+    closed: Float32  # (2, positions): 0 where a neighbourhood of that kind may lie, else infinity
 
 
 class Template(NamedTuple):
     """A neighbourhood to look for: components, each one channel of one tap."""
 
-    plane: NDArray[np.int64]
-    dy: NDArray[np.int64]
-    dx: NDArray[np.int64]
-    value: NDArray[np.int32]
-    weight: NDArray[np.int32]
-    offset: NDArray[np.int64]  # of the component's value from the pixel's position, in the variant at hand
+    plane: Int64
+    dy: Int64
+    dx: Int64
+    value: Int32
+    weight: Int32
+    offset: Int64  # of the component's value from the pixel's position, in the variant at hand
 
 
 class SearchBuffers(NamedTuple):
     """What a search writes to."""
 
-    sums: NDArray[np.float32]
-    exact: NDArray[np.float64]
-    distance: NDArray[np.int64]
-    variant: NDArray[np.int64]
-    position: NDArray[np.int64]
+    sums: Float32
+    exact: Floats
+    distance: Int64
+    variant: Int64
+    position: Int64
 
 
 @kernel

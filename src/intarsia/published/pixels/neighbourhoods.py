@@ -7,17 +7,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...analysis.sums import valid_windows
+from ...arrays import Int16, Int64, Mask, Pair
 from ...errors import MethodError, ParameterError
-from ...exemplar import Exemplar
+from ...exemplar import Exemplar, Exemplars
 from ...params import AUTO, extent, words
 from ...search.posed import PosedExemplars
 from ...search.sizes import elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 
-Array = NDArray[Any]
 Reach = tuple[int, int, int, int]
 Size = tuple[int, int]
 
@@ -26,12 +25,12 @@ Size = tuple[int, int]
 class PixelPlanes:
     """One variant of the exemplar as planes (P, H, W), and which of its pixels may be used."""
 
-    planes: NDArray[np.int16]
-    usable: NDArray[np.bool_]
+    planes: Int16
+    usable: Mask
     toroidal: bool
 
 
-def layers(variants: PosedExemplars, exemplars: Sequence[Exemplar]) -> list[PixelPlanes]:
+def layers(variants: PosedExemplars, exemplars: Exemplars) -> list[PixelPlanes]:
     """Take variants made for patches of one pixel apart into planes."""
     return [
         PixelPlanes(
@@ -78,7 +77,7 @@ def ground(given: Sequence[PixelPlanes], half: Reach, whole: Reach) -> Ground:
     return Ground(flat, flat.astype(np.float32), table, both)
 
 
-def choices(of: Ground, kind: int) -> NDArray[np.int64]:
+def choices(of: Ground, kind: int) -> Int64:
     """List all (variant, position) at which a neighbourhood of that kind may lie, in order: (n, 2)."""
     found = []
     for v, row in enumerate(of.table):
@@ -87,7 +86,7 @@ def choices(of: Ground, kind: int) -> NDArray[np.int64]:
     return np.concatenate(found).astype(np.int64)
 
 
-def check_window(exemplars: Sequence[Exemplar], window: str, reach: Reach) -> None:
+def check_window(exemplars: Exemplars, window: str, reach: Reach) -> None:
     """Refuse a window that finds no room in an exemplar that is sampled."""
     for e in exemplars:
         if e.usable is not None and not e.usable.any():
@@ -105,7 +104,7 @@ def check_window(exemplars: Sequence[Exemplar], window: str, reach: Reach) -> No
 
 
 def with_window(
-    method: Any, exemplars: Sequence[Exemplar], limits: tuple[int, int], whole: bool, reach: Callable[[Size], Reach]
+    method: Any, exemplars: Exemplars, limits: Pair, whole: bool, reach: Callable[[Size], Reach]
 ) -> Any:
     """Decide the window of a method: as wide as the largest elements, within limits, if that finds room.
 
@@ -132,7 +131,7 @@ def _room(exemplar: Exemplar, reach: Reach) -> bool:
     return bool(valid_windows(shape, usable, exemplar.toroidal, size).any())
 
 
-def _allowed(usable: NDArray[np.bool_], reach: Reach) -> NDArray[np.bool_]:
+def _allowed(usable: Mask, reach: Reach) -> Mask:
     """Where everything within reach lies inside the picture and is usable."""
     top, left, bottom, right = reach
     out = np.zeros_like(usable)

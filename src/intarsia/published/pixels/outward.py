@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ...analysis.features import features
+from ...arrays import Pair
 from ...canvas import Canvas
 from ...draws import below, draw
-from ...exemplar import Exemplar
+from ...exemplar import Exemplars
 from ...params import extent
 from ...patches.growing_map import GrowingMap
 from ...run import Run
@@ -30,13 +30,13 @@ WORTH_SHARING = 8  # pixels that a second thread is worth its start for
 FIRST = 0.7  # share of the weight by which most candidates are ruled out
 
 
-def resolved(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas) -> EfrosLeung:
+def resolved(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas) -> EfrosLeung:
     """Decide the window from the size of the texture's elements."""
     found: EfrosLeung = with_window(method, exemplars, WIDTHS, True, _reach)
     return found
 
 
-def synthesize(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Fill layer after layer; pixels that do not see one another are worked on at the same time."""
     grown = _Outward(method, exemplars, canvas, seed)
     total = grown.unknown
@@ -52,7 +52,7 @@ def synthesize(method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas
 class _Outward:
     """A map that grows, and all that is needed to grow it."""
 
-    def __init__(self, method: EfrosLeung, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int) -> None:
+    def __init__(self, method: EfrosLeung, exemplars: Exemplars, canvas: Canvas, seed: int) -> None:
         self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
         feats = features(exemplars)
         begun = () if canvas.start is None else canvas.start.poses
@@ -113,7 +113,7 @@ class _Outward:
         return self.growing.map(self.exemplars, self.canvas, self.method.blend)
 
 
-def _taps(window: tuple[int, int]) -> list[tuple[int, int, int]]:
+def _taps(window: Pair) -> list[tuple[int, int, int]]:
     """Return (row, column, weight) of all pixels of a window but the middle, the heaviest first."""
     up, side = window[0] // 2, window[1] // 2
     tall, wide = (2 * (n / WINDOW_PER_SIGMA) ** 2 for n in window)
@@ -126,5 +126,5 @@ def _taps(window: tuple[int, int]) -> list[tuple[int, int, int]]:
     return sorted((t for t in weighed if t[2]), key=lambda t: (-t[2], t[0] ** 2 + t[1] ** 2, t))
 
 
-def _reach(window: tuple[int, int]) -> tuple[int, int, int, int]:
+def _reach(window: Pair) -> tuple[int, int, int, int]:
     return window[0] // 2, window[1] // 2, window[0] // 2, window[1] // 2

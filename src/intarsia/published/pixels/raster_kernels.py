@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Int16, Int32, Int64, Mask, UInt8
 from ...kernels.draws import below, draw
 from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR, ask, asking_room
@@ -96,15 +96,15 @@ BRANCHES = 4  # neighbours whose continuations make the first bound
 class Torus(NamedTuple):
     """What the rows are filled into, and how neighbourhoods look."""
 
-    variant: NDArray[np.uint8]  # (H, W)
-    yx: NDArray[np.int32]  # (H, W, 2)
-    done: NDArray[np.bool_]  # (H, W): known for good
-    coarse: NDArray[np.int16]  # (P, H, W): what the coarser level shows here
-    taps: NDArray[np.int64]  # (n, 3): row, column, kind; the nearest first
+    variant: UInt8  # (H, W)
+    yx: Int32  # (H, W, 2)
+    done: Mask  # (H, W): known for good
+    coarse: Int16  # (P, H, W): what the coarser level shows here
+    taps: Int64  # (n, 3): row, column, kind; the nearest first
     channels: int  # planes of this level; those of the coarser one follow
     whole: bool  # whether neighbourhoods all around count, and find room in the exemplar
     wraps: tuple[bool, bool]  # whether the canvas, too, continues in itself, down and along
-    choices: NDArray[np.int64]  # (m, 2): every (variant, position) that a neighbourhood of kind 0 fits
+    choices: Int64  # (m, 2): every (variant, position) that a neighbourhood of kind 0 fits
     seed: np.uint64
     stage: int
     level: int

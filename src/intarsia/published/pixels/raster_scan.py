@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...analysis.features import features
 from ...analysis.sums import principal_axes
+from ...arrays import Int16, Int64, Mask, Pair
 from ...blend import Blend
 from ...canvas import Canvas
 from ...errors import MethodError
-from ...exemplar import Exemplar
+from ...exemplar import Exemplars
 from ...kernels import kd_tree
 from ...kernels.kd_tree import LEAF, Tree
 from ...params import words
@@ -30,10 +30,10 @@ SAMPLE = 4096  # neighbourhoods that the axes are measured on
 ASKED = 12  # of similar pixels this many more are asked for than wanted: neighbours do not count
 LEAVES = 32
 
-Array = NDArray[np.int64]
+Array = Int64
 
 
-def tree_of(ground: Ground, places: NDArray[np.int64], components: NDArray[np.int64]) -> Tree:
+def tree_of(ground: Ground, places: Int64, components: Int64) -> Tree:
     """Build the tree over the neighbourhoods at (variant, position) `places` (N, 2).
 
     `components` (n, 3) are plane, row and column of what a neighbourhood consists of.
@@ -54,7 +54,7 @@ def tree_of(ground: Ground, places: NDArray[np.int64], components: NDArray[np.in
     return Tree(points, order, axis, cut, mean, whole)
 
 
-def similar_pixels(ground: Ground, places: NDArray[np.int64], components: NDArray[np.int64], count: int) -> Array:
+def similar_pixels(ground: Ground, places: Int64, components: Int64, count: int) -> Array:
     """Return for every position the `count` most similar places that are not its neighbours: (positions, count, 2).
 
     (variant, position), or -1 where there are no more.
@@ -68,7 +68,7 @@ def similar_pixels(ground: Ground, places: NDArray[np.int64], components: NDArra
     return out
 
 
-def taps_of(window: tuple[int, int], coarse: bool) -> list[tuple[int, int, int]]:
+def taps_of(window: Pair, coarse: bool) -> list[tuple[int, int, int]]:
     """Return (row, column, kind) of the pixels that a neighbourhood of h_e rows and w_e columns consists of.
 
     All rows above and the left half of the pixel's own one; the same below and to the right, counted where known
@@ -83,14 +83,14 @@ def taps_of(window: tuple[int, int], coarse: bool) -> list[tuple[int, int, int]]
     return sorted(taps, key=lambda t: (t[0] ** 2 + t[1] ** 2, t[2], t))
 
 
-def reach_of(window: tuple[int, int], coarse: bool, whole: bool) -> Reach:
+def reach_of(window: Pair, coarse: bool, whole: bool) -> Reach:
     """Return how far a neighbourhood reaches up, to the left, down and to the right, px."""
     used = [t for t in taps_of(window, coarse) if whole or t[2] != BELOW]
     rows, columns = [t[0] for t in used], [t[1] for t in used]
     return -min(rows), -min(columns), max(*rows, 0), max(*columns, 0)
 
 
-def scan_reach(window: tuple[int, int], levels: int) -> Reach:
+def scan_reach(window: Pair, levels: int) -> Reach:
     """Return how far the neighbourhoods of all levels reach, in px of the finest."""
     every = [reach_of(window, k < levels - 1, False) for k in range(levels)]
     up, left, down, right = (max(r[side] << k for k, r in enumerate(every)) for side in range(4))
@@ -132,11 +132,11 @@ class Scan:
 
     def __init__(
         self,
-        exemplars: Sequence[Exemplar],
+        exemplars: Exemplars,
         canvas: Canvas,
-        window: tuple[int, int],
+        window: Pair,
         levels: int,
-        draws: tuple[int, int],
+        draws: Pair,
         white: bool = False,
     ) -> None:
         self.exemplars, self.canvas, self.window, self.levels, self.draws = exemplars, canvas, window, levels, draws
@@ -202,7 +202,7 @@ class Scan:
         )  # fmt: skip
         return self.torus, exemplar
 
-    def components(self) -> NDArray[np.int64]:
+    def components(self) -> Int64:
         """Return (plane, row, column) of what the usual neighbourhood of this level consists of, in its order."""
         torus = self._current()
         out = []
@@ -218,7 +218,7 @@ class Scan:
         torus = self._current()
         return len(torus.taps) * max(torus.channels, len(torus.coarse))
 
-    def stretches(self, most: int) -> Iterator[NDArray[np.int64]]:
+    def stretches(self, most: int) -> Iterator[Int64]:
         """Yield the unknown pixels (n, 2) of this level, at most so many of a row at once."""
         done = self._current().done
         height, width = done.shape
@@ -227,7 +227,7 @@ class Scan:
                 yield np.ascontiguousarray(np.argwhere(~done[y : y + 1, x : x + most]) + np.array([y, x]))
                 self.done += min(x + most, width) - x
 
-    def first_ones(self, most: int) -> list[NDArray[np.int64]]:
+    def first_ones(self, most: int) -> list[Int64]:
         """List the pixels (n, 2), at most so many together, that saw noise across a wrapped border."""
         torus = self._current()
         if self.white:
@@ -272,7 +272,7 @@ class Scan:
             yx[variant == v] = np.minimum(yx[variant == v], limit)
         return variant, np.ascontiguousarray(yx)
 
-    def _start(self, variant: Any, yx: Any) -> NDArray[np.bool_]:
+    def _start(self, variant: Any, yx: Any) -> Mask:
         """Lay the start map over it; return which pixels that makes known."""
         done = np.zeros(variant.shape, bool)
         if self.canvas.start is None:
@@ -293,7 +293,7 @@ def _doubled(planes: Any, shape: tuple[int, ...]) -> Any:
     return planes.repeat(2, axis=1).repeat(2, axis=2)[:, : shape[0], : shape[1]]
 
 
-def _shown(torus: Torus, given: Sequence[PixelPlanes]) -> NDArray[np.int16]:
+def _shown(torus: Torus, given: Sequence[PixelPlanes]) -> Int16:
     """Return the planes of this level's own (P, H, W) that a filled torus shows."""
     out = np.zeros((torus.channels, *torus.variant.shape), np.int16)
     for v, one in enumerate(given):

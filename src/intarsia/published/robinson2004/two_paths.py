@@ -5,19 +5,17 @@ Not the cheapest cut: each path only runs on, and sees single pixels (docs/desig
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...analysis.features import features
 from ...analysis.sums import valid_windows
-from ...arrays import Array
+from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
 from ...draws import below, draw
-from ...exemplar import Exemplar
+from ...exemplar import Exemplars
 from ...params import AUTO, extent
 from ...run import Run
 from ...search.sizes import check_patch, default_patch
@@ -29,7 +27,7 @@ STAGE = 2004  # keeps this method's draws apart from those of others
 FAR = np.int64(1) << 60
 
 
-def resolved(method: RasterQuilting, exemplars: Sequence[Exemplar], canvas: Canvas) -> RasterQuilting:
+def resolved(method: RasterQuilting, exemplars: Exemplars, canvas: Canvas) -> RasterQuilting:
     """Decide the patch from the size of the texture's elements, and the overlap from the patch."""
     patch = default_patch(exemplars) if method.patch is AUTO else method.patch
     rows, columns = extent(patch)
@@ -39,7 +37,7 @@ def resolved(method: RasterQuilting, exemplars: Sequence[Exemplar], canvas: Canv
 
 
 def synthesize(
-    method: RasterQuilting, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run
+    method: RasterQuilting, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
     """Lay patch after patch, row after row."""
     exemplar = exemplars[0]
@@ -73,7 +71,7 @@ def synthesize(
     return laid()
 
 
-def _chosen(sums: Array, tolerance: float, bits: int) -> tuple[int, int]:
+def _chosen(sums: Array, tolerance: float, bits: int) -> Pair:
     """Draw one of the places whose sum is within the tolerance of the least; negative: none is there."""
     limit = (1 + tolerance) * int(sums[sums >= 0].min())
     at = np.flatnonzero((sums >= 0) & (sums <= limit))
@@ -81,7 +79,7 @@ def _chosen(sums: Array, tolerance: float, bits: int) -> tuple[int, int]:
     return u, v
 
 
-def cut(norms: NDArray[np.int64], overlap: tuple[int, int], text: bool = False) -> NDArray[np.bool_]:
+def cut(norms: Int64, overlap: Pair, text: bool = False) -> Mask:
     """Return which pixels of a patch (h, w) are new, by the norms of what differs from what is there.
 
     `overlap`: rows above and columns to the left that are known, 0: none. `text`: turn where the sum of both paths less
@@ -109,7 +107,7 @@ def cut(norms: NDArray[np.int64], overlap: tuple[int, int], text: bool = False) 
     return new
 
 
-def accumulated(error: Array) -> NDArray[np.int64]:
+def accumulated(error: Array) -> Int64:
     """Add up a strip from its last row on: each pixel and the least of its three predecessors."""
     total = np.array(error, np.int64)
     for i in range(len(total) - 2, -1, -1):

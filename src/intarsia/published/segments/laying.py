@@ -8,18 +8,17 @@ by pixel. Everything that decides is a whole number.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...analysis.features import contrast, features
 from ...analysis.sums import factor_for, reduced, running_sums
-from ...arrays import Array
+from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
 from ...draws import below, draw_many
-from ...exemplar import Exemplar
+from ...exemplar import Exemplar, Exemplars
 from ...kernels import windows
 from ...params import AUTO, extent
 from ...patches.growth import Growth, PatchSettings, Pick, Repeats
@@ -40,11 +39,10 @@ POINTS = 1 << 20  # draws of points are apart from those of the choice
 LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
 USUAL = 50  # one in so many of those compared is nearer than usual; 20: seams cost 3 to 16 % more, 100: fewer draws
 PATCHES = 1 << 18  # of a larger exemplar only every second, third, ... row and column is indexed
-Int64 = NDArray[np.int64]
 Sides = tuple[bool, bool, bool, bool]  # top, left, bottom, right
 
 
-def resolved(method: SegmentBased, exemplars: Sequence[Exemplar], canvas: Canvas) -> SegmentBased:
+def resolved(method: SegmentBased, exemplars: Exemplars, canvas: Canvas) -> SegmentBased:
     """Decide patch and overlap from the segments of the exemplar."""
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
@@ -59,7 +57,7 @@ def resolved(method: SegmentBased, exemplars: Sequence[Exemplar], canvas: Canvas
     return replace(method, patch=patch, overlap=overlap)
 
 
-def synthesize(method: SegmentBased, exemplars: Sequence[Exemplar], canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(method: SegmentBased, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Grow the map window by window, from patches with alike segments in the boundary zone."""
     groups, zone = _found(method, exemplars[0]).group_map, extent(method.overlap or 0)
     its = PatchSettings(
@@ -72,7 +70,7 @@ def synthesize(method: SegmentBased, exemplars: Sequence[Exemplar], canvas: Canv
     growth = Growth(its, exemplars, canvas)
     limit = None if method.threshold is AUTO else method.threshold * contrast(growth.features, exemplars)
 
-    def chosen(window: tuple[int, int], found: Candidates, bits: int) -> Pick:
+    def chosen(window: Pair, found: Candidates, bits: int) -> Pick:
         prices = growth.repetition.prices(*window, found)
         return choose(found, prices, found.usual if limit is None else limit * int((found.known > 0).sum()), bits)
 
@@ -102,7 +100,7 @@ class HistogramIndex:
     their last entry, then by the one before.
     """
 
-    def __init__(self, counts: Array, valid: NDArray[np.bool_]) -> None:
+    def __init__(self, counts: Array, valid: Mask) -> None:
         patches = np.flatnonzero(valid)
         values = histogram(counts.reshape(len(counts), -1)[:, patches].T)
         code = values @ ((LEVELS + 1) ** np.arange(values.shape[1], dtype=np.int64))
@@ -138,7 +136,7 @@ class SegmentSearch:
     factor = 1
 
     def __init__(
-        self, variants: PosedExemplars, patch: tuple[int, int], groups: Array, zone: tuple[int, int], hits: int,
+        self, variants: PosedExemplars, patch: Pair, groups: Array, zone: Pair, hits: int,
         points: int, seed: int, stage: int,
     ) -> None:  # fmt: skip
         self.variants, self.patch, self.groups = variants, patch, groups
@@ -177,7 +175,7 @@ class SegmentSearch:
             found.append(Candidates(rows, usual, feats[k], known[k], free=not known[k].any()))
         return found
 
-    def drawn(self, groups: Array, known: Array, at: tuple[int, int]) -> Int64:
+    def drawn(self, groups: Array, known: Array, at: Pair) -> Int64:
         """Draw the patches that are worth comparing for a window that shows `groups`: rows of (0, 0, y, x)."""
         sides = self.known_sides(known)
         weight = np.where(known > 0, self.weights(sides), 0)

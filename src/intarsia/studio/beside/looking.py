@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import files
+from ...arrays import UInt8
 from ...disk.depth import looked_at
 from ...errors import InputError
 from ...exemplar import Exemplar
@@ -21,7 +21,7 @@ from .worker import Answer, Tell
 
 WIDEST = 1 << 24  # px of a map that is sent whole
 
-Pixels = NDArray[np.uint8]
+Pixels = UInt8
 
 
 def seen(plane: Plane) -> Pixels:

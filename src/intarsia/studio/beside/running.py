@@ -8,7 +8,6 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Sequence
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from functools import cache, lru_cache
 from typing import Any
@@ -20,7 +19,7 @@ from ...cli.exemplars import Held, hold
 from ...cli.exits import CANCEL
 from ...cli.report import listen
 from ...errors import InputError, MethodError, ParameterError
-from ...exemplar import Exemplar
+from ...exemplar import Exemplar, Exemplars
 from ...image import Plane
 from ...kernels.cache import no_longer, on_first_compilation
 from ...run import Run
@@ -131,7 +130,7 @@ class Drafting:
         self._next = ended + (max(APART, (ended - now) / SHARE) if picture is not None else ended - now)
 
 
-def drawn(smap: SourceMap, exemplars: Sequence[Exemplar]) -> bytes | None:
+def drawn(smap: SourceMap, exemplars: Exemplars) -> bytes | None:
     """Return a PNG of a map: copied pixels, clear where nothing is yet; None of nothing."""
     step = max(-(-max(smap.height, smap.width) // PREVIEW), 1)
     part = np.s_[step // 2 :: step, step // 2 :: step]

@@ -7,11 +7,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from ... import files
 from ...analysis.light import flattened
+from ...arrays import Array, Mask
 from ...canvas import Canvas
 from ...choosing.facts import Facts
 from ...cli.exemplars import Shelf, cropped, sets_of
@@ -134,7 +134,7 @@ def _courses(found: Findings) -> Pixels | None:
     return out
 
 
-def _draw_lines(out: NDArray[Any], rows: NDArray[Any]) -> None:
+def _draw_lines(out: Array, rows: Array) -> None:
     """Draw lines two px thick; `rows`: of every line the row in every column."""
     columns = np.arange(out.shape[1])
     for line in np.asarray(rows, np.int64):
@@ -143,7 +143,7 @@ def _draw_lines(out: NDArray[Any], rows: NDArray[Any]) -> None:
             out[line[inside] + off, columns[inside]] = LINE
 
 
-def _draw_joints(out: NDArray[Any], work: Any) -> None:
+def _draw_joints(out: Array, work: Any) -> None:
     for k, joints in work.of_course.items():
         for joint in joints:
             columns = np.clip(work.joints[joint], 0, out.shape[1] - 1)
@@ -165,12 +165,12 @@ def _striking(found: Findings) -> Pixels | None:
     return _tinted(labels, RED, FILL, RED) if labels.any() else None
 
 
-def _strong(exemplar: Exemplar) -> NDArray[np.bool_]:
+def _strong(exemplar: Exemplar) -> Mask:
     """Which elements strike the eye."""
     return np.zeros(0, bool) if wholes(exemplar) is None else np.asarray(striking(exemplar) > 0)
 
 
-def _tinted(labels: NDArray[Any], tint: tuple[int, ...], fill: int, edge: tuple[int, ...]) -> Pixels:
+def _tinted(labels: Array, tint: tuple[int, ...], fill: int, edge: tuple[int, ...]) -> Pixels:
     """Areas under a tint, with their borders."""
     out = np.zeros((*labels.shape, 4), np.uint8)
     out[labels > 0] = (*tint[:3], fill)

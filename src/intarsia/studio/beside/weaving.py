@@ -15,8 +15,8 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Floats, Pair, UInt8
 from ...cli.help import read_argv
 from ...corrections.parallel_controllable import coarse
 from ...errors import InputError, MethodError, ParameterError
@@ -42,7 +42,7 @@ KEPT = 96  # blocks, of 512 kB each
 ROUNDED = 1024  # of them, of 64 kB each, as a tile is told of them
 STEPS = 255
 
-Numbers = NDArray[np.float64]
+Numbers = Floats
 
 _textures: OrderedDict[str, Weave] = OrderedDict()
 _tiles: OrderedDict[tuple[Any, ...], Pixels] = OrderedDict()
@@ -215,7 +215,7 @@ class Stroke:
         return hash((self.radius, self.strength, self.points))
 
     @cached_property
-    def blocks(self) -> frozenset[tuple[int, int]]:
+    def blocks(self) -> frozenset[Pair]:
         """The blocks, row and column, that it may touch."""
         found = set()
         for (ax, ay), (bx, by) in self.legs:
@@ -228,10 +228,10 @@ class Stroke:
         """From which point to which it went; a dab goes from its point to itself."""
         return list(zip(self.points, self.points[1:] or self.points, strict=False))
 
-    def _span(self, a: float, b: float) -> tuple[int, int]:
+    def _span(self, a: float, b: float) -> Pair:
         return int((min(a, b) - self.radius) // SIDE), int((max(a, b) + self.radius) // SIDE)
 
-    def over(self, below: Numbers, ground: float, block: tuple[int, int]) -> Numbers:
+    def over(self, below: Numbers, ground: float, block: Pair) -> Numbers:
         """Paint over the numbers of a block."""
         top, left = (n * SIDE for n in block)
         apart = np.full(below.shape, self.radius * self.radius)
@@ -277,7 +277,7 @@ class Painting:
                     out[np.ix_(down, along)] = numbers[np.ix_(rows[down] % SIDE, cols[along] % SIDE)]
         return out / float(STEPS)
 
-    def reaches(self) -> tuple[int, int]:
+    def reaches(self) -> Pair:
         """The row and the column behind the last that strokes may touch, px."""
         return (max(self._touched) + 1) * SIDE, (max(max(row) for row in self._touched.values()) + 1) * SIDE
 
@@ -322,6 +322,6 @@ def painting_of(given: Any) -> Painting:
 
 
 @lru_cache(maxsize=ROUNDED)
-def _rounded(painting: Painting, row: int, column: int) -> NDArray[np.uint8]:
+def _rounded(painting: Painting, row: int, column: int) -> UInt8:
     """What a block of a painting says, in 1 / 255."""
     return np.rint(painting.blended(row, column) * STEPS).astype(np.uint8)
