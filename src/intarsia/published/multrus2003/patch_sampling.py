@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...arrays import Pair
 from ...blend import Blend
 from ...methods import parameters
 from ...methods.base import Ability, MethodBase
@@ -90,7 +89,7 @@ class PatchSampling(MethodBase):
         return Blend(max(extent(self.overlap or 0)) if self.join == "feather" else 0)
 
     @property
-    def pitch(self) -> Pair:
+    def pitch(self) -> tuple[int, int]:
         """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] + overlap[0], patch[1] + overlap[1]
@@ -101,7 +100,7 @@ class PatchSampling(MethodBase):
         return 1
 
     @property
-    def footprint(self) -> Pair:
+    def footprint(self) -> tuple[int, int]:
         """Rows and columns of the exemplar that a patch needs, its seams included."""
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] + 2 * overlap[0], patch[1] + 2 * overlap[1]
