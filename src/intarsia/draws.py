@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .arguments import called, whole
-from .arrays import Int64, Pair
 from .errors import ParameterError
 
 if TYPE_CHECKING:
-    pass
+    import numpy as np
+    from numpy.typing import NDArray
 
 MASK = (1 << 64) - 1
 STEP = 0x9E3779B97F4A7C15
@@ -29,7 +29,7 @@ def draw(seed: int, stage: int, level: int = 0, y: int = 0, x: int = 0) -> int:
     return state
 
 
-def draw_many(seed: int, stage: int, level: int, at: Sequence[Pair] | Int64) -> list[int]:
+def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]] | NDArray[np.int64]) -> list[int]:
     """Return ``draw(seed, stage, level, y, x)`` for many places (y, x) at once."""
     import numpy as np
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .arrays import Array, Floats, Int64, Pair
 from .errors import InputError, IntarsiaError, said
 from .lazy import lazy
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 else:  # the command line makes methods before any work
     np = lazy("numpy")
 arrays = lazy("intarsia.arrays")
@@ -48,7 +48,7 @@ class Field:
         where numbers are NaN, infinite or out of range, or the array is no picture.
     """
 
-    value: float | Array | Callable[[Any, Any], Any]
+    value: float | NDArray[Any] | Callable[[Any, Any], Any]
     low: float | None = None
     high: float | None = None
 
@@ -104,7 +104,7 @@ class Field:
         return self.value if isinstance(self.value, float) else None
 
     @property
-    def size(self) -> Pair | None:
+    def size(self) -> tuple[int, int] | None:
         """Height and width of a picture in px; else None."""
         return None if callable(self.value) or isinstance(self.value, float) else self.value.shape[:2]
 
@@ -117,7 +117,7 @@ class Field:
                 raise InputError(f"the field goes from {self.low} to {self.high}, {low} to {high} is allowed.")
         return self
 
-    def at(self, rows: Int64, columns: Int64, around: bool = False) -> Floats:
+    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64], around: bool = False) -> NDArray[np.float64]:
         """Return the numbers at places of px, rows (n,) and columns (m,): float64 (n, m).
 
         A function is asked for places beside the output, too, so numbers of its that are not allowed become the nearest
@@ -165,7 +165,7 @@ class Field:
     def _name(self) -> str:
         return function_name(self.value)
 
-    def _asked(self, rows: Int64, columns: Int64) -> Floats:
+    def _asked(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
         assert callable(self.value)
         y, x = rows.astype(np.float64)[:, None], columns.astype(np.float64)[None, :]
         try:
@@ -178,7 +178,7 @@ class Field:
                 f"the function {self._name} gives no numbers for rows (n, 1) and columns (1, m): {said(e)}"
             ) from e
 
-    def _stretched(self, numbers: Array) -> Floats:
+    def _stretched(self, numbers: NDArray[Any]) -> NDArray[np.float64]:
         full = FULL.get(numbers.dtype.name)
         if full is None:
             return numbers.astype(np.float64)

@@ -378,9 +378,7 @@ def legible(store: Store) -> Iterator[None]:
 
 
 def store_of(
-    kind: str, texture: Picture, path: str | os.PathLike[str], sides: Pair, origin: Any, side: int | None,
-    force: bool,
-) -> Store:  # fmt: skip
+    kind: str, texture: Picture, path: str | os.PathLike[str], sides: Pair, origin: Any, side: int, force: bool
+) -> Store:
     """Plan a store; nothing is written yet."""
-    cls, usual = STORES[kind]
-    return cls.of(texture, path, sides, origin, usual if side is None else side, force)
+    return STORES[kind][0].of(texture, path, sides, origin, side, force)
