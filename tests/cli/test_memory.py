@@ -88,3 +88,26 @@ def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_gr
         for name, text in values.items():
             (folder / f"memory.{name}").write_text(text)
     assert list(limits._groups(str(root), str(own))) == [(900, 400), (700, 250)]
+
+
+SEEING = """
+import os, sys
+class Seen:
+    def find_spec(name, path=None, target=None):
+        if name == "numpy":
+            print("threads", os.environ.get("OPENBLAS_NUM_THREADS"), file=sys.stderr)
+            sys.meta_path.remove(Seen)
+sys.meta_path.insert(0, Seen)
+from intarsia.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize(("given", "kept"), [(None, "1"), ("3", "3")])
+def test_linear_algebra_begins_with_one_thread_unless_the_user_says_another(given: str | None, kept: str) -> None:
+    around = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    around |= {"OPENBLAS_NUM_THREADS": given} if given else {}
+    words = [sys.executable, "-c", SEEING, "grow", "sample:tiles", "--size", "80", "--dry-run"]
+    done = subprocess.run(words, env=around, capture_output=True, text=True, timeout=90, check=False)
+    assert done.returncode == 0, done.stderr
+    assert f"threads {kept}\n" in done.stderr

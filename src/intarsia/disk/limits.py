@@ -131,8 +131,13 @@ SURE = 0.8
 """A work of which this share does not fit is refused: what it takes is told within 25 %."""
 
 
+BLAS = "OPENBLAS_NUM_THREADS"
+"""Read when numpy is imported; no result depends on it."""
+
+
 def make_room() -> None:
     """Refuse to work in an address space where libraries crash or hang; take little of one that is limited."""
+    os.environ.setdefault(BLAS, "1")  # its threads cost each start 0.2 s of CPU, and shorten nothing that is done here
     limit = address_space()
     if limit is None:
         return
@@ -141,7 +146,7 @@ def make_room() -> None:
             f"the address space is limited to {limit >> 20} MiB, and Python's libraries need {FLOOR >> 20} MiB; "
             "raise the limit (ulimit -v)."
         )
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read when numpy is imported; no result depends on it
+    os.environ[BLAS] = "1"
     with suppress(OSError, AttributeError):
         import ctypes
 
