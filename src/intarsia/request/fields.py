@@ -51,7 +51,7 @@ def methods(verb: str) -> Kind:
     return one_of(AUTO_METHOD, *able(verb))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False, repr=False, eq=False)
 class Asked:
     """What is asked for of a verb. A field that the verb does not have stays as it begins."""
 
