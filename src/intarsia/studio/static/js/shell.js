@@ -57,7 +57,6 @@ class Shell extends HTMLElement {
   #arrive() {
     const [name, seen = ""] = location.hash.slice(1).split("/");
     this.#arrived = store.loaded;
-    if (!this.#arrived) return this.#route(); // to choose now would tell in the address that nothing is looked at
     const job = store.jobs.get(seen);
     this.#missed = job ? "" : seen;
     const exemplar = job && exemplarOf(job);
