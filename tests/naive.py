@@ -251,3 +251,11 @@ def edge_difference(old: NDArray[np.int16], new: NDArray[np.int16], edge: Sequen
                 grains[k] += sum(v * v for v in values) - sum(values) ** 2 // len(values)
     rough = np.sqrt(grains[0]) - np.sqrt(grains[1])
     return plain + tone + int(4 * rough * rough)
+
+
+def unbroken(smap: SourceMap, axis: int) -> NDArray[np.bool_]:
+    """Say where a pixel and the next along an axis (the first after the last) continue one another."""
+    which, pose = smap.numbers, smap.turns
+    step = np.array([(i.j[0][axis], i.j[1][axis]) for i in ISOMETRIES])[pose]
+    yx, other, turned = (np.roll(a, -1, axis) for a in (smap.yx, which, pose))
+    return np.asarray((yx == smap.yx + step).all(axis=2) & (other == which) & (turned == pose))

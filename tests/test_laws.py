@@ -6,22 +6,48 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
 from intarsia.courses.rectify import rectified_for
 from intarsia.covering import spreading, striking
 from intarsia.exemplar import Exemplar
-from intarsia.methods.base import METHODS
+from intarsia.geometry import Wrap
+from intarsia.methods.base import METHODS, Ability, Method
 from intarsia.segments import wholes
-from intarsia.testing import MethodContract
+from intarsia.testing import MethodContract, as_depth, texture
 from intarsia.testing.cases import Case
+
+
+def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
+    """Four requests that hold among them all that a method claims to serve: the richest is the simplest to draw."""
+    supports, rows = method.supports, []
+    for dtype, channels, sides, size, wrap, count, masked in (
+        ("uint16", 3, (9, 4), (24, 33), Wrap.BOTH, 1, True),
+        ("float32", 5, (0, 7), (30, 19), Wrap.X, 2, True),
+        ("uint8", 1, (6, 2), (35, 31), Wrap.NONE, 1, False),
+        ("uint8", 4, (3, 8), (1, 17), Wrap.Y, 1, True),
+    ):
+        several = []
+        for n in range(count if Ability.SEVERAL in supports else 1):
+            height, width = least + sides[n], least + sides[1 - n]
+            usable = np.ones((height, width), bool)
+            usable[:1], usable[:, width - 2 :] = False, False
+            pixels = as_depth(texture(height, width, channels, 7 * channels + n), dtype)
+            mask = usable if masked and n == 0 and Ability.MASK in supports else None
+            several.append(Exemplar.of(pixels, usable=mask, toroidal=wrap is not Wrap.NONE and n == 0))
+        rows.append(Case(tuple(several), size, 2**61 + channels, wrap if Ability.WRAP in supports else Wrap.NONE))
+    return st.sampled_from(rows)
 
 
 @pytest.fixture(autouse=True)
 def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Chosen requests; in the long run those that hypothesis draws."""
-    monkeypatch.setattr(MethodContract, "few", not thorough)
+    """Two of the chosen requests, the first on all, and a few steps; in the long run what hypothesis draws."""
+    if not thorough:
+        monkeypatch.setattr(MethodContract, "cases", lambda self: chosen(self.method, least=self.least))
+        monkeypatch.setattr(MethodContract, "many", lambda self, examples: max(examples, 10) // 5)
+        monkeypatch.setattr(MethodContract, "steps", lambda self, n: {1, n // 2 + 1, n} & {*range(1, n + 1)})
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from naive import NaiveQuilting, joins
+from naive import NaiveQuilting, joins, unbroken
 from quilts import bytes_of, grow, holed
 from torture import TORTURE
 
@@ -29,7 +29,7 @@ from intarsia.patches.growing_map import waves
 from intarsia.seams.cost import seam_total
 from intarsia.search.candidates import WindowGrid
 from intarsia.sourcemap import SourceMap, identity
-from intarsia.testing import noise, texture, unbroken
+from intarsia.testing import noise, texture
 
 # ---- the algorithm, against a slow twin ---------------------------------------------------------------------------
 

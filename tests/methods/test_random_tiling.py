@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from naive import unbroken
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
-from intarsia.testing import texture, unbroken
+from intarsia.testing import texture
 
 
 def test_every_cell_is_one_patch() -> None:

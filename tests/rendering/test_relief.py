@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from naive import unbroken
 from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import Kind, Plane
 from intarsia.analysis import features
 from intarsia.rendering.mixing import NormalCoding
-from intarsia.testing.cases import unbroken
 
 F = NDArray[np.float64]
 

@@ -329,7 +329,7 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     low, high = corners.min(axis=0), corners.max(axis=0)
     box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
     at = np.array(grid.origin(*kind), np.int64)
-    places: Int64 = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)[1]
+    places: Int64 = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)
     inside = (places + low >= -UNIT // 2).all(axis=1)
     inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
     places = places[inside]

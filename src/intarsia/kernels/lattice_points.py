@@ -13,7 +13,7 @@ UNIT = 256  # parts of a px
 
 @kernel
 def lattice_points(first: Any, v1: Any, v2: Any, low: Any, high: Any) -> Any:
-    """List the points first + a v1 + b v2, rounded to px, that lie in a box: (n, 2) px and (n, 2) 1/256 px.
+    """List the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px.
 
     `first`, `v1`, `v2`: (y, x) in 1/256 px; `low`, `high`: first and last px of the box, (y, x).
     """
@@ -26,7 +26,7 @@ def lattice_points(first: Any, v1: Any, v2: Any, low: Any, high: Any) -> Any:
             a = ((y - first[0]) * v2[1] - (x - first[1]) * v2[0]) // determinant
             least, most = min(least, a), max(most, a + 1)
     expected = max(0, y1 - y0) * max(0, x1 - x0) // abs(determinant)
-    found = np.empty((64 + expected + expected // 8, 4), np.int64)
+    found = np.empty((64 + expected + expected // 8, 2), np.int64)
     count = 0
     for a in range(least, most + 1):
         if y1 < y0 or x1 < x0:
@@ -42,11 +42,9 @@ def lattice_points(first: Any, v1: Any, v2: Any, low: Any, high: Any) -> Any:
                 end = begin - 1
         for b in range(begin, end + 1):
             if count == len(found):
-                larger = np.empty((2 * count, 4), np.int64)
+                larger = np.empty((2 * count, 2), np.int64)
                 larger[:count] = found
                 found = larger
-            y, x = py + b * v2[0], px + b * v2[1]
-            found[count, 0], found[count, 1] = (y + UNIT // 2) // UNIT, (x + UNIT // 2) // UNIT
-            found[count, 2], found[count, 3] = y, x
+            found[count, 0], found[count, 1] = py + b * v2[0], px + b * v2[1]
             count += 1
-    return found[:count, :2], found[:count, 2:]
+    return found[:count]

@@ -38,6 +38,9 @@ class Panel(NamedTuple):
     printed: str = ""
 
 
+Way = Callable[[Exemplar], Panel]
+
+
 class Figure(NamedTuple):
     """A figure: its number, what its caption says, what makes its panels from an exemplar, and a built-in one.
 
@@ -90,25 +93,39 @@ def measured(made: Synthesis, picture: Plane) -> dict[str, float]:
     }  # fmt: skip
 
 
+def row(*ways: Way, side: int | None = None) -> Callable[[Exemplar], list[Panel]]:
+    """Panels beside one another, each made in a way of its own; of the first `side` px of an exemplar, or of all."""
+
+    def panels(exemplar: Exemplar) -> list[Panel]:
+        shown = exemplar if side is None else cropped(exemplar, side)
+        return [way(shown) for way in ways]
+
+    return panels
+
+
 def grown(
-    letter: str, exemplar: Exemplar, size: int | Pair | None, slug: str, settings: dict[str, Any],
+    letter: str, size: int | Pair | None, slug: str, settings: dict[str, Any],
     printed: str = "", feather: int | None = None, **more: Any,
-) -> Panel:  # fmt: skip
-    """Grow a panel, all with the same seed, its seams mixed as numbers of the file.
+) -> Way:  # fmt: skip
+    """A panel to be grown, all with the same seed, its seams mixed as numbers of the file.
 
     No size: twice the input. `more`: a start or a guide.
     """
-    begun = time.perf_counter()
-    made = synthesize(exemplar, size, make(slug, settings), seed=SEED, **more)
-    took = time.perf_counter() - begun
-    picture = replace(made, blend=made.blend.but(mixing="source", feather=feather)).render()
-    values = {"s": took} | measured(made, picture)
-    guide = more.get("guide")
-    if guide is not None:
-        wanted, there = np.asarray(guide.target.pixels), np.asarray(guide.sources[0].pixels)
-        values["agree"] = 100 * float((there[*np.moveaxis(made.map.yx, 2, 0)] == wanted).mean())
-    told = ", ".join(f"{name} {value}" for name, value in settings.items())
-    return Panel(letter, f"{slug}: {told}", picture, values, printed)
+
+    def panel(exemplar: Exemplar) -> Panel:
+        begun = time.perf_counter()
+        made = synthesize(exemplar, size, make(slug, settings), seed=SEED, **more)
+        took = time.perf_counter() - begun
+        picture = replace(made, blend=made.blend.but(mixing="source", feather=feather)).render()
+        values = {"s": took} | measured(made, picture)
+        guide = more.get("guide")
+        if guide is not None:
+            wanted, there = np.asarray(guide.target.pixels), np.asarray(guide.sources[0].pixels)
+            values["agree"] = 100 * float((there[*np.moveaxis(made.map.yx, 2, 0)] == wanted).mean())
+        told = ", ".join(f"{name} {value}" for name, value in settings.items())
+        return Panel(letter, f"{slug}: {told}", picture, values, printed)
+
+    return panel
 
 
 def shaded(values: Array, low: float | None = None, high: float | None = None) -> Any:

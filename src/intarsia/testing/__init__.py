@@ -23,7 +23,6 @@ from .cases import (
     same_map,
     same_pixels,
     texture,
-    unbroken,
 )
 from .contract import MethodContract
 
@@ -39,5 +38,4 @@ __all__ = [
     "same_map",
     "same_pixels",
     "texture",
-    "unbroken",
 ]

@@ -14,7 +14,7 @@ from scipy.ndimage import distance_transform_cdt
 
 from ..arrays import Array, Int32, Mask, Pair, UInt8
 from ..exemplar import Exemplar, Exemplars
-from ..geometry import ISOMETRIES, Wrap
+from ..geometry import Wrap
 from ..image import Plane
 from ..methods.base import Ability, Method
 from ..run import Run
@@ -112,27 +112,6 @@ class Case:
         return replace(self, exemplars=tuple(made))
 
 
-def chosen(method: Method, *, least: int = 20) -> st.SearchStrategy[Case]:
-    """Four requests that hold among them all that a method claims to serve: the richest is the simplest to draw."""
-    supports, rows = method.supports, []
-    for dtype, channels, sides, size, wrap, count, masked in (
-        ("uint16", 3, (9, 4), (24, 33), Wrap.BOTH, 1, True),
-        ("float32", 5, (0, 7), (30, 19), Wrap.X, 2, True),
-        ("uint8", 1, (6, 2), (35, 31), Wrap.NONE, 1, False),
-        ("uint8", 4, (3, 8), (1, 17), Wrap.Y, 1, True),
-    ):
-        several = []
-        for n in range(count if Ability.SEVERAL in supports else 1):
-            height, width = least + sides[n], least + sides[1 - n]
-            usable = np.ones((height, width), bool)
-            usable[:1], usable[:, width - 2 :] = False, False
-            pixels = as_depth(texture(height, width, channels, 7 * channels + n), dtype)
-            mask = usable if masked and n == 0 and Ability.MASK in supports else None
-            several.append(Exemplar.of(pixels, usable=mask, toroidal=wrap is not Wrap.NONE and n == 0))
-        rows.append(Case(tuple(several), size, 2**61 + channels, wrap if Ability.WRAP in supports else Wrap.NONE))
-    return st.sampled_from(rows)
-
-
 @st.composite
 def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
     """Draw a request that the method claims to serve: several exemplars, masks and wraps only if it does."""
@@ -168,14 +147,6 @@ def same_pixels(a: SourceMap, b: SourceMap, where: Mask) -> bool:
     """Say whether two maps show the same exemplar pixels, in the same poses, wherever `where` says so."""
     pairs = ((a.yx, b.yx), (a.numbers, b.numbers), (a.turns, b.turns))
     return all(bool((one[where] == two[where]).all()) for one, two in pairs)
-
-
-def unbroken(smap: SourceMap, axis: int) -> Mask:
-    """Say where a pixel and the next along an axis (the first after the last) continue one another."""
-    which, pose = smap.numbers, smap.turns
-    step = np.array([(i.j[0][axis], i.j[1][axis]) for i in ISOMETRIES])[pose]
-    yx, other, turned = (np.roll(a, -1, axis) for a in (smap.yx, which, pose))
-    return np.asarray((yx == smap.yx + step).all(axis=2) & (other == which) & (turned == pose))
 
 
 def depth(start: SourceMap, wrap: Wrap) -> Int32:

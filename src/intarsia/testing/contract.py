@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
@@ -32,7 +32,6 @@ from .cases import (
     Case,
     as_depth,
     cases,
-    chosen,
     depth,
     laid_over,
     looked_up,
@@ -67,15 +66,11 @@ class Laws:
         How many requests hypothesis draws for each law.
     least : int
         Shortest side, px, of the exemplars drawn.
-    few : bool
-        Whether the laws are tested on two of four chosen requests, the first on all, at a few steps, in place of what
-        hypothesis draws.
     """
 
     method: ClassVar[Method]
     examples: ClassVar[int] = 10
     least: ClassVar[int] = 20
-    few: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """Leave out the laws of abilities that the method does not claim."""
@@ -89,7 +84,11 @@ class Laws:
 
     def cases(self) -> SearchStrategy[Case]:
         """Return the requests on which the laws are tested."""
-        return (chosen if self.few else cases)(self.method, least=self.least)
+        return cases(self.method, least=self.least)
+
+    def steps(self, count: int) -> Iterable[int]:
+        """Return at which of so many steps cancelling is tested."""
+        return range(1, count + 1)
 
     def rim(self, exemplars: Exemplars, size: Pair) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
@@ -102,11 +101,15 @@ class Laws:
         smap: SourceMap = method.window(case.exemplars, box, case.seed, Run(1))
         return smap
 
+    def many(self, examples: int) -> int:
+        """Return on how many requests a law is tested that asks for so many."""
+        return examples
+
     def for_all(self, law: Callable[[Case], None], examples: int | None = None) -> None:
-        """Test a law on requests that hypothesis draws, or on chosen ones."""
+        """Test a law on requests that hypothesis draws."""
 
         @settings(
-            max_examples=max(examples or self.examples, 10) // 5 if self.few else examples or self.examples,
+            max_examples=self.many(examples or self.examples),
             deadline=None,
             derandomize=True,
             database=None,
@@ -403,8 +406,7 @@ class MethodContract(StartLaws):
         reported = ticks[:]
         assert reported == sorted(reported)
         assert all(0 <= done <= total for done, total in reported)
-        every = range(1, len(reported) + 1)
-        for stop in {1, len(every) // 2 + 1, len(every)} & {*every} if self.few else every:
+        for stop in self.steps(len(reported)):
             event.clear()
             ticks.clear()
             with pytest.raises(CancelledError):

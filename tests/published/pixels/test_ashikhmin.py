@@ -11,7 +11,8 @@ from published.pixels.test_wei_levoy import COLOUR, GRAY, TWO, USABLE, shown, sm
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.published.pixels.coherent import STAGE
+
+STAGE = ia.Ashikhmin.stage
 
 CASES: dict[str, dict[str, Any]] = {
     "gray": {"exemplars": [Exemplar.of(GRAY)]},

@@ -14,9 +14,10 @@ from intarsia.canvas import Canvas
 from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.published.pixels import raster_kernels
-from intarsia.published.pixels.by_rows import STAGE
 from intarsia.published.pixels.raster_scan import Scan, tree_of
 from intarsia.sourcemap import HOLE, identity
+
+STAGE = ia.WeiLevoy.stage
 
 RNG = np.random.default_rng(6)
 GRAY = RNG.integers(0, 256, (14, 16), dtype=np.uint8)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ...exemplar import Exemplar
-from ..figures import Figure, Panel, given, grown
+from ..figures import Figure, Panel, given, grown, row
 
 TITLE = "Memorandum of 2008 on the correction operation"
 USUAL = "sample:pebbles"
@@ -15,13 +15,8 @@ AS_THERE = {"snap": "off", "channel_weights": (1.0,), "jitter": 0.3}
 
 def varied(name: str, *values: Any) -> Callable[[Exemplar], list[Panel]]:
     """The same texture with several values of one setting."""
-
-    def panels(exemplar: Exemplar) -> list[Panel]:
-        ways = zip("bcd", values, strict=True)
-        made = (grown(k, exemplar, 200, "correction-2008", AS_THERE | {name: value}) for k, value in ways)
-        return [given(exemplar), *made]
-
-    return panels
+    ways = zip("bcd", values, strict=True)
+    return row(given, *(grown(k, 200, "correction-2008", AS_THERE | {name: value}) for k, value in ways))
 
 
 FIGURES = (

@@ -13,60 +13,29 @@ from ...arrays import Array
 from ...exemplar import Exemplar
 from ...image import Plane
 from ...tiles.tiling import best_tile
-from ..figures import Figure, Panel, given, grown, shaded
+from ..figures import Figure, Panel, Way, given, grown, row, shaded
 from .goodness import lattice_by_goodness
 from .goodness_kernels import ALPHA, MILLION, significant_sum
 
 TITLE = "Lopez Recas 2011, Constrained Random Sampling and Gap Filling for Near-regular Texture Synthesis"
 USUAL = "sample:tiles"
-ANYWHERE = ((1.0, 0.0), (0.0, 1.0))
 SIZE = 400
 
 
-def blocks(letter: str, exemplar: Exemplar, feather: int = 4, **more: Any) -> Panel:
+def blocks(letter: str, feather: int = 4, **more: Any) -> Way:
     """A panel by random sampling and gap filling, with the source's settings but for those that are given."""
-    given_ = {"detector": "goodness", "channel_weights": (1.0,)} | more
-    return grown(letter, exemplar, SIZE, "gap-filling", given_, feather=feather)
+    settings = {"detector": "goodness", "channel_weights": (1.0,)} | more
+    return grown(letter, SIZE, "gap-filling", settings, feather=feather)
 
 
-def tile(letter: str, exemplar: Exemplar) -> Panel:
+def tile(exemplar: Exemplar) -> Panel:
     """A panel by the best tile, repeated."""
-    return grown(letter, exemplar, SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})
+    return grown("b", SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
 
 
-def quilted(letter: str, exemplar: Exemplar) -> Panel:
+def quilted(letter: str) -> Way:
     """A panel by image quilting, with blocks as large: 50 px, 10 px of them shared."""
-    return grown(letter, exemplar, SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
-
-
-def fits(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.10: borders that fit by correlation, and by differences."""
-    return [blocks("a", exemplar, fit="correlation"), blocks("b", exemplar, fit="difference")]
-
-
-def gaps(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.11: the best tile beside gap filling."""
-    return [given(exemplar), tile("b", exemplar), blocks("c", exemplar, 0)]
-
-
-def smoothed(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.13: edges between blocks before and after they are smoothed."""
-    return [blocks("a", exemplar, 0), blocks("b", exemplar)]
-
-
-def compared(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.2: the best tile, gap filling, image quilting."""
-    return [given(exemplar), tile("b", exemplar), blocks("c", exemplar), quilted("d", exemplar)]
-
-
-def wider(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.12: blended over 4 px and over 28 px."""
-    return [blocks("a", exemplar), blocks("b", exemplar, 28)]
-
-
-def irregular(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.13: from anywhere, beside image quilting."""
-    return [given(exemplar), blocks("b", exemplar, lattice=ANYWHERE), quilted("c", exemplar)]
+    return grown(letter, SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
 
 
 def vectors(exemplar: Exemplar) -> Array:
@@ -106,7 +75,7 @@ def tile_costs(exemplar: Exemplar) -> list[Panel]:
 
 def sampled(exemplar: Exemplar) -> list[Panel]:
     """Figure 4.7: every second block is drawn, the gaps are empty yet."""
-    made = blocks("a", exemplar, 0)
+    made = blocks("a", 0)(exemplar)
     pixels, (i, j) = made.picture.pixels.copy(), np.mgrid[:SIZE, :SIZE] // 40
     pixels[(i + j) % 2 == 1] = 0
     return [Panel("a", "every second block", Plane(pixels))]
@@ -139,21 +108,30 @@ FIGURES = (
     Figure("4.7", "Blocks are drawn among those in the same place of the lattice.", sampled, USUAL),
     Figure(
         "4.10", "By correlation a little more blocky, by differences sharp edges fit a little worse.",
-        fits, USUAL, "seams b a",
+        row(blocks("a", fit="correlation"), blocks("b", fit="difference")), USUAL, "seams b a",
     ),
     Figure(
         "4.11", "Random sampling introduces irregularities without visible repetitions.",
-        gaps, USUAL, "shown b c; most c b",
+        row(given, tile, blocks("c", 0)), USUAL, "shown b c; most c b",
     ),
-    Figure("4.13", "The result after transitions have been smoothed.", smoothed, USUAL, "sharp b a"),
+    Figure(
+        "4.13", "The result after transitions have been smoothed.",
+        row(blocks("a", 0), blocks("b")), USUAL, "sharp b a",
+    ),
     Figure(
         "5.1", "Irregular colours give too large a tile (a), regular ones half one (c, d), bent tiles a wrong one (f).",
         failures, USUAL, "tiles 1.1 a; tiles c 0.9; tiles d 0.9; tiles 1.1 f",
     ),
     Figure(
         "5.2", "Near-regular textures are better synthesized so than by other approaches.",
-        compared, USUAL, "shown b c; seams c d",
+        row(given, tile, blocks("c"), quilted("d")), USUAL, "shown b c; seams c d",
     ),
-    Figure("5.12", "A wider blending area reduces the blocky appearance.", wider, USUAL, "sharp b a"),
-    Figure("5.13", "Irregular textures grow with the vectors 1,0 and 0,1.", irregular, "sample:pebbles"),
+    Figure(
+        "5.12", "A wider blending area reduces the blocky appearance.",
+        row(blocks("a"), blocks("b", 28)), USUAL, "sharp b a",
+    ),
+    Figure(
+        "5.13", "Irregular textures grow with the vectors 1,0 and 0,1.",
+        row(given, blocks("b", lattice=((1.0, 0.0), (0.0, 1.0))), quilted("c")), "sample:pebbles",
+    ),
 )

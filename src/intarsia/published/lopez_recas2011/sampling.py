@@ -11,21 +11,20 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Any
 
 import numpy as np
-from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
+from scipy.fft import irfft2, next_fast_len, rfft2
 
 from ...analysis.features import features
-from ...analysis.sums import running_sums, valid_windows
+from ...analysis.sums import valid_windows
 from ...arrays import Array, Int16, Int32, Laid, Mask, Pair
 from ...blocks.mosaic import STRAIN, beside, returning
 from ...canvas import Canvas
-from ...draws import draw_many
+from ...draws import below, draw
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars
 from ...geometry import Box
-from ...lattice.candidates import UNIT
+from ...kernels.lattice_points import UNIT, lattice_points
 from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
 from ...params import AUTO
 from ...patches.growing_map import drafted
@@ -38,10 +37,8 @@ from .goodness import lattice_by_goodness
 STAGE = 20110
 SEEDS = 4  # whose layouts are kept at a time
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
-DENSE = (0.03, 0.01)  # share of an exemplar's places from which transforms are quicker; for correlation
+DENSE = 0.03  # share of an exemplar's places from which transforms are quicker
 TOGETHER = 16  # gaps that one call fills
-ERROR = 1e-5  # of two lengths' product: far above what rounding in single precision does to a sum of products
-MOST = 0.9  # share of a picture's variance in its main colours
 
 
 def resolved(method: GapFilling, exemplars: Exemplars, canvas: Canvas) -> GapFilling:
@@ -132,7 +129,7 @@ class Sampling:
 
     picture: Int16  # (H, W, C): the exemplar's features
     valid: Mask  # where a patch with its border may begin in the exemplar
-    cell: tuple[Vector, Vector]  # the lattice vectors (rows, columns), 1/256 px
+    cell: Array  # the lattice vectors (rows, columns), 1/256 px
     blocks: SquareBlocks  # how the canvas lies on the lattice, and where its blocks begin
     border: int  # px
     slack: int  # how far a gap's patch may leave the lattice, px
@@ -140,8 +137,7 @@ class Sampling:
     seed: int  # what the draws follow from
     ring: Array  # (n, 3): the px of a gap's border and the neighbour that each is read from
     runs: Array  # (n, 3): stretches of rows that make up the border, in the order in which they are compared
-    sums: tuple[Array, Array]  # of values and of squares in the border of every place, (h, w, C)
-    short_list: ShortList | None  # where places are so many that comparing them one by one would be slow
+    transforms: Transforms | None  # for correlation, and where places are so many that one by one would be slow
     everywhere: Array | None  # (n, 2): all places, where a gap's patch may come from any of them
 
     @classmethod
@@ -164,16 +160,14 @@ class Sampling:
         room = [max(0, n - 1) * UNIT for n in valid.shape]  # a px is lost by rounding; masks are seen later
         if math.prod(room) < area or max(room) < min(math.hypot(*v1), math.hypot(*v2)):
             raise _no_room(laid.block, border)
-        ring = kernels.wedges(height, width, border)
-        runs = _runs(ring, border, picture.shape)
-        correlate = method.fit == "correlation"
-        sums = kernels.ring_sums(picture, height, width, border)
-        share = min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / area)
+        ring, slack, correlate = wedges(height, width, border), method.slack, method.fit == "correlation"
+        many = correlate or min(1.0, (2 * slack + 1) ** 2 * UNIT**2 / area) > DENSE
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
-        everywhere = np.argwhere(valid) if far <= method.slack else None
-        listed = ShortList(picture, ring, sums, correlate) if share > DENSE[correlate] else None
-        slack = method.slack
-        return cls(picture, valid, (v1, v2), laid, border, slack, correlate, seed, ring, runs, sums, listed, everywhere)
+        return cls(
+            picture, valid, np.array((v1, v2), np.int64), laid, border, slack, correlate, seed,
+            ring, _runs(ring, border, picture.shape), Transforms(picture, ring) if many else None,
+            np.argwhere(valid) if far <= slack else None,
+        )  # fmt: skip
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
@@ -184,7 +178,7 @@ class Sampling:
         (i0, j0), (i1, j1) = self.blocks.block_of(y0, x0), self.blocks.block_of(y0 + height - 1, x0 + width - 1)
         fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
         gaps = [f for f in fields if sum(f) % 2]
-        drawn = self._sampled(sorted({n for f in gaps for n in beside(*f)} | {f for f in fields if sum(f) % 2 == 0}))
+        drawn = {f: self._drawn(f) for f in {n for f in gaps for n in beside(*f)} | {*fields} - {*gaps}}
         parts = [gaps[k : k + TOGETHER] for k in range(0, len(gaps), TOGETHER)]
         filled: dict[Pair, Pair] = {}
         wave = 4 * run.workers
@@ -197,7 +191,7 @@ class Sampling:
         with run.pool() as each:
             for k in range(0, len(parts), wave):
                 run.tick(k, len(parts), draft)
-                for made in each(lambda part: self._filled(part, drawn), parts[k : k + wave]):
+                for made in each(lambda part: {gap: self._filled(gap, drawn) for gap in part}, parts[k : k + wave]):
                     filled |= made
         self._write_all(fields, drawn | filled, out, y0, x0)
         run.tick(len(parts), len(parts), draft)
@@ -209,51 +203,44 @@ class Sampling:
             if f in found:
                 self._write(f, found[f], out, y0, x0)
 
-    def _sampled(self, blocks: list[Pair]) -> dict[Pair, Pair]:
-        """Draw a patch for each block: all its places in the lattice are equally likely (4.2.1)."""
-        first = np.array([self._first(*b) for b in blocks], np.int64).reshape(-1, 2)
-        bits = [b >> 32 for b in draw_many(self.seed, STAGE, 0, [self.blocks.number(*b) for b in blocks])]
-        v1, v2 = np.array(self.cell, np.int64)
-        found = kernels.sampled(first, v1, v2, self.valid, np.array(bits, np.int64))
-        if (found < 0).any():
-            raise _no_room(self.blocks.block, self.border)
-        return dict(zip(blocks, map(tuple, found.tolist()), strict=True))
+    def _places(self, block: Pair, slack: int) -> Array:
+        """The places of a block in the lattice, or up to `slack` px beyond the exemplar: (n, 2) px."""
+        low, high = np.full(2, -slack), np.array(self.valid.shape) - 1 + slack
+        points: Array = lattice_points(np.array(self._first(*block), np.int64), self.cell[0], self.cell[1], low, high)
+        return (points + UNIT // 2) // UNIT
 
-    def _filled(self, gaps: list[Pair], drawn: dict[Pair, Pair]) -> dict[Pair, Pair]:
-        """Find the patch for each gap whose border fits its four neighbours best (4.2.2)."""
-        v1, v2 = np.array(self.cell, np.int64)
-        channels = self.picture.shape[2]
-        exemplar = self.picture.reshape(-1), self.picture.shape[1] * channels, channels, self.runs
-        marks = np.zeros(self.valid.shape, np.uint8)
-        border = np.empty(len(self.ring) * channels, np.int16)
-        found = {}
-        for gap in gaps:
-            y, x = self.blocks.begin(*gap)
-            sources = []
-            for n in beside(*gap):
-                (py, px), (by, bx) = drawn[n], self.blocks.begin(*n)
-                sources.append((py - by + y, px - bx + x))  # both begin half a border before the block
-            kernels.template(self.picture, self.ring, np.array(sources, np.int64), border)
-            places = self.everywhere
-            if places is None:
-                first = np.array(self._first(*gap), np.int64)
-                places = kernels.near_places(first, v1, v2, self.valid, self.slack, marks)
-            if not len(places):
-                raise _no_room(self.blocks.block, self.border)
-            if self.short_list is not None:
-                places = self.short_list.best(border, places)
-            if self.correlate:
-                best = kernels.best_by_correlation(*exemplar, border, places, *self.sums)
-            else:
-                best = kernels.best_by_difference(*exemplar, border, places)
-            found[gap] = int(places[best, 0]), int(places[best, 1])
-        return found
+    def _drawn(self, block: Pair) -> Pair:
+        """Draw a patch for a block: all its places in the lattice are equally likely (4.2.1)."""
+        places = self._places(block, 0)
+        places = places[self.valid[*places.T]]
+        if not len(places):
+            raise _no_room(self.blocks.block, self.border)
+        y, x = places[below(len(places), draw(self.seed, STAGE, 0, *self.blocks.number(*block)))].tolist()
+        return y, x
+
+    def _filled(self, gap: Pair, drawn: dict[Pair, Pair]) -> Pair:
+        """Find the patch for a gap whose border fits its four neighbours best (4.2.2)."""
+        sources = [  # both begin half a border before the block
+            np.array(drawn[n]) - self.blocks.begin(*n) + self.blocks.begin(*gap) for n in beside(*gap)
+        ]
+        border = self.picture[*(self.ring[:, :2] + np.array(sources)[self.ring[:, 2]]).T]
+        places = self.everywhere
+        if places is None:
+            places = np.argwhere(kernels.near(self._places(gap, self.slack), self.valid, self.slack))
+        if not len(places):
+            raise _no_room(self.blocks.block, self.border)
+        if self.transforms is not None:
+            best = self.transforms.best(border.T.astype(np.int64), places, self.correlate)
+        else:
+            best = kernels.best_place(self.picture, self.runs, border.ravel(), places)
+        y, x = places[best].tolist()
+        return y, x
 
     def _first(self, i: int, j: int) -> Pair:
         """Where a block lies in the lattice, 1/256 px, its border included: near the exemplar's first pixel."""
         y, x = self.blocks.lattice_place(i, j)
         y, x = y - self.border // 2 * UNIT, x - self.border // 2 * UNIT
-        (a, b), (c, d) = self.cell
+        (a, b), (c, d) = self.cell.tolist()
         area = a * d - b * c
         m, n = (y * d - x * c) // area, (x * a - y * b) // area
         return y - m * a - n * c, x - m * b - n * d
@@ -269,6 +256,17 @@ class Sampling:
         part = out[top - y0 : bottom - y0, left - x0 : right - x0]
         part[:, :, 0] = np.arange(top + sy, bottom + sy)[:, None]
         part[:, :, 1] = np.arange(left + sx, right + sx)
+
+
+def wedges(height: int, width: int, border: int) -> Array:
+    """Describe the border of a gap of height x width px: (n, 3), row and column from its outer corner, and side.
+
+    The border is centred on the edge. Sides: 0 above, 1 below, 2 left, 3 right; they meet in 45 degree mitres.
+    """
+    y, x = np.indices((height + border, width + border))
+    depths = np.stack([y, y[::-1], x, x[:, ::-1]])
+    at = np.argwhere(depths.min(axis=0) < border)
+    return np.column_stack([at, depths.argmin(axis=0)[*at.T]])
 
 
 def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
@@ -314,89 +312,37 @@ def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     raise ParameterError(unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
 
 
-class ShortList:
-    """Leave those of many places that may fit a border best, by Fourier transforms (Lopez Recas 2011, eq. 4.5).
+class Transforms:
+    """Compare a border with all places of an exemplar at once, by Fourier transforms (Lopez Recas 2011, eq. 4.5).
 
-    Rounding errors decide nothing: a place that may be the best but for them stays, to be compared in whole numbers.
-    Of squared differences only the main axes of colour are transformed, mostly one, from dark to bright: a place that
-    differs more along these than another does in all channels cannot be the best.
+    Sums of products of whole numbers are whole, and doubles are wrong by far less than a half: rounded, they are exact.
     """
 
-    def __init__(self, picture: Array, ring: Array, sums: tuple[Array, Array], correlate: bool) -> None:
-        self.picture, self.ring = picture, ring
-        self.flat = [s.reshape(-1, picture.shape[2]).astype(np.float64) for s in sums]
-        self.tall, self.wide = (int(n) + 1 for n in ring[:, :2].max(axis=0))
-        self.size = tuple(next_fast_len(n, real=k == 1) for k, n in enumerate(picture.shape[:2]))
-        self.mean = picture.mean(axis=(0, 1))
-        centred = picture - self.mean
-        self.axes = np.eye(len(self.mean)) if correlate else _main_colours(centred)
-        seen = np.ascontiguousarray(np.moveaxis(centred @ self.axes, 2, 0), np.float32)
-        self.length = float(np.sqrt(np.square(seen, dtype=np.float64).sum()))
-        self.spectra = [fft(rfft(plane, self.size[1]), self.size[0], axis=0) for plane in seen]
-        self.energy = None if correlate else self._energy(np.square(seen, dtype=np.float64).sum(axis=0))
+    def __init__(self, picture: Array, ring: Array) -> None:
+        self.at, sides = tuple(ring[:, :2].T), ring[:, :2].max(axis=0) + 1
+        self.sides, self.shown = sides, tuple(slice(n - m + 1) for n, m in zip(picture.shape, sides, strict=False))
+        self.size = [next_fast_len(n, real=True) for n in picture.shape[:2]]
+        values, ones = np.moveaxis(picture.astype(np.float64), 2, 0), np.ones((1, len(ring)))
+        self.spectra, squared = rfft2(values, self.size), rfft2(values**2, self.size)
+        self.sums, self.squares = (
+            np.stack([self._products(one[None], ones) for one in every]) for every in (self.spectra, squared)
+        )
 
-    def best(self, border: Array, places: Array) -> Array:
-        """The places (n, 2) among which is the best for a border (n C,), all ties included, in their order."""
-        values = border.reshape(len(self.ring), -1)
-        own = (values - self.mean) @ self.axes
-        product = self._products(own.astype(np.float32))
-        at = places[:, 0] * product.shape[1] + places[:, 1]
-        if self.energy is not None:
-            return self._least(values, own, product, places, at)
-        return self._correlated(values, own, product.reshape(-1)[at], places, at)
+    def best(self, border: Array, places: Array, correlate: bool) -> int:
+        """Which of places (m, 2) fits a border (C, n) best, the first of equals: GNCC in 1e-9, or differences."""
+        y, x = places.T
+        products, sums, squares = self._products(self.spectra, border)[y, x], self.sums[:, y, x], self.squares[:, y, x]
+        if not correlate:
+            return int((squares.sum(axis=0) - 2 * products).argmin())
+        n, own = border.shape[1], border.sum(axis=1, keepdims=True)
+        second = n * (border**2).sum(axis=1, keepdims=True) - own**2
+        below = np.sqrt((n * squares - sums**2).astype(np.float64) * second).sum(axis=0)
+        above = 1e9 * (n * products - (own * sums).sum(axis=0))
+        return int(np.rint(np.divide(above, below, out=np.zeros_like(below), where=below > 0)).argmax())
 
-    def _least(self, values: Array, own: Array, product: Array, places: Array, at: Array) -> Array:
-        """Those that differ no more in the main colours than one of them does in all channels."""
-        length = float(np.sqrt((own * own).sum()))
-        least = (self.energy - 2 * product).reshape(-1)[at] + length * length
-        y, x = self.ring[:, :2].T + places[int(np.argmin(least))][:, None]
-        known = int(np.square(self.picture[y, x].astype(np.int64) - values).sum())
-        return np.asarray(places[least <= known + ERROR * (known + 4 * length * self.length)])
-
-    def _correlated(self, values: Array, own: Array, product: Array, places: Array, at: Array) -> Array:
-        """Those that may correlate best (GNCC of all channels)."""
-        n, exact = len(self.ring), values.astype(np.float64)
-        sums, squares = (s.take(at, axis=0) for s in self.flat)
-        own_sums, own_squares = exact.sum(axis=0), np.square(exact).sum(axis=0)
-        spread = (n * squares - sums * sums) * (n * own_squares - own_sums * own_sums)
-        below = np.sqrt(np.maximum(spread, 0)).sum(axis=1)
-        covered = n * product - (sums - n * self.mean) @ (own_sums - n * self.mean)
-        fit = np.where(below > 0, covered / np.maximum(below, 1.0), 0.0)
-        error = ERROR * n * self.length * float(np.sqrt((own * own).sum())) / np.maximum(below, 1.0) * (below > 0)
-        return np.asarray(places[fit + error >= (fit - error).max() - ERROR])
-
-    def _products(self, own: Array) -> Array:
-        """Sums of products of a border (n, k) and every place of the exemplar: (h, w)."""
-        rows, columns = (n - m + 1 for n, m in zip(self.picture.shape, (self.tall, self.wide), strict=False))
-        laid = np.zeros((self.tall, self.wide), np.float32)
-        total: Any = 0.0
-        for spectrum, values in zip(self.spectra, own.T, strict=True):
-            laid[self.ring[:, 0], self.ring[:, 1]] = values
-            mine = fft(rfft(laid, self.size[1]), self.size[0], axis=0, overwrite_x=True)
-            total = total + spectrum * np.conj(mine, out=mine)
-        lines = ifft(total, axis=0, overwrite_x=True)[:rows]  # no border begins in the rows below
-        return np.asarray(irfft(lines, self.size[1]))[:, :columns]
-
-    def _energy(self, squares: Array) -> Array:
-        """Add up squares (H, W) in the border of every place: (h, w)."""
-        running = running_sums(squares, np.float64)
-        rows, columns = running.shape[0] - self.tall, running.shape[1] - self.wide
-        hole = np.ones((self.tall, self.wide), bool)
-        hole[self.ring[:, 0], self.ring[:, 1]] = False
-        inner = np.argwhere(hole)
-        boxes = [(1, 0, 0, self.tall, self.wide)]
-        if len(inner):
-            boxes.append((-1, *inner[0].tolist(), *(inner[-1] + 1).tolist()))
-        total = np.zeros((rows, columns))
-        for sign, y0, x0, y1, x1 in boxes:
-            for y, x, part in ((y1, x1, sign), (y0, x1, -sign), (y1, x0, -sign), (y0, x0, sign)):
-                total += part * running[y : y + rows, x : x + columns]
-        return total.astype(np.float32)
-
-
-def _main_colours(centred: Array) -> Array:
-    """The fewest directions of colour (C, k), each of length 1, that hold most of how a picture (H, W, C) varies."""
-    flat = centred.reshape(-1, centred.shape[2])
-    spread, directions = np.linalg.eigh(flat.T @ flat)  # the strongest last; which way they point does not matter here
-    held = spread[::-1].cumsum() >= MOST * spread.sum()
-    return np.asarray(directions[:, ::-1][:, : int(held.argmax()) + 1])
+    def _products(self, spectra: Array, values: Array) -> Array:
+        """Sums of products of a border (k, n) and every place of the exemplar: (h, w)."""
+        laid = np.zeros((len(values), *self.sides))
+        laid[:, *self.at] = values
+        total = (spectra * np.conj(rfft2(laid, self.size))).sum(axis=0)
+        return np.rint(irfft2(total, self.size)[self.shown]).astype(np.int64)

@@ -19,66 +19,45 @@ from ...exemplar import Exemplar
 from ...guide import Guide
 from ...image import Kind, Plane
 from ...tasks.completion import Margins, extended
-from ..figures import Figure, Panel, cropped, given, grown, plotted, shaded
+from ..figures import Figure, Panel, Way, cropped, given, grown, plotted, row, shaded
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 PEBBLES = "sample:pebbles"
 AS_THERE = {"search": "exact", "repetition": "none", "channel_weights": (1.0,)}
 ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
-ISOMETRIES = {"b": "none", "c": "180", "d": "90", "e": "both"}
+ISOMETRIES = "none", "180", "90", "both"
 
 
-def patches(letter: str, exemplar: Exemplar, size: Any, printed: str = "", feather: Any = None,
-            start: Any = None, guide: Any = None, **more: Any) -> Panel:  # fmt: skip
+def patches(letter: str, size: Any, printed: str = "", feather: Any = None,
+            start: Any = None, guide: Any = None, **more: Any) -> Way:  # fmt: skip
     """A panel by patch-based sampling, with the source's settings but for those that are given."""
     settings = {"patch": 25, "overlap": 5, **more}
-    panel = grown(
-        letter, exemplar, size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide
-    )
-    return panel._replace(told=", ".join(f"{name} {value}" for name, value in settings.items()))
+    way = grown(letter, size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide)
+    return lambda e: way(e)._replace(told=", ".join(f"{name} {value}" for name, value in settings.items()))
 
 
-def pixel_results(exemplar: Exemplar) -> list[Panel]:
-    """Figure 2.5: pixel by pixel, with two neighbourhoods."""
-    e, ways = cropped(exemplar, 128), {"matching": "exact", "noise": "white"}
-    low = grown("b", e, 200, "wei-levoy", ways | {"window": (3, 7)}, "> 2100 s")
-    return [given(e), low, grown("c", e, 200, "wei-levoy", ways | {"window": (3, 9)}, "2780 s")]
+def by_pixels(letter: str, columns: int, printed: str) -> Way:
+    """A panel pixel by pixel."""
+    return grown(letter, 200, "wei-levoy", {"matching": "exact", "noise": "white", "window": (3, columns)}, printed)
 
 
-def blending(exemplar: Exemplar) -> list[Panel]:
-    """Figure 3.4: blocks without and with blending."""
-    return [given(exemplar), patches("b", exemplar, 200, feather=0), patches("c", exemplar, 200)]
+def isometries(size: int | None, *printed: str, **more: Any) -> list[Way]:
+    """Panels with more and more isometries."""
+    ways = zip("bcde", ISOMETRIES, printed, strict=True)
+    return [patches(k, size, seconds, isometries=kind, **more) for k, kind, seconds in ways]
 
 
-def patch_sizes(exemplar: Exemplar) -> list[Panel]:
-    """Figure 3.6: patches of 5, 25, 45 and 100 px."""
-    sizes = {"b": 5, "c": 25, "d": 45, "e": 100}
-    return [given(exemplar), *(patches(k, exemplar, 200, patch=n, overlap=4) for k, n in sizes.items())]
-
-
-def seam_sizes(exemplar: Exemplar) -> list[Panel]:
-    """Figure 3.7: seams of 1, 3, 5, 10 and 20 px."""
-    sizes = {"b": 1, "c": 3, "d": 5, "e": 10, "f": 20}
-    return [given(exemplar), *(patches(k, exemplar, 200, overlap=n) for k, n in sizes.items())]
-
-
-def isometries(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.3: categories of isometries."""
-    e, printed = cropped(exemplar, 150), {"b": "17 s", "c": "46 s", "d": "57 s", "e": "83 s"}
-    return [given(e), *(patches(k, e, 200, printed[k], isometries=kind) for k, kind in ISOMETRIES.items())]
-
-
-def repetitions(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.5: without and with the prevention of repetitions."""
-    e = cropped(exemplar, 200)
-    without = patches("b", e, 300, "73 s", candidates=1)
-    return [given(e), without, patches("c", e, 300, "73 s", candidates=1, repetition="counter")]
+REPETITIONS = row(
+    given, patches("b", 300, "73 s", candidates=1), patches("c", 300, "73 s", candidates=1, repetition="counter"),
+    side=200,
+)  # fmt: skip
+"""Without and with the prevention of repetitions."""
 
 
 def multiresolution(exemplar: Exemplar) -> list[Panel]:
     """Figure 4.9: without and with the pyramid."""
     e = cropped(exemplar, 200)
-    made = patches("b", e, 200, "33.4 s"), patches("c", e, 200, "1.0 s", pyramid="mean", pyramid_draws="every")
+    made = row(patches("b", 200, "33.4 s"), patches("c", 200, "1.0 s", pyramid="mean", pyramid_draws="every"))(e)
     work = laws(np.array([e.width]))
     counted = zip(made, (work["blocks"], work["pyramid"]), strict=True)
     return [given(e), *(panel._replace(values=panel.values | {"differences": float(n[0])}) for panel, n in counted)]
@@ -126,7 +105,7 @@ def maps(exemplar: Exemplar, ways: Mapping[str, Sequence[int]]) -> list[Panel]:
     of a map with itself, moved by a third of a block or more, and by no more than half of the map.
     """
     e = cropped(exemplar, 150)
-    above, left = (patches("b", e, sides) for sides in ((90, 200), (200, 90)))
+    above, left = row(patches("b", (90, 200)), patches("b", (200, 90)))(e)
     begun = np.zeros((120, 200, *above.picture.samples.shape[2:]), above.picture.samples.dtype)
     begun[:90], begun[90:, :90] = above.picture.samples, left.picture.samples[90:120]
     found = {k: farness(e.base.samples.astype(np.float64), begun[85:, 85:120] * 1.0, p) for k, p in ways.items()}
@@ -153,9 +132,8 @@ def continued(exemplar: Exemplar) -> list[Panel]:
     """Figures 4.1 and 5.1: the input is continued to the right, with more and more isometries."""
     e = cropped(exemplar, 150)
     start = extended((e.source,), 0, Margins(right=e.width))
-    printed = {"b": "9 s", "c": "23 s", "d": "30 s", "e": "45 s"}
-    more = {"start": start, "candidates": 2}
-    return [given(e), *(patches(k, e, None, printed[k], isometries=way, **more) for k, way in ISOMETRIES.items())]
+    ways = isometries(None, "9 s", "23 s", "30 s", "45 s", start=start, candidates=2)
+    return row(given, *ways)(e)
 
 
 def avoided(exemplar: Exemplar) -> list[Panel]:
@@ -164,7 +142,7 @@ def avoided(exemplar: Exemplar) -> list[Panel]:
     usable = np.ones(pixels.shape[:2], bool)
     usable[:50, :50] = False
     pixels[~usable] = 0
-    made = patches("c", Exemplar.of(pixels, usable=usable), 300, "243 s")
+    made = patches("c", 300, "243 s")(Exemplar.of(pixels, usable=usable))
     return [made._replace(values=made.values | {"marked": (made.picture.samples == 0).all(axis=2).sum()})]
 
 
@@ -179,7 +157,7 @@ def labelled(exemplar: Exemplar, side: int, dark: float, printed: dict[float, st
     more = {"isometries": "both"} | ALIKE | more
     panels = [given(two), Panel("c", "labels", Plane(shaded(here * 1)))]
     for letter, (alpha, seconds) in zip("defgh", printed.items(), strict=False):
-        made = patches(letter, two, side, seconds, guide=Guide(source, target, alpha), **more)
+        made = patches(letter, side, seconds, guide=Guide(source, target, alpha), **more)(two)
         panels.append(made._replace(told=f"alpha {alpha}"))
     return panels
 
@@ -193,16 +171,21 @@ FIGURES = (
     Figure("4.8", "The pyramid takes clearly less than blocks.", partial(costs, curves=3), PEBBLES, "gain 10 a"),
     Figure(
         "2.5", "Pixel by pixel; a larger neighbourhood keeps larger structures.",
-        pixel_results, PEBBLES, "whole b c",
+        row(given, by_pixels("b", 7, "> 2100 s"), by_pixels("c", 9, "2780 s"), side=128), PEBBLES, "whole b c",
     ),
-    Figure("3.4", "Without blending block boundaries can easily be recognized.", blending, PEBBLES, "sharp c b"),
+    Figure(
+        "3.4", "Without blending block boundaries can easily be recognized.",
+        row(given, patches("b", 200, feather=0), patches("c", 200)), PEBBLES, "sharp c b",
+    ),
     Figure(
         "3.6", "Small patches lose the structure, large ones leave little interaction.",
-        patch_sizes, "sample:tiles", "seams e d c b",
+        row(given, *(patches(k, 200, patch=n, overlap=4) for k, n in zip("bcde", (5, 25, 45, 100), strict=True))),
+        "sample:tiles", "seams e d c b",
     ),
     Figure(
         "3.7", "Narrow seams match badly, 5 px are best, wide ones bring errors by blending.",
-        seam_sizes, PEBBLES, "seams d b; sharp f d",
+        row(given, *(patches(k, 200, overlap=n) for k, n in zip("bcdef", (1, 3, 5, 10, 20), strict=True))),
+        PEBBLES, "seams d b; sharp f d",
     ),
     Figure(
         "3.12", "A stochastic texture has few places that fit ...",
@@ -222,13 +205,13 @@ FIGURES = (
     ),
     Figure(
         "4.3", "Isometries lead to an improved variability.",
-        isometries, PEBBLES, "whole e b",
+        row(given, *isometries(200, "17 s", "46 s", "57 s", "83 s"), side=150), PEBBLES, "whole e b",
     ),
     Figure(
         "4.5", "With the prevention of repetitions there are less noticeable ones.",
-        repetitions, PEBBLES, "most c b; shown b c",
+        REPETITIONS, PEBBLES, "most c b; shown b c",
     ),
-    Figure("4.6", "On a regular texture it makes the result slightly worse.", repetitions, "sample:tiles", "seams b c"),
+    Figure("4.6", "On a regular texture it makes the result slightly worse.", REPETITIONS, "sample:tiles", "seams b c"),
     Figure(
         "4.9", "By the pyramid far fewer differences are taken, at equal quality if stochastic.",
         multiresolution, PEBBLES, "differences c b",

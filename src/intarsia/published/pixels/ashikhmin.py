@@ -28,7 +28,12 @@ class Ashikhmin(RasterWindow):
     slug: ClassVar[str] = "ashikhmin"
     paper: ClassVar[str] = "Ashikhmin 2001; Tong et al. 2002"
     summary: ClassVar[str] = "pixels that continue their neighbours"
-    engine: ClassVar[str] = "intarsia.published.pixels.coherent"
+    engine: ClassVar[str] = "intarsia.published.pixels.by_rows"
+    stage: ClassVar[int] = 2001
+    widest: ClassVar[int] = 9
+    at_once: ClassVar[int] = 512
+    levels: ClassVar[int] = 1
+    noise: ClassVar[str] = "exemplar"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.SEVERAL})
 
     jumps: int = param(0, "int", "similar exemplar pixels tried beside each continuation", low=0, high=64)

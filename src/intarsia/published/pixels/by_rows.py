@@ -1,4 +1,4 @@
-"""Wei and Levoy at work: level after level, row after row, the pixel whose neighbourhood fits best."""
+"""Wei and Levoy, and Ashikhmin, at work: level after level, row after row, the pixel whose neighbourhood fits best."""
 
 from __future__ import annotations
 
@@ -10,45 +10,58 @@ from ...exemplar import Exemplars
 from ...params import extent
 from ...run import Run
 from ...sourcemap import SourceMap
+from .ashikhmin import Ashikhmin
 from .neighbourhood_kernels import Ground
 from .neighbourhoods import with_window
-from .raster_kernels import Torus, full_pixels, tree_pixels
-from .raster_scan import Scan, scan_reach, tree_of
+from .raster_kernels import Torus, coherent_pixels, full_pixels, tree_pixels
+from .raster_scan import Scan, scan_reach, similar_pixels, tree_of
 from .wei_levoy import WeiLevoy
 
-STAGE = 200020  # keeps this method's draws apart from those of others
-WIDTHS = 5, 13  # least and most columns of automatic windows
 FEW = 6  # pixels that the tree names
 LEAVES = 24  # of the tree, looked into for one pixel
-AT_ONCE = 64  # pixels filled between two looks at the clock
+Fill = Callable[[Int64], None]
 
 
-def resolved(method: WeiLevoy, exemplars: Exemplars, canvas: Canvas) -> WeiLevoy:
+def resolved(method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas) -> WeiLevoy | Ashikhmin:
     """Decide the window from the size of the texture's elements."""
-    found: WeiLevoy = with_window(method, exemplars, WIDTHS, False, lambda size: scan_reach(size, method.levels))
+    found: WeiLevoy | Ashikhmin = with_window(
+        method, exemplars, (5, method.widest), False, lambda size: scan_reach(size, method.levels)
+    )
     return found
 
 
-def synthesize(method: WeiLevoy, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
+def synthesize(
+    method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
+) -> SourceMap:
     """Fill level after level, row after row."""
-    side, white = extent(method.window or 3), method.noise == "white"
-    scan = Scan(exemplars, canvas, side, method.levels, (seed, STAGE), white)
+    draws, white = (seed, method.stage), method.noise == "white"
+    scan = Scan(exemplars, canvas, extent(method.window or 3), method.levels, draws, white)
     for _ in range(method.levels):
-        torus, exemplar = scan.enter()
-        fill = _filler(method, scan, torus, exemplar)
-        for pixels in scan.stretches(AT_ONCE):
-            run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
-            fill(pixels)
-        for pixels in scan.first_ones(AT_ONCE):
-            run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
-            full_pixels(torus, exemplar, pixels, scan.room)
+        fill, again = _fillers(method, scan, *scan.enter())
+        for way, ask in ((fill, scan.stretches), (again, scan.first_ones)):
+            for pixels in ask(method.at_once):
+                run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
+                way(pixels)
     run.tick(scan.total, scan.total, lambda: scan.map(method.blend))
     return scan.map(method.blend)
 
 
-def _filler(method: WeiLevoy, scan: Scan, torus: Torus, exemplar: Ground) -> Callable[[Int64], None]:
-    """Return what fills pixels (n, 2) of this level, in turn."""
+def _fillers(method: WeiLevoy | Ashikhmin, scan: Scan, torus: Torus, exemplar: Ground) -> tuple[Fill, Fill]:
+    """Return what fills pixels (n, 2) of this level, in turn, and what fills those again that saw noise."""
+
+    def full(pixels: Int64) -> None:
+        full_pixels(torus, exemplar, pixels, scan.room)
+
+    def coherent(pixels: Int64) -> None:
+        coherent_pixels(torus, exemplar, similar, pixels, scan.room)
+
+    def by_tree(pixels: Int64) -> None:
+        tree_pixels(torus, exemplar, tree, LEAVES, FEW, pixels, scan.room)
+
+    if isinstance(method, Ashikhmin):
+        similar = similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
+        return coherent, coherent
     if method.matching == "exact":
-        return lambda pixels: full_pixels(torus, exemplar, pixels, scan.room)
+        return full, full
     tree = tree_of(exemplar, torus.choices, scan.components())
-    return lambda pixels: tree_pixels(torus, exemplar, tree, LEAVES, FEW, pixels, scan.room)
+    return by_tree, full

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from ...analysis.features import features
-from ...arrays import Pair
+from ...analysis.sums import moving_sums
+from ...arrays import Array, Pair
 from ...canvas import Canvas
-from ...draws import below, draw
+from ...draws import below, draw, draw_many
 from ...exemplar import Exemplars
+from ...kernels.windows import Grown
 from ...params import extent
 from ...patches.growing_map import GrowingMap
 from ...run import Run
@@ -19,7 +21,7 @@ from ...search.posed import isometry_ids, posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from .efros_leung import EfrosLeung
 from .neighbourhoods import choices, ground, layers, with_window
-from .outward_kernels import fill, layer, ranks
+from .outward_kernels import fill, ranks
 
 STAGE = 1999  # keeps this method's draws apart from those of others
 WINDOW_PER_SIGMA = 6.4  # as in the authors' own program
@@ -62,7 +64,7 @@ class _Outward:
         self.taps = np.array(_taps(window), np.int64)
         self.ground = ground(layers(variants, exemplars), _reach(window), _reach(window))
         self.growing = GrowingMap.begin(variants, canvas, 0)
-        self.wraps = canvas.wrap.y, canvas.wrap.x
+        self.grown = Grown(self.growing.variant, self.growing.yx, (canvas.wrap.y, canvas.wrap.x))
         heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
         self.first = max(int(heavy.sum()), 4) * variants.channels
         if not (self.growing.variant != HOLE).any():
@@ -82,10 +84,24 @@ class _Outward:
                     self.growing.variant[y, x] = v
                     self.growing.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
 
+    def _layer(self) -> Array:
+        """The unknown pixels that touch known ones (n, 2): those with most of these around first, else as drawn."""
+        known = (self.grown.variant != HOLE).astype(np.int64)
+
+        def around(window: Any) -> Any:
+            counts = known
+            for axis, wraps in enumerate(self.grown.wrap):
+                counts = moving_sums(counts, axis, int(window[axis]) // 2, "wrap" if wraps else "constant")
+            return counts
+
+        pixels = np.argwhere((known == 0) & (around((3, 3)) > 0))
+        bits = np.array(draw_many(self.seed, STAGE, 1, pixels), np.uint64)
+        return np.asarray(pixels[np.lexsort((bits, -around(self.window)[*pixels.T]))])
+
     def batches(self) -> list[list[Any]]:
         """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
-        pixels = layer(self.growing.variant, self.window, *self.wraps, np.uint64(self.seed), STAGE)
-        rank = ranks(pixels, self.growing.variant.shape, self.window, *self.wraps)
+        pixels = self._layer()
+        rank = ranks(pixels, self.grown, self.window)
         order = np.argsort(rank, kind="stable")
         groups = np.split(pixels[order], np.flatnonzero(np.diff(rank[order])) + 1)
         groups = [g[k : k + AT_ONCE] for g in groups for k in range(0, len(g), AT_ONCE)]
@@ -97,8 +113,8 @@ class _Outward:
 
         def part(pixels: Any) -> None:
             fill(
-                self.growing.variant, self.growing.yx, pixels, self.taps, self.growing.variants.channels,
-                self.ground, *self.wraps, round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
+                self.grown, pixels, self.taps, self.growing.variants.channels, self.ground,
+                round(self.method.tolerance * 65536), self.first, np.uint64(self.seed), STAGE,
             )  # fmt: skip
 
         if workers == 1:

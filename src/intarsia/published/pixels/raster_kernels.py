@@ -229,52 +229,46 @@ def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixel
 
 @kernel
 def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
-    """Fill pixels (n, 2), in turn, with the best of those that continue their neighbours in the exemplar."""
-    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
-    for k in range(len(pixels)):
-        coherent_pixel(torus, ground, similar, pixels[k, 0], pixels[k, 1], template, tried)
+    """Fill pixels (n, 2), in turn, with the best of those that continue their neighbours in the exemplar.
 
-
-@kernel
-def coherent_pixel(torus: Any, ground: Any, similar: Any, y: int, x: int, template: Any, tried: Any) -> None:
-    """Fill a pixel with the best of those that continue a neighbour; where the exemplar ends, a drawn one is tried.
-
-    `similar` (positions, k, 2) are pixels to try beside every candidate: (variant, position), -1 for none. Of equal
-    candidates the first stays.
+    Where the exemplar ends, a drawn one is tried. `similar` (positions, k, 2) are pixels to try beside every candidate:
+    (variant, position), -1 for none. Of equal candidates the first stays.
     """
-    n, kind, _ = template_of(torus, ground, y, x, template)
-    best, variant, position, count = FAR, np.int64(-1), np.int64(-1), 0
-    for t in range(len(torus.taps)):
-        if not _counts(torus, y, x, t, kind):
-            continue
-        v, at = continuation(torus, ground, y, x, t, kind)
-        if at < 0:
-            k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
-            v, at = torus.choices[k, 0], torus.choices[k, 1]
-            if ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
+    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
+    for y, x in pixels:
+        n, kind, _ = template_of(torus, ground, y, x, template)
+        best, variant, position, count = FAR, np.int64(-1), np.int64(-1), 0
+        for t in range(len(torus.taps)):
+            if not _counts(torus, y, x, t, kind):
                 continue
-        known = False
-        for k in range(count):
-            known = known or (tried[k, 0] == v and tried[k, 1] == at)
-        if known:
-            continue
-        tried[count, 0], tried[count, 1] = v, at
-        count += 1
-        spot = ground.table[v, CLOSED] + at
-        for k in range(-1, similar.shape[1]):
-            if k >= 0:
-                v, at = similar[spot, k, 0], similar[spot, k, 1]
-                if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
+            v, at = continuation(torus, ground, y, x, t, kind)
+            if at < 0:
+                k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
+                v, at = torus.choices[k, 0], torus.choices[k, 1]
+                if ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                     continue
-            aim(ground, v, template, n)
-            d = template_distance(ground, v, at, template, n, best)
-            if d < best:
-                best, variant, position = d, v, at
-    if variant < 0:
-        k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
-        variant, position = torus.choices[k, 0], torus.choices[k, 1]
-    show(ground, torus.variant, torus.yx, y, x, variant, position)
-    torus.done[y, x] = True
+            known = False
+            for k in range(count):
+                known = known or (tried[k, 0] == v and tried[k, 1] == at)
+            if known:
+                continue
+            tried[count, 0], tried[count, 1] = v, at
+            count += 1
+            spot = ground.table[v, CLOSED] + at
+            for k in range(-1, similar.shape[1]):
+                if k >= 0:
+                    v, at = similar[spot, k, 0], similar[spot, k, 1]
+                    if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
+                        continue
+                aim(ground, v, template, n)
+                d = template_distance(ground, v, at, template, n, best)
+                if d < best:
+                    best, variant, position = d, v, at
+        if variant < 0:
+            k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
+            variant, position = torus.choices[k, 0], torus.choices[k, 1]
+        show(ground, torus.variant, torus.yx, y, x, variant, position)
+        torus.done[y, x] = True
 
 
 @kernel
@@ -294,12 +288,3 @@ def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any
         for x in range(variant.shape[1]):
             k = below(len(choices), draw(seed, stage, 64 + level, y, x))
             show(ground, variant, yx, y, x, choices[k, 0], choices[k, 1])
-
-
-@kernel
-def white_noise(low: Any, high: Any, seed: Any, stage: int, out: Any) -> None:
-    """Fill planes (P, H, W) with numbers drawn evenly from `low` to `high`, (P,) each."""
-    for c in range(out.shape[0]):
-        for y in range(out.shape[1]):
-            for x in range(out.shape[2]):
-                out[c, y, x] = low[c] + below(high[c] - low[c] + 1, draw(seed, stage, 64 + c, y, x))

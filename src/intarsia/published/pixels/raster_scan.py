@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -12,10 +12,12 @@ from ...analysis.sums import principal_axes
 from ...arrays import Int16, Int64, Mask, Pair
 from ...blend import Blend
 from ...canvas import Canvas
+from ...draws import below, draw_many
 from ...errors import MethodError
 from ...exemplar import Exemplars
 from ...kernels import kd_tree
 from ...kernels.kd_tree import LEAF, Tree
+from ...lazy import ndimage
 from ...params import words
 from ...patches.growing_map import GrowingMap
 from ...search.posed import posed_exemplars
@@ -107,19 +109,12 @@ def pyramid(given: Sequence[PixelPlanes], levels: int) -> list[list[PixelPlanes]
 
 def _halved(one: PixelPlanes) -> PixelPlanes:
     """Reduce by two with weights 1 3 3 1 in whole numbers; what sees an unusable pixel is unusable."""
-    height, width = one.usable.shape
-    odd = (height % 2, width % 2)
-    planes = np.pad(one.planes, ((0, 0), (0, odd[0]), (0, odd[1])), mode="edge").astype(np.int64)
-    usable = np.pad(one.usable, ((0, odd[0]), (0, odd[1])), mode="edge")
-    mode: Any = "wrap" if one.toroidal else "edge"
-    planes, usable = np.pad(planes, ((0, 0), (1, 1), (1, 1)), mode=mode), np.pad(usable, 1, mode=mode)
-    rows = [planes[:, k : k + height + odd[0] : 2] for k in range(4)]
-    planes = rows[0] + 3 * rows[1] + 3 * rows[2] + rows[3]
-    columns = [planes[:, :, k : k + width + odd[1] : 2] for k in range(4)]
-    planes = columns[0] + 3 * columns[1] + 3 * columns[2] + columns[3]
-    usable = np.logical_and.reduce([usable[k : k + height + odd[0] : 2] for k in range(4)])
-    usable = np.logical_and.reduce([usable[:, k : k + width + odd[1] : 2] for k in range(4)])
-    return PixelPlanes(np.asarray((planes + 32) >> 6).astype(np.int16), usable, one.toroidal)
+    pad, mode = [(0, n % 2) for n in one.usable.shape], cast(Any, "wrap" if one.toroidal else "nearest")
+    planes: Any = np.pad(one.planes, [(0, 0), *pad], mode="edge").astype(np.int64)
+    for axis in (1, 2):
+        planes = ndimage.correlate1d(planes, (1, 3, 3, 1), axis, np.int64, mode, origin=-1)
+    usable = ndimage.minimum_filter(np.pad(one.usable, pad, mode="edge"), 4, mode=mode, origin=-1)[::2, ::2]
+    return PixelPlanes(((planes[:, ::2, ::2] + 32) >> 6).astype(np.int16), usable, one.toroidal)
 
 
 class Scan:
@@ -256,9 +251,10 @@ class Scan:
     def _noise(self, shape: tuple[int, ...]) -> PixelPlanes:
         """White noise as large as the torus, over the range of each channel: read like an exemplar, but never used."""
         every = np.concatenate([one.planes.reshape(len(one.planes), -1) for one in self.pyramid[self.level]], axis=1)
-        planes = np.empty((len(every), *shape), np.int16)
-        low, high = every.min(axis=1).astype(np.int64), every.max(axis=1).astype(np.int64)
-        raster_kernels.white_noise(low, high, np.uint64(self.draws[0]), self.draws[1], planes)
+        planes, places = np.empty((len(every), *shape), np.int16), np.indices(shape).reshape(2, -1).T
+        for c, values in enumerate(every.astype(np.int64)):
+            low, many = int(values.min()), int(np.ptp(values)) + 1
+            planes[c].flat = [low + below(many, bits) for bits in draw_many(*self.draws, 64 + c, places)]
         return PixelPlanes(planes, np.zeros(shape, bool), False)
 
     def _refined(self, shape: tuple[int, ...]) -> tuple[Any, Any]:

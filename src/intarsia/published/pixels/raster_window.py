@@ -11,7 +11,11 @@ from ...params import AUTO, extent, param, words
 
 @dataclass(frozen=True)
 class RasterWindow(MethodBase):
-    """What such methods begin with."""
+    """What such methods begin with.
+
+    `stage`: keeps a method's draws apart from those of others; `widest`: most columns of automatic windows; `at_once`:
+    pixels filled between two looks at the clock.
+    """
 
     window: int | tuple[int, int] | None = param(
         AUTO, "extent", "neighbourhood that is compared: w_e columns, odd, and h_e rows from the pixel up; automatic: "

@@ -31,6 +31,9 @@ class WeiLevoy(RasterWindow):
     paper: ClassVar[str] = "Wei and Levoy 2000; Multrus 2003"
     summary: ClassVar[str] = "pixels row by row, the best fitting of all"
     engine: ClassVar[str] = "intarsia.published.pixels.by_rows"
+    stage: ClassVar[int] = 200020
+    widest: ClassVar[int] = 13
+    at_once: ClassVar[int] = 64
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.SEVERAL})
 
     levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)

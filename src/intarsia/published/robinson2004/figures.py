@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...exemplar import Exemplar
-from ..figures import Figure, Panel, cropped, grown
+from ..figures import Figure, Panel, Way, grown, row
 
 TITLE = "Robinson 2004, An Implementation of the Efros and Freeman Image Quilting Algorithm"
 USUAL = "sample:pebbles"
@@ -13,24 +13,19 @@ SETTINGS = ((26, 4, "concrete"), (42, 7, "brick, pebbles, wood, apples"), (84, 1
             (24, 4, "scales, text, weave"), (48, 8, "water"))  # fmt: skip
 
 
-def quilted(letter: str, exemplar: Exemplar, patch: object, overlap: object) -> Panel:
-    """A panel by quilting, of twice the exemplar's size, of which 160 px are taken."""
-    return grown(letter, cropped(exemplar, 160), None, "raster-quilting", {"patch": patch, "overlap": overlap})
+def quilted(letter: str, patch: object, overlap: object) -> Way:
+    """A panel by quilting, of twice the exemplar's size."""
+    return grown(letter, None, "raster-quilting", {"patch": patch, "overlap": overlap})
 
 
 def pair(patch: int, overlap: int) -> Callable[[Exemplar], list[Panel]]:
-    """Random tiling beside quilting."""
-
-    def panels(exemplar: Exemplar) -> list[Panel]:
-        tiled = grown("b", cropped(exemplar, 160), None, "random-tiling", {"patch": patch})
-        return [tiled, quilted("c", exemplar, patch, overlap)]
-
-    return panels
+    """Random tiling beside quilting, of 160 px of the exemplar."""
+    return row(grown("b", None, "random-tiling", {"patch": patch}), quilted("c", patch, overlap), side=160)
 
 
 def beside(*settings: tuple[object, object]) -> Callable[[Exemplar], list[Panel]]:
     """Quilting with several patches and overlaps."""
-    return lambda e: [quilted(k, e, *s) for k, s in zip("bcd", settings, strict=False)]
+    return row(*(quilted(k, *s) for k, s in zip("bcd", settings, strict=False)), side=160)
 
 
 FIGURES = (

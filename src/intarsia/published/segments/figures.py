@@ -9,7 +9,7 @@ from ...exemplar import Exemplar
 from ...image import Plane
 from ...search.sizes import elements
 from ...tasks.drawings import segment_overlay
-from ..figures import Figure, Panel, given, grown
+from ..figures import Figure, Panel, Way, given, grown
 from .laying import published_segments
 from .segment_based import SegmentBased
 
@@ -26,20 +26,20 @@ def found(exemplar: Exemplar) -> list[Panel]:
     return [given(exemplar), Panel("b", segments.why, Plane(segment_overlay(exemplar, segments)), values, "< 2 s")]
 
 
-def patches(letter: str, exemplar: Exemplar, **more: Any) -> Panel:
+def patches(letter: str, **more: Any) -> Way:
     """A panel of 512 px by segments, with the source's settings but for those that are given."""
-    return grown(letter, exemplar, 512, "segment-based", AS_THERE | more)
+    return grown(letter, 512, "segment-based", AS_THERE | more)
 
 
 def sizes(exemplar: Exemplar) -> list[Panel]:
     """Figure 2: a patch that is too small, and one that is too large."""
     a = published_segments(exemplar, "sum").patch
-    return [given(exemplar), patches("b", exemplar, patch=max(a // 4, 4)), patches("c", exemplar, patch=2 * a)]
+    return [given(exemplar), patches("b", patch=max(a // 4, 4))(exemplar), patches("c", patch=2 * a)(exemplar)]
 
 
 def results(exemplar: Exemplar) -> list[Panel]:
     """Figures 3 and 4: the texture, grown with the sizes that were found."""
-    made = patches("c", exemplar)
+    made = patches("c")(exemplar)
     side, wide = published_segments(exemplar, "sum").patch - 1, 100 * SegmentBased.hits
     share = wide / ((exemplar.height - side) * (exemplar.width - side))
     return [made._replace(values=made.values | {"compared": share})]
