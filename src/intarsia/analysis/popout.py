@@ -23,7 +23,7 @@ import numpy as np
 from ..arrays import Array, Int16, Int32, Mask, Pair
 from ..draws import draw_many
 from . import popout_kernels
-from .sums import FINE, block_sums, factor_for, reduced, running_sums
+from .sums import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
 USUAL = 256  # what the median spot has
 MOST = 16 * USUAL  # and no spot more: as far as that, all are seen at once
@@ -63,8 +63,7 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
     for radius in RADII:
         if ROOM * radius <= min(out.shape):
             np.maximum(out, _at_scale(small, mask, radius, toroidal), out=out)
-    rows, columns = (np.minimum(np.arange(picture.shape[a]) // factor, out.shape[a] - 1) for a in (0, 1))
-    return np.asarray(out[rows[:, None], columns])
+    return enlarged(out, picture.shape, factor)
 
 
 def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
