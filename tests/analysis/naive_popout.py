@@ -6,8 +6,6 @@ import math
 
 import numpy as np
 
-from intarsia.draws import draw
-
 
 def _at(n, length, toroidal):
     """The pixel that stands for one beyond the border: round it, or mirrored."""
@@ -51,10 +49,8 @@ def looks(picture, usable, radius, toroidal):
     return np.moveaxis(np.array([*means, spread], np.int64), 0, 2), np.array(share, np.int64)
 
 
-def relative(spots, at, apart, size):
-    """How far the k-th nearest reference is from every spot, 256 = the median of all; none is nearer than `apart`."""
-    order = sorted(range(len(spots)), key=lambda k: draw(0, 1999, 0, int(at[k][0]), int(at[k][1])))[:500]
-    rank = max(3, len(order) * 3 // 200)
+def relative(spots, at, order, apart, size, rank, least):
+    """How far the like of a rank is from every spot, 256 = the median of all; none is nearer than `apart`."""
     far = []
     for k, spot in enumerate(spots):
         found = []
@@ -65,5 +61,5 @@ def relative(spots, at, apart, size):
                 found.append(sum((int(a) - int(b)) ** 2 for a, b in zip(spot, spots[r], strict=True)))
         far.append(math.isqrt(sorted(found)[rank]) if len(found) > rank else -1)
     known = sorted(f for f in far if f >= 0)
-    usual = max(known[len(known) // 2], 8) if known else 1
-    return [min((256 * f + usual // 2) // usual, 4096) if f >= 0 else 256 for f in far]
+    usual = max(known[len(known) // 2], least) if known else 1
+    return [min((256 * max(f, least) + usual // 2) // usual, 4096) if f >= 0 else 256 for f in far]

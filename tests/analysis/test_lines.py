@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.analysis.features import course_lines, features
+from intarsia.analysis.features import course_lines, features, variance_of
 from intarsia.analysis.oriented import HALF, Lines, from_middle
-from intarsia.analysis.stretched import variance_of
 from intarsia.exemplar import Exemplar
 from intarsia.kernels.paths import surest_line
 

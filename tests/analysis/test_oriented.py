@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from intarsia.analysis.features import OUTLINES, features
+from intarsia.analysis.features import OUTLINES, RANGE, features, variance_of
 from intarsia.analysis.oriented import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
-from intarsia.analysis.stretched import RANGE, variance_of
 from intarsia.exemplar import Exemplar
 
 

@@ -28,8 +28,9 @@ def test_spots_are_measured_as_by_the_twin(seed, masked, toroidal, radius):
     at = np.argwhere(share >= 2048)[::2]
     spots = rng.integers(-200, 200, (len(at), 3))
     size = (17, 21) if toroidal else (0, 0)
-    far = module._relative(spots, at, 4, size)
-    assert far.tolist() == naive_popout.relative(spots.tolist(), at.tolist(), 4, size)
+    others = rng.permutation(len(at))[: 1 + seed]
+    far = module._relative(spots, at, others, 4, size, 3, 8)
+    assert far.tolist() == naive_popout.relative(spots.tolist(), at.tolist(), others.tolist(), 4, size, 3, 8)
 
 
 def test_spread_is_the_same_in_all_directions():

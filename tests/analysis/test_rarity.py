@@ -1,11 +1,14 @@
 """Rarity: what stands out is found, what is common or cannot be judged is 256, sums are exact."""
 
+import math
+
 import numpy as np
 import pytest
 from torture import TORTURE
 
 from intarsia.analysis.features import features
-from intarsia.analysis.rarity import COMMON, MOST, _apart, _distances, rarity
+from intarsia.analysis.popout import MOST_RARE, USUAL, rarity
+from intarsia.analysis.popout_kernels import likes_away
 from intarsia.exemplar import Exemplar
 
 
@@ -23,15 +26,15 @@ def over(grid, step, patch, y, x):
 def test_a_red_cluster_is_striking():
     for patch in (16, 24, 32):
         grid, step = rarity(of("red_cluster"), patch)
-        assert np.median(grid) == COMMON
-        assert np.median(over(grid, step, patch, 85, 85)) >= 2 * COMMON
+        assert np.median(grid) == USUAL
+        assert np.median(over(grid, step, patch, 85, 85)) >= 2 * USUAL
         far = grid[: 40 // step, : 40 // step]
-        assert far.max() < 2 * COMMON
+        assert far.max() < 2 * USUAL
 
 
 def test_the_knot_is_striking():
     grid, step = rarity(of("wood_knot"), 32)
-    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * COMMON
+    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * USUAL
 
 
 def test_a_pair_of_equals_stays_striking():
@@ -39,7 +42,7 @@ def test_a_pair_of_equals_stays_striking():
     picture[20:30, 20:30] = picture[90:100, 84:94] = (1000, 0, 0)
     grid, step = rarity(picture, 24)
     for y, x in ((25, 25), (95, 89)):
-        assert over(grid, step, 24, y, x).max() == MOST
+        assert over(grid, step, 24, y, x).max() == MOST_RARE
 
 
 def test_a_thing_beside_its_exact_copy_stays_striking():
@@ -50,21 +53,21 @@ def test_a_thing_beside_its_exact_copy_stays_striking():
     grid, step = rarity(picture, 24)
     assert 72 % step == 80 % step == 4 % step == 0
     for y, x in ((12, 12), (80, 88)):
-        assert grid[y // step, x // step] >= 2 * COMMON
+        assert grid[y // step, x // step] >= 2 * USUAL
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (8, 8), (30, 40), (200, 150), (600, 700)])
 def test_a_uniform_exemplar_is_common_everywhere(shape):
     grid, step = rarity(np.full((*shape, 3), 512, np.int16), 16)
     assert grid.dtype == np.int32
-    assert (grid == COMMON).all()
+    assert (grid == USUAL).all()
     assert step >= 1
 
 
 def test_differences_that_nobody_sees_do_not_count():
     faint = np.full((128, 128, 3), 512, np.int16)
     faint += np.random.default_rng(0).integers(0, 2, faint.shape).astype(np.int16)
-    assert (rarity(faint, 32)[0] == COMMON).all()
+    assert (rarity(faint, 32)[0] == USUAL).all()
 
 
 @pytest.mark.parametrize("name", TORTURE)
@@ -76,7 +79,7 @@ def test_every_exemplar_has_an_answer(name, patch):
     used = min(patch, *picture.shape[:2])
     assert grid.shape == tuple(-(-(n - used + 1) // step) for n in picture.shape[:2])
     assert grid.min() >= 0
-    assert grid.max() <= MOST
+    assert grid.max() <= MOST_RARE
     assert np.array_equal(grid, rarity(picture, patch)[0])
     assert np.array_equal(picture, before)
 
@@ -94,25 +97,19 @@ def test_the_grid_has_some_hundred_patches_inside_the_exemplar(height, width, pa
 
 def test_few_patches_are_common():
     picture = np.random.default_rng(0).integers(0, 1023, (64, 64, 3)).astype(np.int16)
-    assert (rarity(picture, 62)[0] == COMMON).all()
+    assert (rarity(picture, 62)[0] == USUAL).all()
     assert rarity(picture, 62)[0].shape == (3, 3)
-    assert (rarity(picture, 60)[0] == COMMON).all()  # 25 patches, all of which overlap
+    assert (rarity(picture, 60)[0] == USUAL).all()  # 25 patches, all of which overlap
 
 
 def test_distances_are_exact_at_the_extremes():
     rng = np.random.default_rng(5)
     looks = rng.integers(-16 * 32768, 16 * 32767, (40, 16 * 64))
     looks[0], looks[1] = 16 * 32767, -16 * 32768
-    plain = ((looks[:, None] - looks[None]) ** 2).sum(axis=2)
-    assert np.array_equal(_distances(looks).astype(np.int64), plain)
-
-
-def test_patches_apart_lie_half_a_patch_or_more_away():
-    apart = _apart((3, 4), 5, 10)
-    y, x = (v.ravel() * 5 for v in np.mgrid[:3, :4])
-    for i in range(12):
-        for j in range(12):
-            assert apart[i, j] == (max(abs(y[i] - y[j]), abs(x[i] - x[j])) >= 5)
+    at, far = np.argwhere(np.ones((40, 1))), np.empty(40, np.int64)
+    likes_away(looks.astype(np.float64), at, looks.T.astype(np.float64), at, 1, (0, 0), 38, far)
+    plain = ((looks[:, None] - looks[None]) ** 2).sum(axis=2).max(axis=1)
+    assert far.tolist() == [math.isqrt(int(n)) for n in plain]
 
 
 def test_one_plain_way_to_the_same_numbers():

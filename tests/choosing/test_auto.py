@@ -18,7 +18,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
-from intarsia.choosing.facts import BOUNDS, Facts, _lattice_tie, _tie, measurements
+from intarsia.choosing.facts import JOINTED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli.app import cli
@@ -129,7 +129,7 @@ class TestRules:
     def test_blocks_lead_where_joints_part_them_or_patches_cannot_be_laid(self) -> None:
         clear = choice_of(tiles())
         assert (clear.rule, clear.method.slug) == ("periods", "near-regular")
-        assert clear.facts.joints < BOUNDS.joints < choice_of(picture("brick_colours")).facts.joints
+        assert clear.facts.joints < JOINTED < choice_of(picture("brick_colours")).facts.joints
         for canvas in (ia.Canvas(256, 256, "both"), ia.Canvas(4097, 4096)):
             assert choice_of(picture("brick_colours"), canvas).rule == "periods"
 

@@ -19,7 +19,7 @@ from intarsia.files import read_plane, read_recipe, recipe_path
 from intarsia.geometry import Box
 from intarsia.giant import exports, zarrays
 from intarsia.giant.picture import Cell, Store
-from intarsia.giant.stream import STORES, store_of, stream
+from intarsia.giant.stream import STORES, stream
 from intarsia.testing import as_depth, texture
 
 DEPTHS = (("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3))
@@ -53,7 +53,7 @@ class StorePromises:
 
     def make(self, picture: ia.Weave, path: Path, force: bool = False) -> Store:
         """Plan a store of a picture at a place; ParameterError where it cannot hold such pixels."""
-        return store_of(self.kind, picture, path, self.sides, self.origin, self.side, force)
+        return STORES[self.kind][0].of(picture, path, self.sides, self.origin, self.side, force)
 
     def read(self, path: Path) -> Any:
         """Read the pixels of a store that is whole, by other means than its own."""
@@ -358,9 +358,9 @@ class TestPicture(ExportPromises):
             with pytest.raises(ParameterError, match=re.escape(f"o.{ending}: {words}")):
                 self.make(endless(0, dtype, channels), tmp_path / f"o.{ending}")
         with pytest.raises(ParameterError, match=r"at most 1000000 px a side, not 1000001x1; name a \.zarr"):
-            store_of(self.kind, endless(), tmp_path / "o.png", (1, 1_000_001), self.origin, None, False)
+            STORES[self.kind][0].of(endless(), tmp_path / "o.png", (1, 1_000_001), self.origin, None, False)
         with pytest.raises(ParameterError, match=r"a picture in one piece has no chunks; drop --chunk"):
-            store_of(self.kind, endless(), tmp_path / "o.png", self.sides, self.origin, 32, False)
+            STORES[self.kind][0].of(endless(), tmp_path / "o.png", self.sides, self.origin, 32, False)
 
 
 def test_every_kind_of_store_is_under_contract() -> None:

@@ -15,7 +15,7 @@ import intarsia as ia
 from intarsia.errors import InputError, IntarsiaError, ParameterError
 from intarsia.giant import exports, zarrays
 from intarsia.giant.picture import Results
-from intarsia.giant.stream import store_of, stream
+from intarsia.giant.stream import STORES, stream
 from intarsia.testing import texture
 
 
@@ -31,7 +31,7 @@ def cut(monkeypatch: pytest.MonkeyPatch) -> None:
 def drawn(path: Path, force: bool = False, seed: int = 5, how: str = "zarr", stop: int | None = None) -> int:
     """Weave, or as many cells as a stop leaves time for, and return how many were drawn."""
     woven = ia.weave(texture(80, 77, 3, 1), SMALL, seed)
-    store, counted = store_of(how, woven, path, (170, 150), (3, -8), 32, force), list[int]()
+    store, counted = STORES[how][0].of(woven, path, (170, 150), (3, -8), 32, force), list[int]()
     fill = store.fill
 
     def some(results: Results) -> Results:

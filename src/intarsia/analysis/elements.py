@@ -10,7 +10,6 @@ Source: no paper; our own rule, chosen by eye and by measurement on 12 photograp
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import dctn, idctn
@@ -26,19 +25,14 @@ GRAIN = 100_000  # correlation steps per 1, above rounding errors of FFTs; halve
 LEAST_SHARE = 1 / 32  # of all pairs of px, that a lag of a masked exemplar must compare; 0 to 1/16: the same on 92
 
 
-class Looked(NamedTuple):
-    """How the size is read. Halved and doubled on 92 textures: sizes that differ by a tenth, and other rules."""
-
-    low: float = 0.1  # a dip counts below this; halved: 10 sizes and 2 rules, doubled: 8 and 1; at 0 34 and 6
-    limit: float = 0.4  # of the short side, so that patches can vary their choice; halved: 59 and 12, doubled: 12 and 0
-    large: float = 0.75  # quantile of directions, so that long stones count; halved: 68 and 3, 1: 55 and 2
-    light: float = 0.25  # of the short side, sigma: wider is light; halved: 14 and 5, doubled: 3 and 2
-    smooth: float = 1.5  # px, sigma over lags; halved: 13 and 4, doubled: 27 and 2
-    unseen: float = 0.5  # of the short side: what shows no dip is as large; halved: 8 and 0, doubled: the same
-    noise: float = 0.1  # of the largest deviation: a channel of less is not lifted; 0 to 0.2: one size, 0.5: 14
-
-
-LOOKED = Looked()
+# How the size is read. Halved and doubled on 92 textures: sizes that differ by a tenth, and other rules.
+LOW = 0.1  # a dip counts below this; halved: 10 sizes and 2 rules, doubled: 8 and 1; at 0 34 and 6
+LIMIT = 0.4  # of the short side, so that patches can vary their choice; halved: 59 and 12, doubled: 12 and 0
+LARGE = 0.75  # quantile of directions, so that long stones count; halved: 68 and 3, 1: 55 and 2
+LIGHT = 0.25  # of the short side, sigma: wider is light; halved: 14 and 5, doubled: 3 and 2
+SMOOTH = 1.5  # px, sigma over lags; halved: 13 and 4, doubled: 27 and 2
+UNSEEN = 0.5  # of the short side: what shows no dip is as large; halved: 8 and 0, doubled: the same
+NOISE = 0.1  # of the largest deviation: a channel of less is not lifted; 0 to 0.2: one size, 0.5: 14
 
 
 @dataclass(frozen=True)
@@ -97,15 +91,15 @@ def element_size(features: Int16, usable: Mask | None = None) -> ElementSize:
     if component is None:
         return _guess(short)
     side = min(component.shape)
-    correlation = _autocorrelation(_band_pass(component, weight, LOOKED.light * side), weight, side // 2)
+    correlation = _autocorrelation(_band_pass(component, weight, LIGHT * side), weight, side // 2)
     if correlation is None:
         return _guess(short)
     lags = [lag * factor for lag in _first_dips(correlation)]
-    sizes = np.array([2.0 * lag if lag else LOOKED.unseen * short for lag in lags])
-    limit = max(1, int(LOOKED.limit * short))
+    sizes = np.array([2.0 * lag if lag else UNSEEN * short for lag in lags])
+    limit = max(1, int(LIMIT * short))
     third = DIRECTIONS // 2
     width, height = np.median(sizes[[-1, 0, 1]]), np.median(sizes[[third - 1, third, third + 1]])
-    size = np.quantile(sizes, LOOKED.large)
+    size = np.quantile(sizes, LARGE)
     height, width, size = (min(limit, max(1, int(v + 0.5))) for v in (height, width, size))
     return ElementSize(height, width, size, tuple(lags), sum(lag > 0 for lag in lags), factor)
 
@@ -143,7 +137,7 @@ def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
     deviation = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     if deviation.max() ** 2 < 0.25 / n:  # less than one px that differs by 1
         return None
-    deviation = np.maximum(deviation, LOOKED.noise * deviation.max())
+    deviation = np.maximum(deviation, NOISE * deviation.max())
     correlation = covariance / np.outer(deviation, deviation)
     vector = principal_axes(correlation, 1)[1][0]
     component: Floats = np.rint((colours.astype(np.float64) - mean) @ (vector / deviation) * CONTRAST)
@@ -181,7 +175,7 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
         return None
     few = pairs < LEAST_SHARE * pairs[reach, reach]
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, LOOKED.smooth))
+    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, SMOOTH))
     return smooth
 
 
@@ -201,6 +195,6 @@ def _first_dips(correlation: Floats) -> list[int]:
     lag = np.arange(reach + 1)
     profile = np.rint(GRAIN * _between(correlation, reach + np.sin(angle) * lag, reach + np.cos(angle) * lag))
     # A profile starts high: where it first rises again from a low value, there it has its first low minimum.
-    dip = (profile[:, :-1] < LOOKED.low * GRAIN) & (profile[:, 1:] > profile[:, :-1])
+    dip = (profile[:, :-1] < LOW * GRAIN) & (profile[:, 1:] > profile[:, :-1])
     dip[:, 0] = False  # lag 0 is the pattern on itself: the smoothing pulls it down for one-pixel patterns
     return [int(np.argmax(row)) for row in dip]

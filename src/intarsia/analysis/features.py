@@ -2,25 +2,163 @@
 
 Matching never touches the pixels themselves: 8-bit, 16-bit and float planes of equal content give the same
 features, and so the same map (law 13). All steps are integer arithmetic, or single IEEE operations.
+
+Numbers have one unit for all exemplars, and what lies far off is cut: heights may be metres, millimetres or shares, and
+hold a hole of -1e30, and what the rest looks like must still be seen. No 8-bit picture is ever cut.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from ..arrays import Array, Int16, Int32, UInt8
-from ..errors import InputError
-from ..exemplar import Exemplar, Exemplars
+from ..arrays import Array, Int16, Int32, Mask, Pair, UInt8
+from ..errors import InputError, ParameterError
+from ..exemplar import Exemplar, Exemplars, resized
 from ..geometry import ISOMETRIES
-from ..image import Kind
+from ..image import Kind, Plane
+from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
 from .oriented import HALF, Lines, Outlines, from_middle, lines_of, outline_distance, outlines_of
-from .stretched import RANGE, at_base_size, counted, labels_of, stretched, times, values_of, variance_of, weighted
-from .sums import moving_sums
+from .sums import block_sums, moving_sums, spreads
+
+MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
+
+
+def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
+    """Return planes of one name as whole numbers (H, W, C) that can be compared, and what 0 is in them.
+
+    Floats are counted in units of their own size, taken from their usable pixels (masks are those of the base, and
+    may be a multiple or fraction of a plane's size). Where they hold nothing but whole codes of 16 bits within 0 to 1,
+    those are returned, as for integers.
+    """
+    if not any(map(has_own_unit, planes)):
+        return [code_values(p) for p in planes], 0
+    masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
+    colours = planes[0].channels - planes[0].alpha
+    seen = [code_shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
+    if not any(s.size for s in seen):
+        return [code_values(p) for p in planes], 0
+    unit = Unit.of(np.concatenate([s.ravel() for s in seen]))
+    if not unit.origin and -16 <= unit.exponent <= 0:
+        codes = [WHITE.count(s) for s in seen]
+        if all((unit.count(s) == c << unit.bits - unit.exponent).all() for s, c in zip(seen, codes, strict=True)):
+            unit = WHITE
+    return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
+
+
+def ends(values: Sequence[Array]) -> Pair:
+    """Return least and greatest of whole numbers, or less where a few of them lie very far from the rest.
+
+    Where they span over 256 times what is left without one of a thousand at either end, that range is returned,
+    widened by itself on both sides.
+    """
+    low, high = min(int(v.min()) for v in values), max(int(v.max()) for v in values)
+    if high - low <= MOST_SPREAD:
+        return low, high
+    least, most = map(int, inner_range(np.concatenate([v.ravel() for v in values])))
+    within = most - least
+    if 0 < within * MOST_SPREAD < high - low:
+        return max(low, least - within), min(high, most + within)
+    return low, high
+
+
+RANGE = 1023
+LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
+MAX_LABELS = 16
+FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
+
+
+def labels_of(planes: list[Plane]) -> Int32 | None:
+    """The labels that occur, if they are few enough for a channel each."""
+    if planes[0].kind is not Kind.LABEL or planes[0].channels > 1:
+        return None
+    names = np.unique(np.concatenate([np.unique(code_values(p)) for p in planes]))
+    return names if len(names) <= MAX_LABELS else None
+
+
+def values_of(codes: Int32, plane: Plane, labels: Int32 | None = None) -> Int32:
+    """Code values of a plane, colour under transparency taken away, few labels as one channel each."""
+    if labels is not None:
+        return np.asarray(codes == labels, dtype=np.int32) * 65535
+    if plane.alpha:
+        alpha = codes[:, :, -1:].astype(np.int64)
+        premultiplied = codes[:, :, :-1] * alpha // 65535
+        return np.concatenate([premultiplied, alpha], axis=2).astype(np.int32)
+    return codes
+
+
+def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
+    s = values.shape[0] // exemplar.height
+    if s > 1:
+        return np.asarray(block_sums(values, s) // (s * s), np.int32)
+    s = exemplar.height // values.shape[0]
+    return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
+
+
+def stretched(
+    values: list[Int32], exemplars: Exemplars, plane: Plane, zero: int
+) -> tuple[list[Int32], Int32, bool]:
+    """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
+
+    Returns the pictures, what a pixel of value 0, counted as `zero`, becomes (1, 1, C), and True for a normal map.
+    """
+    black = np.zeros((1, 1, values[0].shape[2]), np.int32)
+    usable = [v[e.free] for v, e in zip(values, exemplars, strict=True) if e.free.any()]
+    low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
+    if plane.kind is Kind.NORMAL:
+        middle = 0 if low < 0 else 65535  # twice the value of a zero component
+        span = 131070 if low < 0 else 65535
+        twice = [2 * v.astype(np.int64) - middle for v in values]
+        if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` reckons with
+            for v in twice:
+                v[..., 1] *= -1
+        signed = [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice]
+        return signed, black, True
+    if plane.kind is not Kind.LABEL:
+        low, high = ends(usable)
+    span = max(high - low, 1)
+    shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
+    if plane.kind is not Kind.LABEL:
+        black += min(max(((zero - low) * 2 * RANGE + span) // (2 * span), -FARTHEST), FARTHEST)
+    return [np.asarray((v * (2 * RANGE) + span) // (2 * span), np.int32) for v in shifted], black, False
+
+
+def weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | None) -> list[Int32]:
+    if plane.kind is Kind.LABEL:
+        return values
+    factors = [math.sqrt(share) for share in channel_shares(plane, weights, values[0].shape[2])]
+    return [np.stack([times(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
+
+
+def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) -> list[float]:
+    """Return how much each of `count` channels of a base plane counts, 1 for those that count most.
+
+    A single weight is that of all colours."""
+    colours = plane.channels - plane.alpha
+    if weights is None:
+        weights = LUMINANCE if colours == 3 and plane.kind is Kind.COLOUR else (1.0,) * colours
+    if len(weights) == 1:
+        weights *= colours
+    if len(weights) not in (colours, count):
+        raise ParameterError(f"channel_weights: {len(weights)} numbers for {count} channels; give {colours} of them.")
+    weights = (*weights, max(weights))[:count]
+    return [w / max(weights) for w in weights]
+
+
+def times(values: Int32, factor: float) -> Int32:
+    scale = round(factor * 65536)
+    return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)
+
+
+def variance_of(values: Sequence[Array], exemplars: Exemplars) -> float:
+    """Sum of the channels' variances; integer sums, so the same on every machine."""
+    flat = np.concatenate([v[e.free] for v, e in zip(values, exemplars, strict=True)])
+    return float(sum(spreads(flat))) / len(flat) ** 2
+
 
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
 MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
@@ -160,12 +298,23 @@ def _with_courses(feats: Features, exemplars: Exemplars, lines: list[Lines], wei
     """Append the channel of courses to features."""
     each = zip(lines, feats.pictures, exemplars, strict=True)
     far = [from_middle(one, p.shape, e.toroidal)[..., None] for one, p, e in each]
-    own = variance_of([p[..., : feats.base].astype(np.int32) for p in feats.pictures], exemplars)
+    own = variance_of([p[..., : feats.base] for p in feats.pictures], exemplars)
     share = min(weight * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), 2 * RANGE / HALF)
-    pictures = [np.concatenate([p, times(f, share).astype(np.int16)], axis=2)
-                for p, f in zip(feats.pictures, far, strict=True)]  # fmt: skip
-    black, axis = (*feats.black, 0), lines[0].axis
-    return Features(tuple(pictures), feats.normals, black, feats.base, feats.structure + 1, axis)
+    return _appended(
+        feats, [times(f, share) for f in far], (), (0,), structure=feats.structure + 1, courses=lines[0].axis
+    )
+
+
+def _appended(
+    feats: Features, more: list[Int32], normals: tuple[int, ...], black: tuple[int, ...], **facts: int
+) -> Features:
+    """Features with more channels, which are held in their range: their normals, counted from 0, and their black."""
+    pictures = [
+        np.concatenate([p, np.clip(m, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
+        for p, m in zip(feats.pictures, more, strict=True)
+    ]
+    normals = (*feats.normals, *(k + feats.pictures[0].shape[2] for k in normals))
+    return replace(feats, pictures=tuple(pictures), normals=normals, black=feats.black + black, _memo={}, **facts)
 
 
 def _with_structure(feats: Features, plain: Features, exemplars: Exemplars, weight: float) -> Features:
@@ -173,17 +322,15 @@ def _with_structure(feats: Features, plain: Features, exemplars: Exemplars, weig
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
     far = [outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
-    own = variance_of([b.astype(np.int32) for b in base], exemplars)
-    share = min(weight * OUTLINES * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), RANGE / 8)
-    channels = feats.pictures[0].shape[2]
-    pictures = []
-    for picture, distance, colour, e in zip(feats.pictures, far, base, exemplars, strict=True):
-        slow = times(_blurred(colour, e, max(1, min(picture.shape[:2]) // SLOW_REACH)), weight * SLOW)
-        added = np.concatenate([times(distance, share), slow], axis=2)
-        pictures.append(np.concatenate([picture, np.clip(added, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2))
-    normals = tuple(k + channels + 1 for k in plain.normals if k < plain.base)
-    black = (*feats.black, *[0] * (plain.base + 1))
-    return Features(tuple(pictures), (*feats.normals, *normals), black, feats.base, plain.base + 1)
+    share = min(
+        weight * OUTLINES * math.sqrt(variance_of(base, exemplars) / max(variance_of(far, exemplars), 1.0)), RANGE / 8
+    )
+    more = []
+    for distance, colour, e in zip(far, base, exemplars, strict=True):
+        slow = times(_blurred(colour, e, max(1, min(colour.shape[:2]) // SLOW_REACH)), weight * SLOW)
+        more.append(np.concatenate([times(distance, share), slow], axis=2))
+    normals = tuple(k + 1 for k in plain.normals if k < plain.base)
+    return _appended(feats, more, normals, (0,) * (plain.base + 1), structure=plain.base + 1)
 
 
 def _with_context(plain: Features, exemplars: Exemplars, weight: float, radius: int) -> Features:
@@ -192,13 +339,7 @@ def _with_context(plain: Features, exemplars: Exemplars, weight: float, radius: 
     blurred = [_blurred(p, e, radius) for p, e in zip(plain.pictures, exemplars, strict=True)]
     own = contrast(plain, exemplars)
     share = min(math.sqrt(weight * own / max(variance_of(blurred, exemplars), 1.0)), MOST_CONTEXT)
-    pictures = [
-        np.concatenate([p, np.clip(times(b, share), -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
-        for p, b in zip(plain.pictures, blurred, strict=True)
-    ]
-    channels = plain.pictures[0].shape[2]
-    normals = plain.normals + tuple(k + channels for k in plain.normals)
-    return Features(tuple(pictures), normals, plain.black * 2, plain.base)
+    return _appended(plain, [times(b, share) for b in blurred], plain.normals, plain.black)
 
 
 def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
@@ -264,4 +405,4 @@ def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int, float]]:
 
 def contrast(feats: Features, exemplars: Exemplars) -> float:
     """Return how much the exemplars differ from their mean: the sum of the variances of all channels."""
-    return variance_of([p.astype(np.int32) for p in feats.pictures], exemplars)
+    return variance_of(feats.pictures, exemplars)

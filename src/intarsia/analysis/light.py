@@ -19,7 +19,7 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
 from ..rendering.colour import from_linear, to_linear
-from .stretched import LUMINANCE
+from .features import LUMINANCE
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
 ORDER = 2  # of the polynomial: a slope and a vignette; what bends more often is the texture

@@ -18,7 +18,7 @@ them rather than between: wood, bark and cloth have lines anywhere. Paths are fo
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,8 @@ from scipy import fft
 
 from ..arrays import Array, Int16, Int32, Int64, Mask
 from ..kernels.paths import surest_line
-from .sums import block_sums, factor_for
+from ..lazy import ndimage
+from .sums import block_sums, enlarged, factor_for
 
 DIRECTIONS = 12
 ACROSS, ALONG = 1.8, 6.0  # px of a filter, in an exemplar of USUAL px
@@ -64,7 +65,9 @@ def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines
     small = picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
     most, along, mean = _answers(small, toroidal)
     if usable is not None:
-        inside = _inside(usable if factor == 1 else block_sums(usable, factor) == factor * factor, toroidal)
+        # What has nothing unusable within 3 px, whose edge is none of the picture's.
+        beyond = block_sums(usable, factor) < factor * factor
+        inside = ~ndimage.maximum_filter(beyond, 7, mode="wrap" if toroidal else "constant", cval=True)
         most, along, mean = most * inside, along * inside, mean * inside
     return Outlines(np.maximum(most - mean, 0), mean, np.maximum(along - mean, 0), factor)
 
@@ -76,7 +79,7 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
     """
     reach = max(1, round(REACH * min(found.excess.shape)))
     far = _nearest(STRAIGHT * reach * (SURE - found.sure(found.excess)) // SURE, reach, toroidal)
-    return _enlarged(far.astype(np.int64) * found.factor, shape[:2], found.factor)
+    return np.asarray(enlarged(far * found.factor, shape, found.factor), np.int32)
 
 
 def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
@@ -125,43 +128,21 @@ def _filter(number: int, scale: float) -> NDArray[np.complex128]:
     return np.asarray(taps[0] + 1j * taps[1])
 
 
-def _inside(there: Mask, toroidal: bool) -> Mask:
-    """Which pixels have nothing unusable near, whose edge is none of the picture's."""
-    near = 3
-    out = ~there
-    for axis in (0, 1):
-        for _ in range(near):
-            out = out | _shifted(out, axis, 1, toroidal, True) | _shifted(out, axis, -1, toroidal, True)
-    return ~out
-
-
 def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
     """The least of `far` and what the pixels around have, a step farther for every px between."""
     most, far = int(far.max(initial=0)), far.astype(np.int32)
+    (h, w), sides = far.shape, (0, 1, 2)
     for _ in range(steps):
-        rows = [_shifted(far, 0, k, toroidal, most) for k in (1, -1)]
-        straight = [*rows, *(_shifted(far, 1, k, toroidal, most) for k in (1, -1))]
-        slanted = [_shifted(row, 1, k, toroidal, most) for row in rows for k in (1, -1)]
-        nearer = np.minimum(np.minimum.reduce(straight) + STRAIGHT, np.minimum.reduce(slanted) + SLANTED)
+        wide = np.pad(far, 1, "wrap") if toroidal else np.pad(far, 1, constant_values=most)
+        straight, slanted = (
+            np.minimum.reduce([wide[y : y + h, x : x + w] for y in sides for x in sides if (y - x) % 2 == odd])
+            for odd in (1, 0)
+        )  # what is even lies at corners, and is the pixel itself
+        nearer = np.minimum(straight + STRAIGHT, slanted + SLANTED)
         if not (nearer < far).any():
             break
         far = np.minimum(far, nearer)
     return far
-
-
-def _shifted(values: Array, axis: int, by: int, toroidal: bool, beyond: Any) -> Array:
-    out = np.roll(values, by, axis)
-    if not toroidal:
-        np.moveaxis(out, axis, 0)[0 if by > 0 else -1] = beyond
-    return out
-
-
-def _enlarged(values: Array, shape: tuple[int, ...], factor: int) -> Int32:
-    """Every value as a block, the last ones beyond."""
-    if factor > 1:
-        values = values.repeat(factor, axis=0).repeat(factor, axis=1)
-        values = np.pad(values, [(0, n - m) for n, m in zip(shape, values.shape, strict=True)], "edge")
-    return np.asarray(values, np.int32)
 
 
 BEND = SURE  # a line that steps aside by a px loses what a px of the surest outline is worth
@@ -207,10 +188,8 @@ def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines |
     if not courses:
         return None
     best = max(courses, key=lambda lines: lines.clear)
-    at = best.at * found.factor + found.factor // 2
-    at = at.repeat(found.factor, axis=1)
-    at = np.pad(at, ((0, 0), (0, shape[1 - best.axis] - at.shape[1])), "edge")
-    return best._replace(at=np.asarray(at, np.int32))
+    columns = np.minimum(np.arange(shape[1 - best.axis]) // found.factor, best.at.shape[1] - 1)
+    return best._replace(at=best.at[:, columns] * found.factor + found.factor // 2)
 
 
 def from_middle(lines: Lines, shape: tuple[int, ...], toroidal: bool) -> Int32:

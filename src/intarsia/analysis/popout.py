@@ -3,8 +3,15 @@
 A brown leaf on a lawn is seen at once, and is seen each time it returns. The mean colour of a spot, and how much it
 varies around it, are compared with those of spots elsewhere, after both were made equally wide in all directions: a
 spot pops out as far as its nearest likes are away. Rosenholtz ("A simple saliency model predicts a number of motion
-popout phenomena", Vision Research 1999) measures likewise how far off a distribution a feature lies. Rarity
-(`rarity.py`) compares patches cell by cell; there blades of grass hide the leaf.
+popout phenomena", Vision Research 1999) measures likewise how far off a distribution a feature lies.
+
+Whole patches are compared, too, by what is seen of them at a glance: a patch with a brown leaf, a knot or a door stands
+out of a texture, and is rare if nothing else in the exemplar looks like it. That is our remedy for the failing
+repetition control of Multrus 2003 on exemplars with one striking element (patch-based sampling, prevention of
+repetitions); in it blades of grass hide the leaf.
+
+The distance to the k-th nearest neighbour as a measure of being an outlier: Ramaswamy, Rastogi and Shim, "Efficient
+algorithms for mining outliers from large data sets", SIGMOD 2000.
 """
 
 from __future__ import annotations
@@ -16,10 +23,10 @@ import numpy as np
 from ..arrays import Array, Int16, Int32, Mask, Pair
 from ..draws import draw_many
 from . import popout_kernels
-from .sums import FINE, factor_for, reduced
+from .sums import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
 USUAL = 256  # what the median spot has
-MOST = 16 * USUAL
+MOST = 16 * USUAL  # and no spot more: as far as that, all are seen at once
 WORK_SIDE = 384  # px: larger exemplars are looked at on reduced copies
 RADII = 2, 5, 10, 18  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
 ROOM = 8  # a scale needs an exemplar so many times as large
@@ -56,8 +63,7 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
     for radius in RADII:
         if ROOM * radius <= min(out.shape):
             np.maximum(out, _at_scale(small, mask, radius, toroidal), out=out)
-    rows, columns = (np.minimum(np.arange(picture.shape[a]) // factor, out.shape[a] - 1) for a in (0, 1))
-    return np.asarray(out[rows[:, None], columns])
+    return enlarged(out, picture.shape, factor)
 
 
 def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
@@ -98,7 +104,10 @@ def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) 
     if counts.sum() > LEAST_LIKES:
         size = (height, width) if toroidal else (0, 0)
         at = at[counts]
-        spots[counts] = _relative(_widened(every[at[:, 0], at[:, 1]].astype(np.int64)), at, APART * radius, size)
+        chosen = np.argsort(np.array(draw_many(0, STAGE, 0, at), np.uint64), kind="stable")[:REFERENCES]
+        rank = max(LEAST_LIKES, len(chosen) * LIKES[0] // LIKES[1])
+        wide = _widened(every[at[:, 0], at[:, 1]].astype(np.int64))
+        spots[counts] = _relative(wide, at, chosen, APART * radius, size, rank, FIXED // 8)
     rows, columns = (np.clip((2 * (np.arange(n) - begin) + step) // (2 * step), 0, m - 1)
                      for n, m in ((height, len(y)), (width, len(x))))  # fmt: skip
     return spots.reshape(len(y), len(x))[rows[:, None], columns].astype(np.int32)
@@ -128,15 +137,71 @@ def _widened(spots: Array) -> Array:
     return np.rint(out * FIXED).astype(np.int64)
 
 
-def _relative(spots: Array, at: Array, apart: int, size: Pair) -> Array:
-    """How far every spot's likes are, 256 = the median; none is nearer than `apart` px (on a torus of `size`)."""
-    numbers = np.array(draw_many(0, STAGE, 0, at), np.uint64)
-    chosen = np.argsort(numbers, kind="stable")[:REFERENCES]
-    k = max(LEAST_LIKES, len(chosen) * LIKES[0] // LIKES[1])
-    theirs, far = np.ascontiguousarray(spots[chosen].T, np.float64), np.empty(len(spots), np.int64)
-    popout_kernels.likes_away(spots.astype(np.float64), at, theirs, at[chosen], apart, size, k, far)
+def _relative(
+    spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int, least: int, few: int = 1
+) -> Array:
+    """How far the like of a rank, from 0, of every spot (n, C) is, 256 = the median; of `others`, by their numbers.
+
+    None is nearer than `apart` (on a torus of `size`), what is nearer than `least` looks as far, and all are 256 where
+    fewer than `few` have a like.
+    """
+    theirs, far = np.ascontiguousarray(spots[others].T, np.float64), np.empty(len(spots), np.int64)
+    popout_kernels.likes_away(spots.astype(np.float64), at, theirs, at[others], apart, size, rank, far)
     known = far >= 0
-    if not known.any():
+    if known.sum() < few:
         return np.full(len(spots), USUAL, np.int64)
-    usual = max(int(np.sort(far[known])[known.sum() // 2]), FIXED // 8)
-    return np.where(known, np.clip((USUAL * far + usual // 2) // usual, 0, MOST), USUAL)
+    far = np.maximum(far, least)
+    usual = int(np.sort(far[known])[known.sum() // 2])
+    return np.where(known, np.minimum((USUAL * far + usual // 2) // usual, MOST), USUAL)
+
+
+MOST_RARE = 4 * USUAL  # rarities end here: 4 times the median is simply unique
+NEIGHBOURS = 3  # k: the copy beside a repeat, or a pair of knots, must not make either common
+CELLS = 4  # a patch is described by 4 x 4 mean colours: what is seen of it at a glance
+PATCH_SIDE = 512  # px: patches of larger exemplars are looked at on reduced copies
+SAMPLES = 1000  # patches compared: n * n distances take time
+FEW = 16  # fewer patches have no meaningful median
+VISIBLE = 1  # mean colours that differ less, in feature units, look equal: a thousandth of the range
+
+
+def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
+    """Measure how striking the patches of an exemplar are.
+
+    Parameters
+    ----------
+    features : int16 array, shape (H, W, C)
+        Any size; at most 64 channels.
+    patch : int
+        Side of a patch, px. Cut to the short side of the exemplar.
+
+    Returns
+    -------
+    grid : int32 array, shape (ceil((H - patch + 1) / step), ceil((W - patch + 1) / step))
+        ``grid[i, j]`` is the rarity of the patch whose upper left px is (i * step, j * step), in 1/256: 256
+        is as common as the median patch, 512 twice as far from its like, 1024 the most. All are 256 where
+        fewer than 16 patches exist, or all look alike; so is a patch that overlaps too many others.
+    step : int
+        The step of the grid, px: the smallest that gives at most 1000 patches.
+    """
+    height, width = features.shape[:2]
+    patch = min(patch, height, width)
+    room = height - patch + 1, width - patch + 1
+    step = factor = max(1, min(-(-max(height, width) // PATCH_SIDE), patch // CELLS))
+    while -(-room[0] // step) * -(-room[1] // step) > SAMPLES:
+        step += factor
+    shape = -(-room[0] // step), -(-room[1] // step)
+    if shape[0] * shape[1] < FEW:
+        return np.full(shape, USUAL, np.int32), step
+    side, count = patch // factor, min(CELLS, patch // factor)
+    edges = np.arange(count + 1) * side // count
+    rows, columns = (np.arange(n)[:, None] * (step // factor) + edges for n in shape)
+    corners = running_sums(block_sums(features, factor))[rows[:, :, None, None], columns]
+    sums = np.diff(np.diff(corners, axis=1), axis=3).transpose(0, 2, 1, 3, 4)
+    area = factor * factor * np.multiply.outer(np.diff(edges), np.diff(edges))[:, :, None]
+    seen = (FINE * sums // area).reshape(shape[0] * shape[1], -1)  # the mean colours of their cells, in 1/FINE
+    # Others, half a patch away or more along an axis: nearer ones share what they show.
+    found = _relative(
+        seen, 2 * step * np.argwhere(np.ones(shape)), np.arange(len(seen)), patch, (0, 0), NEIGHBOURS - 1,
+        int(FINE * VISIBLE * seen.shape[1] ** 0.5), FEW,
+    )  # fmt: skip
+    return np.minimum(found, MOST_RARE).astype(np.int32).reshape(shape), step

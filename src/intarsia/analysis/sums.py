@@ -43,6 +43,12 @@ def block_sums(picture: Array, factor: int) -> Int64:
     return sums
 
 
+def enlarged(values: Array, shape: tuple[int, ...], factor: int) -> Array:
+    """Make blocks of factor x factor px of numbers, as large as a picture that was reduced; the last ones go on."""
+    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(shape, values.shape, strict=False))
+    return np.asarray(values[rows[:, None], columns])
+
+
 def reduced(features: Int16, usable: Mask | None, factor: int) -> tuple[Int64, Mask | None]:
     """Average blocks of features (H, W, C): colours in 1/16, and which count, those of which half is usable."""
     if factor == 1:

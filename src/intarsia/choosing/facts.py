@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,21 +46,16 @@ COMPARED = 1024  # periods are compared in the middle: so a large exemplar is ju
 SAMPLED = 1 << 18  # px in which colours are counted: a few ms
 
 
-class Signs(NamedTuple):
-    """What is taken for a sign of something; each was halved and doubled on 92 textures (docs/design/012)."""
-
-    names: int = 16  # a picture of so few colours holds names, not light: what palettes of labels and pixel art have
-    equal: int = 9  # neighbours of 10 are equal in such a picture; a definition: names lie in patches
-    partly: float = 0.6  # of the exemplar must repeat by a lattice; 0.4: scales and pavers are cut, 0.9: three are lost
-    loose: float = 1.0  # px (rms) by which points are missed; halved: the same, doubled: scales and pavers are cut
-    rows: int = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
-    hint: float = 0.045  # so much better than what lies between them; halved: the same, doubled: six textures lose it
-    bricks: float = 0.5  # of courses must be whole bricks: of seven textures of courses 0.62 and more, of text 0.28
-    boards: float = 0.7  # coherence of boards: 0.91 and 0.95 of two
-    along: float = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
-
-
-SIGNS = Signs()
+# What is taken for a sign of something; each was halved and doubled on 92 textures (docs/design/012).
+NAMES = 16  # a picture of so few colours holds names, not light: what palettes of labels and pixel art have
+EQUAL = 9  # neighbours of 10 are equal in such a picture; a definition: names lie in patches
+PARTLY = 0.6  # of the exemplar must repeat by a lattice; 0.4: scales and pavers are cut, 0.9: three are lost
+LOOSE = 1.0  # px (rms) by which points are missed; halved: the same, doubled: scales and pavers are cut
+ROWS = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
+HINT = 0.045  # so much better than what lies between them; halved: the same, doubled: six textures lose it
+BRICKS = 0.5  # of courses must be whole bricks: of seven textures of courses 0.62 and more, of text 0.28
+BOARDS = 0.7  # coherence of boards: 0.91 and 0.95 of two
+ALONG = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
 
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
@@ -68,27 +63,20 @@ NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exempl
 CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers of elements and turned halves
 
 
-class Bounds(NamedTuple):
-    """What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one.
-
-    Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
-    """
-
-    equal: float = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
-    fine: int = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
-    few: int = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
-    seen: int = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
-    outlines: float = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
-    joints: float = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
-    spread: float = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
-    striking: float = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
-    rounds: int = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
-    across: float = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
-    periods: float = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
-    side: int = 32  # px, less is told of; halved and doubled: the same
-
-
-BOUNDS = Bounds()
+# What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and
+# doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
+ONE_PICTURE = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
+FINE_GRAIN = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
+FEW = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
+SEEN = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
+OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
+JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
+SPREAD = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
+STRIKING = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
+ROUNDS = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
+ACROSS = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
+PERIODS = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
+LEAST_SIDE = 32  # px, less is told of; halved and doubled: the same
 
 
 def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
@@ -99,7 +87,7 @@ def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
 
 def _loose(found: Lattice) -> bool:
     """Whether elements only lie about where a lattice says: cut from element to element they do not fit."""
-    return found.repeats < SIGNS.partly and found.residual >= SIGNS.loose
+    return found.repeats < PARTLY and found.residual >= LOOSE
 
 
 def _holds_rows(two: Lattice, rows: Lattice) -> bool:
@@ -111,7 +99,7 @@ def _holds_rows(two: Lattice, rows: Lattice) -> bool:
         return False
     ((y, x),) = rows.vectors
     steps = sorted(abs(v * y + u * x) / (y * y + x * x) for v, u in two.vectors)
-    return steps[0] < SIGNS.along and abs(steps[1] - 1) < SIGNS.along
+    return steps[0] < ALONG and abs(steps[1] - 1) < ALONG
 
 
 class Facts:
@@ -148,7 +136,7 @@ class Facts:
         if base.is_float:
             return False
         step = max(1, math.isqrt(self.exemplar.height * self.exemplar.width // SAMPLED))
-        return flat_colours(base.samples[::step, ::step], SIGNS.names, SIGNS.equal)
+        return flat_colours(base.samples[::step, ::step], NAMES, EQUAL)
 
     @cached_property
     def lattices(self) -> Lattices:
@@ -181,8 +169,8 @@ class Facts:
     @property
     def ordered(self) -> bool:
         """Whether its elements lie in rows, or about where a lattice says, but too loosely to grow by it."""
-        rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= SIGNS.rows)
-        loose = self.lattices.accepted is not None or any(one.contrast >= SIGNS.hint for one in rows)
+        rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= ROWS)
+        loose = self.lattices.accepted is not None or any(one.contrast >= HINT for one in rows)
         return self.lattice is None and loose
 
     @cached_property
@@ -270,7 +258,7 @@ class Facts:
     def _laid(self, rows: Lattice) -> bool:
         """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""
         share = wall.brick_share(vectors_of(rows), self.exemplar)
-        return share >= SIGNS.bricks if share else self.structure.coherence >= SIGNS.boards
+        return share >= BRICKS if share else self.structure.coherence >= BOARDS
 
     @cached_property
     def symmetry(self) -> tuple[int, ...]:
@@ -319,7 +307,7 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
     if e.found:
-        across += _tie(f.elements, BOUNDS.few, f"{f.elements:.1f} in all, and fewer than {BOUNDS.few} are few")
+        across += _tie(f.elements, FEW, f"{f.elements:.1f} in all, and fewer than {FEW} are few")
     rows: dict[str, tuple[Any, float, str]] = {
         "lattice": _lattice(f),
         "variation": _variation(f),
@@ -377,9 +365,9 @@ def _tie(value: float, bound: float, said: str) -> str:
 def _lattice_tie(f: Facts) -> str:
     """Whether the lattice is nearly none, or was nearly one: by its confidence, or by how much repeats by it."""
     found = f.lattices.accepted
-    if found is not None and found.kind == "2-D" and found.residual >= SIGNS.loose:
-        partly = f"{found.repeats:.2f} of the exemplar repeats, and {SIGNS.partly} makes a lattice"
-        if said := _tie(found.repeats, SIGNS.partly, partly):
+    if found is not None and found.kind == "2-D" and found.residual >= LOOSE:
+        partly = f"{found.repeats:.2f} of the exemplar repeats, and {PARTLY} makes a lattice"
+        if said := _tie(found.repeats, PARTLY, partly):
             return said
     sure = found or max(f.lattices.ranked, key=lambda one: one.share, default=None)
     return "" if sure is None else _tie(sure.share, 1.0, f"it has {sure.share:.2f} of the confidence that makes one")
@@ -393,9 +381,9 @@ def _variation(f: Facts) -> tuple[Any, float, str]:
 
 
 def _outlines(f: Facts) -> tuple[Any, float, str]:
-    far = abs(f.outlines - BOUNDS.outlines)
-    kept = "joints or lines that must be kept" if f.outlines >= BOUNDS.outlines else "no outline that must be kept"
-    tie = f", but {BOUNDS.outlines} parts the two: nearly a tie" if far < NEAR else ""
+    far = abs(f.outlines - OUTLINED)
+    kept = "joints or lines that must be kept" if f.outlines >= OUTLINED else "no outline that must be kept"
+    tie = f", but {OUTLINED} parts the two: nearly a tie" if far < NEAR else ""
     said = f"along outlines filters answer by {f.outlines:.2f} of the mean more: {kept}{tie}"
     return (round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
 
@@ -419,15 +407,15 @@ def _kind(f: Facts) -> tuple[Any, float, str]:
 def warnings_of(f: Facts) -> tuple[str, ...]:
     """What no method can mend, in sentences that say what to do."""
     out: list[str] = []
-    if f.side < BOUNDS.side:
+    if f.side < LEAST_SIDE:
         out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
     if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
         return tuple(out)
-    if f.side >= BOUNDS.side and f.lattice is not None:
+    if f.side >= LEAST_SIDE and f.lattice is not None:
         longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
-        if f.side < BOUNDS.periods * longest:
+        if f.side < PERIODS * longest:
             out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
-    elif f.side >= BOUNDS.side and f.across < BOUNDS.across:
+    elif f.side >= LEAST_SIDE and f.across < ACROSS:
         out.append(
             f"the exemplar is {f.across:.1f} elements of {f.element.size} px across, so repeats will show; "
             "a larger exemplar varies more."

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..geometry import Wrap
 from ..lattice.lattice import vectors_of
-from .facts import BOUNDS, Facts
+from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, ROUNDS, SEEN, SPREAD, STRIKING, Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
@@ -72,13 +72,13 @@ def _rare(f: Facts) -> dict[str, Any]:
     """How often striking things are shown, where a picture ends, is not vast, and large enough for repeats."""
     canvas = f.canvas
     whole = not canvas.endless and canvas.start is None and canvas.height * canvas.width <= VAST
-    return {"striking": BOUNDS.striking} if whole and f.enlargement >= ENLARGED else {}
+    return {"striking": STRIKING} if whole and f.enlargement >= ENLARGED else {}
 
 
 def _spread(f: Facts) -> dict[str, Any]:
     """The price of repeats, and how often striking things are shown."""
     rare = _rare(f)
-    return {"spread": BOUNDS.spread} | rare if rare else {}
+    return {"spread": SPREAD} | rare if rare else {}
 
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:
@@ -98,7 +98,7 @@ def _in_step(f: Facts) -> bool:
     """
     canvas = f.canvas
     laid = not canvas.endless and canvas.wrap is Wrap.NONE and canvas.height * canvas.width <= VAST
-    if not laid or f.about is None or f.joints <= BOUNDS.joints:
+    if not laid or f.about is None or f.joints <= JOINTED:
         return False
     return f.lattice is not None or f.masonry is None
 
@@ -110,7 +110,7 @@ def _free(f: Facts) -> bool:
 
 def _loose(f: Facts) -> bool:
     """Whether no outline, joint or long line must be kept: pieces of every size would melt them, turned ones break."""
-    return f.outlines < BOUNDS.outlines
+    return f.outlines < OUTLINED
 
 
 def _mixed(f: Facts) -> bool:
@@ -120,9 +120,9 @@ def _mixed(f: Facts) -> bool:
     keep the look, so that no light, no growth and no row has a direction. The analysis grows with the exemplar's area.
     """
     small = f.exemplar.height * f.exemplar.width <= MIXED and _free(f)
-    if not small or f.element.found < BOUNDS.seen or f.ordered or not _loose(f):
+    if not small or f.element.found < SEEN or f.ordered or not _loose(f):
         return False
-    return f.elements < BOUNDS.few or BOUNDS.fine * f.element.size <= f.side or f.keeps(TURNED)
+    return f.elements < FEW or FINE_GRAIN * f.element.size <= f.side or f.keeps(TURNED)
 
 
 def _size(f: Facts) -> str:
@@ -187,8 +187,8 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: ("Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight.",),
     ),
     ChoiceRule(
-        "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {BOUNDS.equal}",
-        lambda f: _two(f) and f.variation < BOUNDS.equal, _lattice, lambda f: (_differ(f), "So one of them is enough."),
+        "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {ONE_PICTURE}",
+        lambda f: _two(f) and f.variation < ONE_PICTURE, _lattice, lambda f: (_differ(f), "So one of them is enough."),
     ),
     ChoiceRule(
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
@@ -211,7 +211,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "mixed", "parallel-controllable", "no lattice, no hint of rows, no outlines, an exemplar of at most 1024 x "
-        f"1024 px, and fewer than {BOUNDS.few} elements, grain of at most 1/{BOUNDS.fine} of the side, or a look that "
+        f"1024 px, and fewer than {FEW} elements, grain of at most 1/{FINE_GRAIN} of the side, or a look that "
         "quarter turns keep",
         _mixed, _spread,
         lambda f: (
@@ -227,7 +227,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
         _free,
-        lambda f: {"whole": BOUNDS.rounds} | _rare(f),
+        lambda f: {"whole": ROUNDS} | _rare(f),
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",

@@ -9,8 +9,8 @@ too often (docs/auto.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..canvas import Canvas
 from ..draws import draw
@@ -78,11 +78,9 @@ def _best(
     best: Trial | None = None
     least = 0.0
     for number, (method, own) in enumerate(tried):
-        step = run.step
-        part = run if step is None else replace(run, step=_part(step, number, len(tried)))
         try:
             resolved = method.resolved(exemplars, canvas)
-            smap = resolved.synthesize(exemplars, canvas, own, part)
+            smap = resolved.synthesize(exemplars, canvas, own, run.part(number, len(tried)))
         except (MethodError, ParameterError) as e:
             if number == 0 or isinstance(e, CancelledError):
                 raise
@@ -96,10 +94,6 @@ def _best(
             best, least = Trial(resolved, own, smap), good + (0 if best else gain)
     assert best is not None
     return best, tuple(scores), tuple(energies)
-
-
-def _part(step: Any, number: int, count: int) -> Any:
-    return lambda done, total, draft: step(number * total + done, count * total, draft)
 
 
 def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Method, int]]:

@@ -12,7 +12,7 @@ from ..disk.limits import check_fits
 from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
 from ..giant.picture import Store, gigabytes
-from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of, store_of
+from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
 from ..giant.texture import Weave, planned_windows, woven
 from ..request.argv import once_more, to_line
 from ..request.request import Request
@@ -81,9 +81,9 @@ class Weaving:
                     f"{width}x{height} px do not suit the plane {name}, {shrink}x smaller; give multiples of {shrink}."
                 )
             h, w, y, x = (n * grow // shrink for n in place)
-            kind = ENDINGS[ending]
-            side = STORES[kind][1] if request.chunk is None else request.chunk
-            stores[name] = store_of(kind, drawn, path, (h, w), (y, x), side, request.force)
+            kind, usual = STORES[ENDINGS[ending]]
+            side = usual if request.chunk is None else request.chunk
+            stores[name] = kind.of(drawn, path, (h, w), (y, x), side, request.force)
             stores[name].look()
         auto = {} if choice is None else as_json(choice, request.explain)
         if choice is not None:

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..analysis.stretched import RANGE
+from ..analysis.features import RANGE
 from ..analysis.sums import nearest, principal_axes, spreads
 from ..arrays import Array
 from ..errors import InputError

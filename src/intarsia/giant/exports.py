@@ -23,7 +23,7 @@ import numpy as np
 
 from ..arrays import Array, Pair
 from ..disk import whole
-from ..disk.whole import check_writable
+from ..disk.whole import PathLike, check_writable
 from ..errors import InputError, ParameterError, ResourceError, printable
 from ..files.encode import MARK, encode, holds_recipe
 from ..files.formats import format_of
@@ -165,7 +165,7 @@ class TiffStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
+        cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, Packer]:
         """Decide on rows of tiles; ParameterError for sides that TIFF does not hold."""
         extra("tifffile")
@@ -221,7 +221,7 @@ class TileStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
+        cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, TilePacker]:
         """Decide on squares of tiles; ParameterError for pixels that PNG does not hold."""
         tile, like = check_side("tile", side, 4096), texture.like
@@ -312,7 +312,7 @@ class HeldStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
+        cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, Packer]:
         """Decide on cells; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
         if side:

@@ -10,7 +10,6 @@ import hashlib
 import importlib
 import json
 import operator
-import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -23,6 +22,7 @@ from ..arguments import called, expect_path, pair, whole
 from ..arrays import Array, Pair
 from ..blend import Blend
 from ..disk.limits import free_memory
+from ..disk.whole import PathLike
 from ..errors import MissingExtraError, ParameterError, ResourceError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
@@ -109,14 +109,6 @@ def box_of(key: Any) -> Box:
     if y1 <= y0 or x1 <= x0:
         raise ParameterError(f"texture[{_said(key)}] is empty; {SLICE} with y0 < y1 and x0 < x1.")
     return Box(y0, x0, y1, x1)
-
-
-def check_near(box: Box) -> None:
-    """Refuse a box too far away to be told from its neighbours."""
-    if min(box.y0, box.x0) < -FARTHEST or max(box.y1, box.x1) > FARTHEST:
-        raise ParameterError(
-            f"rows {box.y0}..{box.y1}, columns {box.x0}..{box.x1} px lie too far away; stay within 2**40 px."
-        )
 
 
 def sides_of(shape: Any) -> Pair:
@@ -259,7 +251,9 @@ class Picture:
         found = Box(
             box.y0 // grow * shrink, box.x0 // grow * shrink, -(-box.y1 // grow) * shrink, -(-box.x1 // grow) * shrink
         )
-        check_near(found)
+        if min(found.y0, found.x0) < -FARTHEST or max(found.y1, found.x1) > FARTHEST:
+            where = f"rows {found.y0}..{found.y1}, columns {found.x0}..{found.x1} px"
+            raise ParameterError(f"{where} lie too far away; stay within 2**40 px.")
         return found
 
     @property
@@ -313,18 +307,20 @@ class Store(ABC):
 
     @classmethod
     def of(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, origin: Any, side: int, force: bool
+        cls, texture: Picture, path: PathLike, sides: Pair, origin: Any, side: int, force: bool
     ) -> Self:
         """Plan a store with chunks or tiles of `side` px; nothing is written yet."""
         expect_path(path)
         first = checked(texture, sides, origin)
         grid, packer = cls.cut(texture, path, sides, side)  # refuses much before functions are asked for all of it
-        return cls(Path(path), texture, first, grid, recipe_of(texture, sides, first), force, packer)
+        recipe = texture.recipe_over(Box(*first, first[0] + sides[0], first[1] + sides[1]))
+        recipe |= {"size": [sides[1], sides[0]], "origin": [first[1], first[0]]}
+        return cls(Path(path), texture, first, grid, recipe, force, packer)
 
     @classmethod
     @abstractmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
+        cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, Packer]:
         """Decide on cells, and on what packs them; ParameterError for what such a store cannot hold."""
 
@@ -354,12 +350,6 @@ class Store(ABC):
 
     def close(self) -> None:  # noqa: B027
         """Let go of all files, and take away what is of no use."""
-
-
-def recipe_of(texture: Picture, sides: Pair, origin: Pair) -> dict[str, Any]:
-    """All that the pixels of a store depend on; functions by what they say over the whole of it."""
-    recipe = texture.recipe_over(Box(*origin, origin[0] + sides[0], origin[1] + sides[1]))
-    return recipe | {"size": [sides[1], sides[0]], "origin": [origin[1], origin[0]]}
 
 
 def checked(texture: Picture, sides: Pair, origin: Any) -> Pair:

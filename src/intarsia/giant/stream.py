@@ -375,10 +375,3 @@ def legible(store: Store) -> Iterator[None]:
             ) from None
         reason = (e.strerror or str(e)).lower()
         raise ResourceError(f"{store.path} cannot be written ({reason}); name another place.") from None
-
-
-def store_of(
-    kind: str, texture: Picture, path: str | os.PathLike[str], sides: Pair, origin: Any, side: int, force: bool
-) -> Store:
-    """Plan a store; nothing is written yet."""
-    return STORES[kind][0].of(texture, path, sides, origin, side, force)

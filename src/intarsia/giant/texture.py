@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
@@ -11,6 +10,7 @@ from ..arrays import Array, Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD, Auto
+from ..disk.whole import PathLike
 from ..draws import check_seed
 from ..errors import ParameterError
 from ..exemplar import Exemplar
@@ -19,7 +19,7 @@ from ..rendering.render import check_alike
 from ..run import Run, run_of
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
 from .picture import SIDE, Picture, box_of, check_memory, sides_of
-from .stream import ExecutorLike, array_of, store_of, stream
+from .stream import STORES, ExecutorLike, array_of, stream
 
 Sides = int | Pair
 
@@ -70,7 +70,7 @@ class Weave(Picture):
         return array_of(self, sides_of(shape), chunks, origin)
 
     def to_zarr(
-        self, path: str | os.PathLike[str], shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into a zarr array (version 3); what a killed call began is gone on with.
@@ -101,10 +101,10 @@ class Weave(Picture):
         ResourceError
             where the disk is full; the same call later goes on.
         """
-        stream(store_of("zarr", self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
-        self, path: str | os.PathLike[str], shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is whole; else as `to_zarr`.
@@ -112,10 +112,10 @@ class Weave(Picture):
         `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
         replaces what is there.
         """
-        stream(store_of("tiff", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
     def to_tiles(
-        self, path: str | os.PathLike[str], shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
         """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_tiff`.
@@ -123,7 +123,7 @@ class Weave(Picture):
         Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
         pixels mean.
         """
-        stream(store_of("tiles", self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
 
 
 def weave(

@@ -17,6 +17,7 @@ from typing import Any, ClassVar
 
 from ..arrays import Array, Pair
 from ..disk import whole
+from ..disk.whole import PathLike
 from ..errors import InputError, ParameterError
 from ..run import Run
 from .exports import check_place
@@ -79,7 +80,7 @@ class ZarrStore(Store):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: str | os.PathLike[str], sides: Pair, side: int
+        cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, ZarrPacker]:
         """Decide on files of several chunks; MissingExtraError without zarr."""
         extra("zarr")

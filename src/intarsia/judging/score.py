@@ -35,7 +35,6 @@ from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_sid
 from .sources import STEP, Reference, Sources
 from .windows import SIDE, smaller
 
-WORK_SIDE = 512  # px: larger exemplars, and what is grown from them, are looked at on reduced copies
 CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
 WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
 """The least total of each word: nothing that a grader called broken is clean (docs/score.md)."""
@@ -180,7 +179,7 @@ class Known(NamedTuple):
 
 def known_of(pictures: Pictures, exemplars: Exemplars) -> Known:
     """Measure exemplars by the features of their base planes (H, W, C)."""
-    factor = max(factor_for(p.shape, WORK_SIDE) for p in pictures)
+    factor = max(factor_for(p.shape) for p in pictures)  # large ones are looked at reduced
     masks = (e.usable for e in exemplars)
     reference = Reference(
         tuple(np.asarray(smaller(p, factor), np.int16) for p in pictures),

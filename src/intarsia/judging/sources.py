@@ -18,6 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..analysis.sums import spreads
 from ..arrays import Array, Int16, Mask, Pair
 from ..draws import draw
 from ..lattice.candidates import UNIT
@@ -199,11 +200,11 @@ def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
     after = np.s_[rows:, max(columns, 0) : size[1] + min(columns, 0)]
     before = np.s_[: size[0] - rows, max(-columns, 0) : size[1] - max(columns, 0)]
     step = picture[after].astype(np.int64) - picture[before]
-    there = picture.reshape(-1, picture.shape[2]).astype(np.int64)
+    there = picture.reshape(-1, picture.shape[2])
     if usable is not None:
         step, there = step[usable[after] & usable[before]], there[usable.ravel()]
     pairs, n = step.size // step.shape[-1], len(there)
-    spread = sum(n * int((c * c).sum()) - int(c.sum()) ** 2 for c in there.T)
+    spread = sum(spreads(there))
     return int((step * step).sum()) * n * n / (2 * pairs * spread) if pairs and spread else None
 
 

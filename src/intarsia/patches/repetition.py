@@ -26,7 +26,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..analysis.features import Features
-from ..analysis.rarity import rarity
+from ..analysis.popout import rarity
 from ..arrays import Array, Int32, Pair, UInt8
 from ..geometry import ISOMETRIES
 from ..kernels import returns

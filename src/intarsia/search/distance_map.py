@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.features import pose_array
-from ..analysis.stretched import RANGE, channel_shares
+from ..analysis.features import RANGE, channel_shares, pose_array
 from ..arrays import Float32, Pair
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES

@@ -14,8 +14,7 @@ from typing import Any, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
-from ..analysis.features import pose_array
-from ..analysis.stretched import counted, ends
+from ..analysis.features import counted, ends, pose_array
 from ..analysis.sums import running_sums, valid_windows, window_sums
 from ..arrays import Array, Pair
 from ..errors import InputError

@@ -168,11 +168,7 @@ class Findings:
                 "found": self.elements.found,
             },
             "segments": _grouped(self.segments),
-            "light": {
-                "share": round(self.light.share, 3),
-                "factor": round(self.light.factor, 2),
-                "strong": self.light.strong,
-            },
+            "light": _rounded(self.light, share=3, factor=2) | {"strong": self.light.strong},
             "suggested": {
                 "method": self.suggested.method,
                 "parameters": {
@@ -214,23 +210,20 @@ def _as_dict(one: Lattice) -> dict[str, Any]:
         "vectors": [list(v) for v in xy(one)],
         "periods": [round(math.hypot(*v) / UNIT, 2) for v in one.vectors],
         "angles": [round(math.degrees(math.atan2(y, x)), 1) % 360 for y, x in one.vectors],  # 0 to the right, 90 down
-        "confidence": round(one.confidence, 4),
-        "contrast": round(one.contrast, 4),
-        "points": one.points,
-        "residual": round(one.residual, 3),
+        **_rounded(one, confidence=4, contrast=4, points=0, residual=3),
         "reasons": list(one.reasons),
     }
 
 
+def _rounded(found: Any, **places: int) -> dict[str, Any]:
+    """Numbers that were found, to so many places."""
+    return {name: round(getattr(found, name), digits) for name, digits in places.items()}
+
+
 def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
     """How courses slant, converge and bow, and what they are once they are straight."""
-    return {
-        "slant": round(straight.slant, 4),
-        "converging": round(straight.converging, 3),
-        "off": round(straight.off, 2),
-        "vectors": [list(v) for v in xy(lattice)],
-        "confidence": round(lattice.confidence, 4),
-    }
+    vectors = [list(v) for v in xy(lattice)]
+    return _rounded(straight, slant=4, converging=3, off=2) | {"vectors": vectors} | _rounded(lattice, confidence=4)
 
 
 def _grouped(found: Segments) -> dict[str, Any]:
@@ -248,8 +241,7 @@ def _grouped(found: Segments) -> dict[str, Any]:
         "rule": found.rule.value,
         "why": found.why,
         "scale": None if found.scale is None else [round(n, 3) for n in found.scale],
-        "energy": round(found.energy, 4),
-        "support": round(found.support, 4),
+        **_rounded(found, energy=4, support=4),
     }
 
 

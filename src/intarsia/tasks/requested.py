@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Pair
 from ..disk.depth import converted
+from ..disk.whole import PathLike
 from ..errors import InputError, MethodError, ParameterError, printable
 from ..exemplar import Exemplars
 from ..files import read_recipe
@@ -119,7 +119,7 @@ def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = 
         raise InputError(f"its recipe cannot be followed: {e}") from None
 
 
-def recipe_map(path: str | os.PathLike[str], output: Plane, exemplars: Exemplars, run: Run) -> SourceMap:
+def recipe_map(path: PathLike, output: Plane, exemplars: Exemplars, run: Run) -> SourceMap:
     """Return the map of a picture that carries its recipe, made again, where that makes these very pixels.
 
     Raises InputError, which says why there is none.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,14 +46,15 @@ def warm(*methods: str, run: Run | None = None) -> int:
         expect(slug, str, "methods", "names of methods")
         if slug != AUTO_METHOD:
             method_class(slug)
-        works += [_chosen(name) for name in CHOSEN] if slug == AUTO_METHOD else [_by(slug)]
+        works += CHOICES if slug == AUTO_METHOD else [partial(_by, slug)]
     return _do_all(works, run_of(run))
 
 
 def warm_up(run: Run) -> int:
     """Compile for this computer what any method and any kind of pixels run; return how many textures that took."""
-    works = [*map(_chosen, CHOSEN), *map(_by, METHODS), *_kinds_of_pixels(), _healed, _tiled]
-    return _do_all(works, run)
+    kinds = [partial(_pixels, "image-quilting", {"patch": 8}), partial(_pixels, "parallel-controllable", {"angle": 30})]
+    works: list[Work] = [*CHOICES, *(partial(_by, slug) for slug in METHODS), *kinds]
+    return _do_all([*works, _healed, lambda run: tile("sample:stones", run=run)], run)
 
 
 def _do_all(works: list[Work], run: Run) -> int:
@@ -63,26 +65,21 @@ def _do_all(works: list[Work], run: Run) -> int:
     return len(works)
 
 
-def _chosen(name: str) -> Work:
+def _chosen(name: str, run: Run) -> None:
     """Grow a built-in exemplar as it is grown where no method is named."""
-
-    def work(run: Run) -> None:
-        synthesize(f"sample:{name}", LARGE, seed=0, run=run).render(run=run)
-
-    return work
+    synthesize(f"sample:{name}", LARGE, seed=0, run=run).render(run=run)
 
 
-def _by(slug: str) -> Work:
+CHOICES: list[Work] = [partial(_chosen, name) for name in CHOSEN]
+
+
+def _by(slug: str, run: Run) -> None:
     """Grow by a method, with what it decides by itself."""
-
-    def work(run: Run) -> None:
-        exemplar: Any = f"sample:{'tiles' if slug in PERIODIC else 'stones'}"
-        size = LARGE
-        if slug in PIXEL_BY_PIXEL:
-            exemplar, size = _planes()["albedo"], SMALL
-        synthesize(exemplar, size, make(slug, {}), seed=0, run=run).render(run=run)
-
-    return work
+    exemplar: Any = f"sample:{'tiles' if slug in PERIODIC else 'stones'}"
+    size = LARGE
+    if slug in PIXEL_BY_PIXEL:
+        exemplar, size = _planes()["albedo"], SMALL
+    synthesize(exemplar, size, make(slug, {}), seed=0, run=run).render(run=run)
 
 
 def _planes() -> dict[str, Any]:
@@ -105,28 +102,18 @@ def _planes() -> dict[str, Any]:
     }
 
 
-def _kinds_of_pixels() -> Iterator[Work]:
+def _pixels(slug: str, values: dict[str, Any], run: Run) -> None:
     """Draw pixels of every kind: copied, mixed, levelled, and between pixels where the map is turned."""
-    for values in ({"patch": 8}, {"angle": 30}):
-        slug = "image-quilting" if "patch" in values else "parallel-controllable"
-
-        def work(run: Run, slug: str = slug, values: dict[str, Any] = values) -> None:
-            planes = _planes()
-            grown = synthesize(Exemplar.of(planes), SMALL, make(slug, values), wrap="both", run=run)
-            for plane in planes:
-                for feather in (0, 3):
-                    grown.render(plane, feather=feather, run=run)
-                if grown.map.exact:
-                    grown.render(plane, finish=(Levelling(8),), run=run)
-
-        yield work
+    planes = _planes()
+    grown = synthesize(Exemplar.of(planes), SMALL, make(slug, values), wrap="both", run=run)
+    for plane in planes:
+        for feather in (0, 3):
+            grown.render(plane, feather=feather, run=run)
+        if grown.map.exact:
+            grown.render(plane, finish=(Levelling(8),), run=run)
 
 
 def _healed(run: Run) -> None:
     hole = np.zeros((SMALL, SMALL), bool)
     hole[16:28, 16:28] = True
     heal(_planes()["albedo"], hole, run=run)
-
-
-def _tiled(run: Run) -> None:
-    tile("sample:stones", run=run)
