@@ -22,7 +22,7 @@ from ..exemplar import Exemplar, Exemplars
 from ..geometry import widened
 from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
-from ..patches.growth import Pick
+from ..patches.growing_map import Pick
 from ..run import Run
 from ..seams.graphcut import Box, Cut
 from ..seams.whole import MUST, RING, RULE, Elements, Mending

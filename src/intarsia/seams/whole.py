@@ -27,7 +27,7 @@ from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
 from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
-from ..patches.growth import Pick
+from ..patches.growing_map import Pick
 from ..run import Run
 from ..search.posed import PosedExemplars
 from ..segments.wholes import Wholes, wholes
@@ -176,6 +176,10 @@ class Mending:
 
     def cover(self, run: Run) -> int:
         """Cover every damaged body once; returns how many patches were laid."""
+
+        def promised(candidate: Candidate) -> float:
+            return self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
+
         self.number()
         laid = 0
         bodies = self._damaged()
@@ -185,11 +189,7 @@ class Mending:
             room = len(self.shown.area) - self.count > len(self.elements.all)
             if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
                 continue  # covered in part since, or no room
-            best, least = None, 0.0
-            for candidate in self._candidates(body, box, mine):
-                price = self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
-                if price < least or best is None:
-                    best, least = candidate, price
+            best = min(self._candidates(body, box, mine), key=promised, default=None)
             if best is not None:
                 cut = self._cut(best, 1)
                 if self._price(best, cut, 1) < 0:
