@@ -12,7 +12,6 @@ is this project's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -63,13 +62,6 @@ class Show(NamedTuple):
         return 2 * (max(self.box[2:]) + COUNTING.around)
 
 
-def asked_for(share: float, exemplars: Exemplars, canvas: Canvas) -> int:
-    """How often a thing may be shown: as area asks, times `share`; at least once where that is not 0."""
-    pixels = sum(int(e.free.sum()) for e in exemplars)
-    asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
-    return max(asked, 1) if share else 0
-
-
 class Staying(NamedTuple):
     """Which showings of a thing stay on a canvas (height, width) that wraps (y, x), so many of them at most."""
 
@@ -116,7 +108,9 @@ class Often:
             self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
             areas.append(mine.areas)
         self.areas = np.concatenate(areas)
-        self.most = asked_for(share, exemplars, canvas)
+        pixels = sum(int(e.free.sum()) for e in exemplars)
+        asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
+        self.most = max(asked, 1) if share else 0
         self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
         self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
         self.flat = np.concatenate([labels.ravel() for labels in self.labels])
@@ -151,19 +145,14 @@ class Often:
         return part, out
 
     def surplus(self, thing: Array) -> tuple[Array, list[Show]]:
-        """The parts of the canvas, and the showings that are too many."""
+        """The parts of the canvas, and the showings that are too many, thing by thing; what is locked stays."""
         part, shows = self.shown(thing)
-        return part, too_many(shows, self.most, part, self.locked, self.wraps)
-
-
-def too_many(shows: Iterable[Show], most: int, part: Array, locked: Array, wraps: tuple[bool, bool]) -> list[Show]:
-    """Of the showings on a canvas of parts those that are too many, thing by thing; what is locked stays."""
-    fixed, staying = set(np.unique(part[locked]).tolist()), Staying(most, part.shape, wraps)
-    by_thing = dict[int, list[Show]]()
-    for show in shows:
-        by_thing.setdefault(show.thing, []).append(show)
-    stay = {show.part for some in by_thing.values() for show in staying.of(some, fixed)}
-    return [show for number in sorted(by_thing) for show in by_thing[number] if show.part not in stay]
+        fixed, staying = set(np.unique(part[self.locked]).tolist()), Staying(self.most, part.shape, self.wraps)
+        by_thing = dict[int, list[Show]]()
+        for show in shows:
+            by_thing.setdefault(show.thing, []).append(show)
+        stay = {show.part for some in by_thing.values() for show in staying.of(some, fixed)}
+        return part, [show for number in sorted(by_thing) for show in by_thing[number] if show.part not in stay]
 
 
 class Scale(NamedTuple):

@@ -60,7 +60,6 @@ class Elements:
 
     def __init__(self, variants: PosedExemplars, found: list[Wholes]) -> None:
         self.all: list[Element | None] = [None]
-        kin, first = [np.zeros(1, np.int64)], np.cumsum([1, *(len(w.sure) - 1 for w in found)])
         labels, inside, sure, boxes, masks, begin = [], [], [0.0], [], [], 0
         for v in range(len(variants)):
             mine, shape = found[int(variants.exemplar[v])], variants.picture(v).shape[:2]
@@ -81,10 +80,9 @@ class Elements:
                     begin += element.mask.size
                 self.all.append(element)
             sure += mine.sure[1:].tolist()
-            kin.append(int(first[int(variants.exemplar[v])]) + np.arange(len(mine.sure) - 1))
         self.labels, self.inside = np.concatenate(labels).astype(np.int32), np.concatenate(inside)
         every = np.array([0] + [int(e.mask.sum()) for e in self.all if e is not None], np.int64)
-        self.known, self.kin = (every, np.array(sure)), np.concatenate(kin)
+        self.known = every, np.array(sure)
         self.boxes = np.array(boxes, np.int64).reshape(-1, 7)
         self.masks = np.concatenate(masks) if masks else np.zeros(0, bool)
 
