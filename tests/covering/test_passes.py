@@ -9,6 +9,7 @@ import pytest
 from covering.test_striking import spotted
 
 import intarsia as ia
+from intarsia.covering import passes
 from intarsia.exemplar import Exemplar
 from intarsia.testing import looked_up
 
@@ -43,3 +44,14 @@ def test_masked_and_translucent_and_deep_exemplars(goes_over: dict[str, Any]) ->
     alpha = np.dstack([pixels, (pixels[..., 1] > 70) * np.uint8(255)])
     made = ia.synthesize(Exemplar.of(alpha), (180, 180), method, seed=1, run=ONE)
     assert made.render(feather=0).pixels.tobytes() == looked_up(made.exemplars, made.map).tobytes()
+
+
+def test_where_elements_are_known_nothing_is_covered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To cover one of packed stones would fuse two others: with `whole`, striking ones of known outlines are left."""
+    monkeypatch.setattr("intarsia.seams.graphcut.TRIES", 1)
+    few, plain = (ia.Graphcut(patch=24, overlap=10, refinements=2, whole=n, striking=0) for n in (1, 0))
+    covered = [ia.synthesize(spotted(), (180, 180), method, seed=1, run=ONE).map.digest for method in (few, plain)]
+    monkeypatch.setattr(passes, "wholes", lambda e: e)
+    known = [ia.synthesize(spotted(), (180, 180), method, seed=1, run=ONE).map.digest for method in (few, plain)]
+    assert covered == [known[1]] * 2
+    assert known[0] != known[1]

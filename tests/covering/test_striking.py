@@ -223,6 +223,16 @@ def test_those_that_stay_are_those_of_the_plain_twin(seed: int) -> None:
     assert staying.of(shows, fixed) == plain_stay(staying, shows, fixed)
 
 
+def test_what_may_not_go_is_the_one_that_stays() -> None:
+    """Of three showings in a row, of which one may stay, the one in the middle is locked: the others are too many."""
+    thing, locked = np.zeros((90, 300), np.int32), np.zeros((90, 300), bool)
+    for left in (40, 140, 240):
+        thing[40:50, left : left + 12] = 1
+    locked[:, 130:160] = True
+    often = Often(0.01, [Exemplar.of(spotted())], Canvas(90, 300), locked)
+    assert [show.box[1] for show in often.surplus(thing)[1]] == [40, 240]
+
+
 @pytest.mark.parametrize("wrap", list(Wrap))
 def test_a_wave_takes_each_that_is_far_from_those_before(wrap: Wrap) -> None:
     """In their order, as if each were compared with all that are taken, over borders that wrap, too."""

@@ -140,10 +140,10 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
     sewing = sewing_of((Wrap.NONE, Wrap.X)[seed], (0, 1, 5, 6), toroidal, two=not seed)
     scattered(sewing, seed)
     rng, step, (height, width) = np.random.default_rng(seed), 7, sewing.variant.shape
-    rows = np.array([(0, v, *(int(n) for n in rng.integers(0, 24, 2))) for v in (0, 1, 2, 3)], np.int64)
-    box, out = (9, 20, 16, 16), np.empty(4, np.int64)
+    least = -6 if toroidal else 0  # over the border of what goes on
+    rows = np.array([(0, v % 4, *(int(n) for n in rng.integers(least, 24, 2))) for v in range(8)], np.int64)
     look = placement_kernels.Look(0, 0, height, width, step)
-    placement_kernels.repeats(sewing.grown, sewing.pieces, sewing.variants.turns, box, rows, look, -1, out)
+    out = sewing.repeats((9, 20, 16, 16), rows, sewing.samples(look))
     for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
         want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()
         for y, x in product(range(step // 2, height, step), range(step // 2, width, step)):

@@ -273,7 +273,8 @@ def test_repeats_are_counted(seed: int) -> None:
     for part, step, course in zip(parts, (1, 2, 1, 2), (-1, -1, 0, 1), strict=True):
         out, look = np.empty(4, np.int64), placement_kernels.Look(*part, step)
         turns = np.zeros((2, 2, 7), np.int64)  # two exemplars
-        placement_kernels.repeats(scene.shown, scene.pieces, turns, box, rows, look, course, out)
+        samples = placement_kernels.samples_of(scene.shown, scene.pieces.table, look)
+        placement_kernels.repeats(scene.shown, scene.pieces, turns, samples, box, rows, course, out)
         want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), look, course) for row in rows]
         assert out.tolist() == want
 

@@ -31,7 +31,8 @@ from ..guide import Guide
 from ..kernels.cuts import SeamPrice
 from ..lattice.candidates import UNIT
 from ..params import Poses, Steps, Weights
-from ..patches.growth import Growth, PatchSettings, Pick
+from ..patches.growing_map import Pick, picked
+from ..patches.growth import Growth, PatchSettings
 from ..run import Run
 from ..seams import recut_kernels
 from ..seams.graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
@@ -403,8 +404,6 @@ class Repairing(Covering):
         """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
         picks = self.sewing.shown(box)[: TRIES // SHOWN]
         price = self.sewing.priced(box, found)
-        for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist():
-            _, variant, u, s = found.rows[k].tolist()
-            picks.append((variant, u, s))
+        picks += [picked(found, k) for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist()]
         cut = self.sewing.best(box, picks)
         return cut if cut is not None and cut.change < 0 else None

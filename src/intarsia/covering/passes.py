@@ -8,9 +8,9 @@ from ..canvas import Canvas
 from ..exemplar import Exemplars
 from ..methods.base import Method, keeps_lattice, traits
 from ..run import Run
+from ..segments.wholes import wholes
 from ..sourcemap import SourceMap
 from .covering import Laying
-from .exchange import exchanged, known
 from .spreading import spread_out
 from .striking import thinned
 
@@ -27,8 +27,7 @@ def gone_over(
     laying = Laying(its.channel_weights, its.isometries, lattice or (), its.min_repeat_distance, own)
     if "spread" in asked:
         smap = spread_out(asked["spread"], laying, exemplars, canvas, smap, run.part(1, parts))
-    if "striking" in asked:
-        whole = getattr(method, "whole", 0) and known(exemplars)
-        less = exchanged if whole else thinned
-        smap = less(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
+    whole = getattr(method, "whole", 0) and all(wholes(e) is not None for e in exemplars)
+    if "striking" in asked and not whole:  # to cover one of packed elements would fuse two others
+        smap = thinned(asked["striking"], laying, exemplars, canvas, smap, run.part(parts - 1, parts))
     return smap

@@ -30,7 +30,7 @@ from ..canvas import Canvas
 from ..corrections import stack
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
-from ..patches.growth import Pick
+from ..patches.growing_map import Pick
 from ..run import Run
 from ..seams.graphcut import Box, Cut, middle
 from ..seams.worst import WorstSeams

@@ -12,7 +12,6 @@ is this project's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -23,16 +22,16 @@ from ..canvas import Canvas
 from ..exemplar import Exemplars
 from ..geometry import apart
 from ..kernels.pieces_of_maps import boxes_of_parts, parts
-from ..patches.growth import Pick
+from ..patches.growing_map import Pick, picked
 from ..run import Run
-from ..seams import placement_kernels
 from ..seams.graphcut import Box, Cut
+from ..seams.placement_kernels import Samples
 from ..search.candidates import Candidates, Prices
 from ..segments.wholes import things
 from ..sourcemap import HOLE, SourceMap
 from . import striking_kernels as kernels
 from .covering import AT_ONCE, Covering, Laying, kept
-from .striking_kernels import CELL, Looks, Samples
+from .striking_kernels import Looks
 
 
 class Counting(NamedTuple):
@@ -61,13 +60,6 @@ class Show(NamedTuple):
     def window(self) -> int:
         """The side of the smallest window that has it in its middle, px."""
         return 2 * (max(self.box[2:]) + COUNTING.around)
-
-
-def asked_for(share: float, exemplars: Exemplars, canvas: Canvas) -> int:
-    """How often a thing may be shown: as area asks, times `share`; at least once where that is not 0."""
-    pixels = sum(int(e.free.sum()) for e in exemplars)
-    asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
-    return max(asked, 1) if share else 0
 
 
 class Staying(NamedTuple):
@@ -116,7 +108,9 @@ class Often:
             self.labels.append(np.where(mine.labels, mine.labels + sum(map(len, areas)) - 1, 0).astype(np.int32))
             areas.append(mine.areas)
         self.areas = np.concatenate(areas)
-        self.most = asked_for(share, exemplars, canvas)
+        pixels = sum(int(e.free.sum()) for e in exemplars)
+        asked = math.floor(share * canvas.height * canvas.width / max(pixels, 1) + 0.5)
+        self.most = max(asked, 1) if share else 0
         self.begin = np.cumsum([0, *(labels.size for labels in self.labels)])
         self.width = np.array([labels.shape[1] for labels in self.labels], np.int64)
         self.flat = np.concatenate([labels.ravel() for labels in self.labels])
@@ -151,19 +145,14 @@ class Often:
         return part, out
 
     def surplus(self, thing: Array) -> tuple[Array, list[Show]]:
-        """The parts of the canvas, and the showings that are too many."""
+        """The parts of the canvas, and the showings that are too many, thing by thing; what is locked stays."""
         part, shows = self.shown(thing)
-        return part, too_many(shows, self.most, part, self.locked, self.wraps)
-
-
-def too_many(shows: Iterable[Show], most: int, part: Array, locked: Array, wraps: tuple[bool, bool]) -> list[Show]:
-    """Of the showings on a canvas of parts those that are too many, thing by thing; what is locked stays."""
-    fixed, staying = set(np.unique(part[locked]).tolist()), Staying(most, part.shape, wraps)
-    by_thing = dict[int, list[Show]]()
-    for show in shows:
-        by_thing.setdefault(show.thing, []).append(show)
-    stay = {show.part for some in by_thing.values() for show in staying.of(some, fixed)}
-    return [show for number in sorted(by_thing) for show in by_thing[number] if show.part not in stay]
+        fixed, staying = set(np.unique(part[self.locked]).tolist()), Staying(self.most, part.shape, self.wraps)
+        by_thing = dict[int, list[Show]]()
+        for show in shows:
+            by_thing.setdefault(show.thing, []).append(show)
+        stay = {show.part for some in by_thing.values() for show in staying.of(some, fixed)}
+        return part, [show for number in sorted(by_thing) for show in by_thing[number] if show.part not in stay]
 
 
 class Scale(NamedTuple):
@@ -219,7 +208,7 @@ def thinned(
             work = work or Thinning(often, laying, exemplars, canvas, smap, side)
             work.resize(side)
             work.cover(part, shows, run.part(number, len(fit)))
-            part, many = often.surplus(work.things())
+            part, many = often.surplus(often.things(work.growth.map(smap.blend)))
     run.tick(1, 1)
     if work is None:
         return smap
@@ -240,15 +229,11 @@ class Thinning(Covering):
         posed = list(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True))
         self.labels = [pose_array(often.labels[e], pose) for e, pose in posed]
         strikes = np.concatenate([pose_array(often.strikes[e], pose).ravel() for e, pose in posed])
-        frames, cells = np.zeros((2, len(posed), 3), np.int64)
-        frames[:, 1:], cells[:, 1:] = table[:, 1:3], -(-table[:, 1:3] // CELL)
-        for first in (frames, cells):
-            first[1:, 0] = np.cumsum(first[:-1, 1] * first[:-1, 2])
+        frames = np.zeros((len(posed), 3), np.int64)
+        frames[:, 1:] = table[:, 1:3]
+        frames[1:, 0] = np.cumsum(frames[:-1, 1] * frames[:-1, 2])
         self.looks = Looks(np.concatenate([labels.ravel() for labels in self.labels]), strikes, frames)
-        self.entire = max(self.sewing.variant.shape) <= self.sewing.nearby  # all of it is seen together
-        samples = math.prod(-(-n // SCALE.looked) for n in self.sewing.variant.shape) if self.entire else 0
-        many = np.empty(int((cells[:, 1] * cells[:, 2]).sum()) + 1, np.int64)
-        self.samples = Samples(np.empty((samples, 4), np.int32), many, cells, SCALE.looked)
+        self._samples: Samples | None = None
         self._measure()
 
     def resize(self, side: int) -> None:
@@ -269,19 +254,13 @@ class Thinning(Covering):
             self._prices[middle] = Prices(self.over_patches(shown, 4 if middle else 0), 1 << 15)
         return self._prices[middle]
 
-    def things(self) -> Array:
-        """The thing that every pixel of the map shows, (H, W) int32; 0: none."""
-        out = np.empty(self.sewing.variant.shape, np.int32)
-        kernels.things_shown(self.sewing.grown, self.looks, out)
-        return out
-
     def cover(self, part: Array, shows: list[Show], run: Run) -> None:
         """Cover showings of things, each once: those first whose windows do not touch, then the others."""
         sewn, total = self.sewing, len(shows)
         while left := [show for show in shows if (part[sewn.index(show.box)] == show.part).any()]:  # some went
             (wave, shows), cuts = self._apart(left), list[Cut | None]()
-            if self.entire:
-                kernels.sort_samples(sewn.grown, self.samples)
+            if max(sewn.variant.shape) <= sewn.nearby:  # all of it is seen together
+                self._samples = sewn.samples(sewn.look((0, 0, 1, 1), SCALE.looked))
             for begin in range(0, len(wave), AT_ONCE):
                 run.tick(total - len(left) + begin, total, self.growth.draft)
                 some = wave[begin : begin + AT_ONCE]
@@ -350,14 +329,11 @@ class Thinning(Covering):
             away = job.hole[axis] - job.box[axis]
             rows[:, 2 + axis] += away % sewn.variant.shape[axis] if sewn.wraps[axis] else away
         rows = np.concatenate([rows, now])
-        shown, strikes = np.empty((2, len(rows)), np.int64)
-        if self.entire:
-            kernels.count_shown(sewn.grown, sewn.pieces, sewn.apart.turns, self.samples, job.hole, rows, shown)
-        else:
-            look = sewn.look(job.hole, SCALE.looked)
-            placement_kernels.repeats(sewn.grown, sewn.pieces, sewn.apart.turns, job.hole, rows, look, -1, shown)
+        strikes, samples = np.empty(len(rows), np.int64), self._samples
+        if samples is None:
+            samples = sewn.samples(sewn.look(job.hole, SCALE.looked))
         kernels.mean_strikes(self.looks, job.hole, rows, strikes)
-        out = shown * np.maximum(strikes - SCALE.plain, 1) // SCALE.plain
+        out = sewn.repeats(job.hole, rows, samples) * np.maximum(strikes - SCALE.plain, 1) // SCALE.plain
         return out[:-1], int(out[-1])
 
     def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
@@ -376,18 +352,18 @@ class Thinning(Covering):
 
         knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
         length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(part, job, found)
-        best, least = None, 0
         costs = found.rows[:, 0] + often * found.usual // SCALE.usual
         rarer = np.flatnonzero((often * SCALE.rarer[0] <= now * SCALE.rarer[1]) | (not self.often.most))
-        for k in rarer[np.argsort(costs[rarer], kind="stable")][: SCALE.tries].tolist():
-            variant, u, s = found.rows[k, 1:].tolist()
-            cut = sewn.cut(box, (variant, u, s), self.margin, step, saved=going)
-            price = cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
-            if best is None or price < least:
-                best, least = (variant, u, s), price
+        tried = rarer[np.argsort(costs[rarer], kind="stable")][: SCALE.tries]
+
+        def price(k: int) -> int:
+            cut = sewn.cut(box, picked(found, k), self.margin, step, saved=going)
+            return cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
+
+        best = min(tried.tolist(), key=price, default=None)
         if best is None:
             return None
-        cut = sewn.cut(box, best, self.margin, saved=going)
+        cut = sewn.cut(box, picked(found, best), self.margin, saved=going)
         area = known[cut.box][1]
         strong = max(int(self.often.peaks[show.thing]), SCALE.strong) ** 2
         most = SCALE.dear[0] * length * knee * strong // (SCALE.dear[1] * SCALE.strong**2)

@@ -243,7 +243,16 @@ def waves(layout: WindowGrid, wanted: Mask) -> list[list[Window]]:
     return out
 
 
-def random_patch(valid: Sequence[Array], bits: int) -> tuple[int, int, int]:
+Pick = tuple[int, int, int]
+
+
+def picked(found: Candidates, k: int) -> Pick:
+    """The variant, row and column of one of the candidates."""
+    _, variant, row, column = found.rows[k].tolist()
+    return variant, row, column
+
+
+def random_patch(valid: Sequence[Array], bits: int) -> Pick:
     """Draw any patch of those that are `valid`, variant by variant: (variant, row, column)."""
     counts = [int(np.count_nonzero(v)) for v in valid]
     k = below(sum(counts), bits)

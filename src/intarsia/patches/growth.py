@@ -34,7 +34,7 @@ from ..search.guide import Guided, GuidedSearch, WindowGuide, numbered_labels, s
 from ..search.posed import PosedExemplars, isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, SourceMap
 from .fill_order import fill_order
-from .growing_map import GrowingMap, Window, random_patch, waves
+from .growing_map import GrowingMap, Pick, Window, random_patch, waves
 from .repetition import Repetition, striking
 from .repetition_kernels import weigh_edge
 
@@ -242,7 +242,6 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
     return replace(below, yx=yx, which=parts[0], pose=parts[1])
 
 
-Pick = tuple[int, int, int]
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[Pair, Pick, Candidates], None]
 

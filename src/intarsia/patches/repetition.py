@@ -37,6 +37,7 @@ from ..search.fourier_kernels import FAR
 from ..search.posed import PosedExemplars, in_one_row
 from ..sourcemap import HOLE
 from . import repetition_kernels
+from .growing_map import Pick, picked
 from .repetition_kernels import Terms, Uses, Wave
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
@@ -209,7 +210,7 @@ class Repetition:
 
     def pick(
         self, row: int, column: int, found: Candidates, tolerance: float, bits: int
-    ) -> tuple[int, int, int] | None:
+    ) -> Pick | None:
         """Draw among the candidates whose price is within the tolerance of the best; None if all are forbidden.
 
         The tolerance is relative to the best price, or to a quarter of the usual distance if that is more, so
@@ -217,10 +218,7 @@ class Repetition:
         """
         prices = self.prices(row, column, found)
         k = repetition_kernels.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32)
-        if k < 0:
-            return None
-        _, v, u, s = found.rows[k].tolist()
-        return v, u, s
+        return picked(found, k) if k >= 0 else None
 
     def allowed(
         self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
@@ -257,7 +255,7 @@ class Repetition:
 
     def pick_all(
         self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
-    ) -> Iterator[tuple[int, list[tuple[int, int, int]]]]:
+    ) -> Iterator[tuple[int, list[Pick]]]:
         """Pick for many windows in turn, noting each.
 
         Yields the number of every window for which there is no choice among its candidates, with the picks so
@@ -281,7 +279,7 @@ class Repetition:
             before = stop
             yield stop, [(v, u, s) for v, u, s in picks.tolist()]
 
-    def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
+    def add(self, row: int, column: int, pick: Pick) -> None:
         """Note that a patch (variant, row, column) was laid at a window."""
         self.laid += 1
         repetition_kernels.note(self._laid, pick, self.layout.at(row, column), self.grid[row, column])

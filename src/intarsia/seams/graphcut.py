@@ -41,8 +41,8 @@ from ..exemplar import Exemplars
 from ..kernels.windows import Grown
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vectors
-from ..patches.growing_map import random_patch
-from ..patches.growth import Growth, Pick
+from ..patches.growing_map import Pick, picked, random_patch
+from ..patches.growth import Growth
 from ..run import Run
 from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
@@ -50,7 +50,7 @@ from ..search.posed import PosedExemplars
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
-from .placement_kernels import Look, mark_steps
+from .placement_kernels import Look, Samples, mark_steps
 from .worst import WorstSeams
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
@@ -310,19 +310,26 @@ class GraphcutGrowth:
         found = self.apart.of_rows(box, found)
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
-        rows, price = found.rows, self.priced(box, found)
+        price = self.priced(box, found)
         unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
-        return [(v, u, s) for v, u, s in rows[drawn(chances.tolist(), TRIES, bits), 1:].tolist()]
+        return [picked(found, k) for k in drawn(chances.tolist(), TRIES, bits)]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        count = np.empty(len(found.rows), np.int64)
-        turns, rows = self.apart.turns, found.rows
-        look, course = self.look(box, self._step), self._course
-        placement_kernels.repeats(self.grown, self.pieces, turns, box, rows, look, course, count)
+        shown = self.repeats(box, found.rows, self.samples(self.look(box, self._step)), self._course)
         price = round(REPEAT * self.stitch.usage * found.usual)
-        return np.asarray(found.rows[:, 0] + count * price // placement_kernels.ONE)
+        return np.asarray(found.rows[:, 0] + shown * price // placement_kernels.ONE)
+
+    def samples(self, look: Look) -> Samples:
+        """What is looked at of the map as it is."""
+        return placement_kernels.samples_of(self.grown, self.pieces.table, look)
+
+    def repeats(self, box: Box, rows: Array, samples: Samples, course: int = -1) -> Array:
+        """How often what each candidate would show in a box is among samples of the map; ONE: all of it, once."""
+        shown = np.empty(len(rows), np.int64)
+        placement_kernels.repeats(self.grown, self.pieces, self.apart.turns, samples, box, rows, course, shown)
+        return shown
 
     def look(self, box: Box, step: int) -> Look:
         """Every so many-th pixel of the canvas around a window, as near around it as borders let."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arrays import Pair
+import numpy as np
+
+from ..arrays import Int32, Int64, Pair
 from ..kernels.jit import kernel
 from ..kernels.windows import HOLE, canvas_place
 
@@ -36,6 +38,7 @@ def mark_steps(steps: Any, ends: Any, shown: Any, torus: bool, fine: Any, valid:
 ONE = 256  # all that a window would show is shown once more
 NEAR = 3  # a repeat beside the window counts this much more
 STRETCH = 3  # along a course so many px count as one
+CELL = 16  # px of a variant: what a map shows is kept by these
 
 
 class Look(NamedTuple):
@@ -65,56 +68,118 @@ def posed_place(turn: Any, y: int, x: int) -> Pair:
     return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
 
 
+class Samples(NamedTuple):
+    """The pixels of the canvas that are looked at, by cells of what they show."""
+
+    at: Int32  # (n, 4): row and column on the canvas, row and column in the variant
+    begin: Int64  # (cells + 1,): where a cell begins in these
+    cells: Int64  # (V, 3): the first cell of a variant, rows and columns of cells
+    step: int
+
+
+def samples_of(grown: Any, table: Any, look: Look) -> Samples:
+    """The pixels that are looked at, from the middle of the first step on, sorted by what the map shows there."""
+    cells = np.zeros((len(table), 3), np.int64)
+    cells[:, 1:] = -(-table[:, 1:3] // CELL)
+    ends = np.cumsum(cells[:, 1] * cells[:, 2])
+    cells[1:, 0] = ends[:-1]
+    room = -(-look.rows // look.step) * -(-look.columns // look.step)
+    samples = Samples(np.empty((room, 4), np.int32), np.zeros(ends[-1] + 1, np.int64), cells, look.step)
+    sort_samples(grown, look, samples)
+    return samples
+
+
+@kernel
+def sort_samples(grown: Any, look: Any, samples: Any) -> None:
+    """Sort what is looked at by the cells of what it shows; `samples` begin with counts of 0."""
+    variant, yx, _ = grown
+    at, begin, cells, step = samples
+    height, width = variant.shape
+    for place in range(2):  # counted, then put
+        for a in range(step // 2, look.rows, step):
+            y = (look.y + a) % height
+            for b in range(step // 2, look.columns, step):
+                x = (look.x + b) % width
+                v = variant[y, x]
+                if v == HOLE:
+                    continue
+                cell = cells[v, 0] + yx[y, x, 0] // CELL * cells[v, 2] + yx[y, x, 1] // CELL
+                if place == 0:
+                    begin[cell] += 1
+                    continue
+                begin[cell] -= 1
+                k = begin[cell]
+                at[k, 0], at[k, 1], at[k, 2], at[k, 3] = y, x, yx[y, x, 0], yx[y, x, 1]
+        if place == 0:
+            for cell in range(1, len(begin)):
+                begin[cell] += begin[cell - 1]
+
+
+@kernel
+def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> bool:
+    """Whether a cell along an axis holds any of `count` px from the first on, round a torus of this length."""
+    begin = cell * CELL
+    if torus:
+        return (begin - first) % length < count or (first - begin) % length < CELL
+    return begin < first + count and begin + CELL > first
+
+
 @kernel
 def repeats(
-    grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, look: Any, course: int, out: Any
+    grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, course: int, out: Any
 ) -> None:
     """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
-    the candidates. Within one and a half windows of the middle a repeat counts up to NEAR times more; `course` is the
-    axis along which courses run, where nearness reaches STRETCH times as far, or -1. What merely goes on from the
-    canvas is no repeat; what is shown in another pose is one, by `turns` as ``PosedExemplars.turns``.
+    the candidates; `samples`: of the map as it is. Within one and a half windows of the middle a repeat counts up to
+    NEAR times more; `course` is the axis along which courses run, where nearness reaches STRETCH times as far, or -1.
+    What merely goes on from the canvas is no repeat; what is shown in another pose is one, by `turns` as
+    ``PosedExemplars.turns``. Only cells are looked at that hold what is shown.
     """
-    (variant, yx, wrap), table, torus, step = grown, pieces.table, pieces.torus, look.step
-    height, width = variant.shape
-    h, w = box[2], box[3]
+    (variant, _, wrap), table, torus = grown, pieces.table, pieces.torus
+    (height, width), h, w = variant.shape, box[2], box[3]
+    at, begin, cells, step = samples
     reach = 3 * max(h, w) // 2 + 1
-    out[:] = 0
-    for a in range(step // 2, look.rows, step):
-        y = (look.y + a) % height
-        dy = y - (box[0] + h // 2)
-        if wrap[0]:
-            dy = (dy + height // 2) % height - height // 2
-        for b in range(step // 2, look.columns, step):
-            x = (look.x + b) % width
-            v = variant[y, x]
-            if v == HOLE:
-                continue
-            dx = x - (box[1] + w // 2)
-            if wrap[1]:
-                dx = (dx + width // 2) % width - width // 2
-            down, across = abs(dy), abs(dx)
-            if course == 0:
-                across //= STRETCH
-            elif course == 1:
-                down //= STRETCH
-            far = max(down, across)
-            weight = ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
-            for k in range(len(rows)):
-                u, i, j = rows[k, 1], yx[y, x, 0], yx[y, x, 1]
-                if u != v:
-                    if not turns[v, u, 6]:
-                        continue
-                    i, j = posed_place(turns[v, u], i, j)
-                i, j = i - rows[k, 2], j - rows[k, 3]
-                if torus[u]:
-                    i, j = i % table[u, 1], j % table[u, 2]
-                goes_on = u == v and i == dy + h // 2 and j == dx + w // 2
-                if 0 <= i < h and 0 <= j < w and not goes_on:
-                    out[k] += weight
     for k in range(len(rows)):
-        out[k] = out[k] * step * step // (h * w)
+        u, row, column, total = rows[k, 1], rows[k, 2], rows[k, 3], 0
+        for v in range(len(cells)):
+            if u != v and not turns[v, u, 6]:
+                continue
+            p, q, r, s = row, column, row + h - 1, column + w - 1  # opposite corners, as they lie in the variant
+            if u != v:
+                (p, q), (r, s) = posed_place(turns[u, v], p, q), posed_place(turns[u, v], r, s)
+            p, r, q, s = min(p, r), abs(p - r) + 1, min(q, s), abs(q - s) + 1
+            for a in range(cells[v, 1]):
+                if not _touches(a, p, r, table[v, 1], torus[v]):
+                    continue
+                for b in range(cells[v, 2]):
+                    if not _touches(b, q, s, table[v, 2], torus[v]):
+                        continue
+                    cell = cells[v, 0] + a * cells[v, 2] + b
+                    for n in range(begin[cell], begin[cell + 1]):
+                        i, j = int(at[n, 2]), int(at[n, 3])
+                        if u != v:
+                            i, j = posed_place(turns[v, u], i, j)
+                        i, j = i - row, j - column
+                        if torus[u]:
+                            i, j = i % table[u, 1], j % table[u, 2]
+                        if not (0 <= i < h and 0 <= j < w):
+                            continue
+                        dy, dx = at[n, 0] - (box[0] + h // 2), at[n, 1] - (box[1] + w // 2)
+                        if wrap[0]:
+                            dy = (dy + height // 2) % height - height // 2
+                        if wrap[1]:
+                            dx = (dx + width // 2) % width - width // 2
+                        if u == v and i == dy + h // 2 and j == dx + w // 2:
+                            continue  # it goes on from the canvas
+                        down, across = abs(dy), abs(dx)
+                        if course == 0:
+                            across //= STRETCH
+                        elif course == 1:
+                            down //= STRETCH
+                        far = max(down, across)
+                        total += ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
+        out[k] = total * step * step // (h * w)
 
 
 @kernel

@@ -27,7 +27,7 @@ from ..geometry import apart, widened
 from ..kernels.cuts import SeamPrice
 from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
-from ..patches.growth import Pick
+from ..patches.growing_map import Pick
 from ..run import Run
 from ..search.posed import PosedExemplars
 from ..segments.wholes import Wholes, wholes
@@ -60,7 +60,6 @@ class Elements:
 
     def __init__(self, variants: PosedExemplars, found: list[Wholes]) -> None:
         self.all: list[Element | None] = [None]
-        kin, first = [np.zeros(1, np.int64)], np.cumsum([1, *(len(w.sure) - 1 for w in found)])
         labels, inside, sure, boxes, masks, begin = [], [], [0.0], [], [], 0
         for v in range(len(variants)):
             mine, shape = found[int(variants.exemplar[v])], variants.picture(v).shape[:2]
@@ -81,10 +80,9 @@ class Elements:
                     begin += element.mask.size
                 self.all.append(element)
             sure += mine.sure[1:].tolist()
-            kin.append(int(first[int(variants.exemplar[v])]) + np.arange(len(mine.sure) - 1))
         self.labels, self.inside = np.concatenate(labels).astype(np.int32), np.concatenate(inside)
         every = np.array([0] + [int(e.mask.sum()) for e in self.all if e is not None], np.int64)
-        self.known, self.kin = (every, np.array(sure)), np.concatenate(kin)
+        self.known = every, np.array(sure)
         self.boxes = np.array(boxes, np.int64).reshape(-1, 7)
         self.masks = np.concatenate(masks) if masks else np.zeros(0, bool)
 
@@ -176,6 +174,10 @@ class Mending:
 
     def cover(self, run: Run) -> int:
         """Cover every damaged body once; returns how many patches were laid."""
+
+        def promised(candidate: Candidate) -> float:
+            return self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
+
         self.number()
         laid = 0
         bodies = self._damaged()
@@ -185,11 +187,7 @@ class Mending:
             room = len(self.shown.area) - self.count > len(self.elements.all)
             if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
                 continue  # covered in part since, or no room
-            best, least = None, 0.0
-            for candidate in self._candidates(body, box, mine):
-                price = self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
-                if price < least or best is None:
-                    best, least = candidate, price
+            best = min(self._candidates(body, box, mine), key=promised, default=None)
             if best is not None:
                 cut = self._cut(best, 1)
                 if self._price(best, cut, 1) < 0:

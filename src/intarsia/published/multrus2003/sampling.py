@@ -19,8 +19,8 @@ from ...canvas import Canvas
 from ...draws import below
 from ...exemplar import Exemplars
 from ...params import AUTO, extent
-from ...patches.growing_map import Window
-from ...patches.growth import Boundaries, Growth, PatchSettings, Pick, Repeats, Stages
+from ...patches.growing_map import Pick, Window
+from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ...patches.repetition import Repetition, Table
 from ...run import Run
 from ...search import fourier_kernels

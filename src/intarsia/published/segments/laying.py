@@ -21,7 +21,8 @@ from ...draws import below, draw_many
 from ...exemplar import Exemplar, Exemplars
 from ...kernels import windows
 from ...params import AUTO, extent
-from ...patches.growth import Growth, PatchSettings, Pick, Repeats
+from ...patches.growing_map import Pick
+from ...patches.growth import Growth, PatchSettings, Repeats
 from ...run import Run
 from ...search import fourier_kernels
 from ...search.candidates import Candidates, Prices, nearest

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter
 
 from ... import files
 from ...analysis.light import flattened
-from ...arrays import Array, Mask
+from ...arrays import Array
 from ...canvas import Canvas
 from ...choosing.facts import Facts
 from ...cli.exemplars import Shelf, cropped, sets_of
@@ -19,7 +19,6 @@ from ...cli.help import read_argv
 from ...cli.outputs import usual_ending
 from ...cli.report import Report
 from ...courses.rectify import straight_of
-from ...covering.exchange import striking
 from ...errors import InputError
 from ...exemplar import Exemplar
 from ...geometry import Wrap
@@ -46,7 +45,7 @@ def find(said: dict[str, Any], tell: Tell) -> Answer:
     more = {
         "overlays": [kind for kind, draw in DRAWN.items() if kind != "labels" and draw(found) is not None],
         "courses": None if masonry is None else masonry.told,
-        "striking": {"things": len(things(found.exemplar).areas), "elements": int(_strong(found.exemplar).sum())},
+        "striking": {"things": len(things(found.exemplar).areas)},
         "stones": 0 if seen is None else len(seen.sure) - 1,
     }
     return found.as_dict() | more, b""
@@ -158,16 +157,8 @@ def _elements(found: Findings) -> Pixels | None:
 
 
 def _striking(found: Findings) -> Pixels | None:
-    elements, strong = wholes(found.exemplar), _strong(found.exemplar)
     labels = things(found.exemplar).labels
-    if elements is not None and strong.any():
-        labels = np.where(np.concatenate([[False], strong])[elements.labels], elements.labels, 0)
     return _tinted(labels, RED, FILL, RED) if labels.any() else None
-
-
-def _strong(exemplar: Exemplar) -> Mask:
-    """Which elements strike the eye."""
-    return np.zeros(0, bool) if wholes(exemplar) is None else np.asarray(striking(exemplar) > 0)
 
 
 def _tinted(labels: Array, tint: tuple[int, ...], fill: int, edge: tuple[int, ...]) -> Pixels:
