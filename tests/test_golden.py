@@ -97,7 +97,7 @@ def by_segments(run: ia.Run) -> ia.Synthesis:
 
 
 def regular(run: ia.Run) -> ia.Synthesis:
-    method = ia.NearRegular(lattice=((17.98, 0.03), (9.01, 9.02)), block=30, bend=1)
+    method = ia.NearRegular(lattice=((17.98, 0.03), (9.01, 9.02)), block=30)
     return ia.synthesize(bricks(120, 130, 4), (150, 160), method, seed=9, run=run)
 
 

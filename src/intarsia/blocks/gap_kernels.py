@@ -378,27 +378,25 @@ def best_shifts(picture: Any, usable: Any, places: Any, values: Any, sampled: in
 
 
 @kernel
-def fill_gap(
-    picture: Any, usable: Any, sides: Any, core: Any, t: Any, shift: Any, owner: Any, out_y: Any, out_x: Any,
-) -> None:  # fmt: skip
-    """Cut a gap's block into its window: write the exemplar pixel of every pixel that the gap decides.
+def fill_gap(picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int) -> Any:
+    """Cut a gap's block into its window: what the gap decides, (h, w), and the exemplar pixels shown there, (h, w, 2).
 
-    `sides`, `core`: as :func:`ring` makes them; `t` (4, 2): the neighbours' shifts, `shift` (h, w, 2) the gap's,
-    relative to the window's first pixel. `owner` (h, w): 1 where `out_y`, `out_x` were written.
+    `sides`, `core`: as :func:`ring` makes them; `t` (4, 2): the neighbours' shifts, `ty`, `tx` the gap's, relative to
+    the window's first pixel.
     """
     h, w = core.shape
     channels = picture.shape[2]
     state = np.empty((h, w), np.uint8)
     old, new = np.zeros((h, w, channels), np.int16), np.zeros((h, w, channels), np.int16)
-    take = np.ones((h, w), np.uint8)
+    take, owner, out = np.ones((h, w), np.uint8), np.empty((h, w), np.bool_), np.empty((h, w, 2), np.int64)
     for y in range(h):
         for x in range(w):
-            side, ty, tx = sides[y, x], shift[y, x, 0], shift[y, x, 1]
+            side = sides[y, x]
             mine = readable(usable, y + ty, x + tx)
             theirs = side >= 0 and readable(usable, y + t[side, 0], x + t[side, 1])
             state[y, x] = NEW if core[y, x] else OLD
             if side >= 0 and mine and theirs:
-                state[y, x] = FREE if at_rim(sides, core, y, x) == 0 else state[y, x]
+                state[y, x] = state[y, x] if at_rim(sides, core, y, x) else FREE
                 for c in range(channels):
                     old[y, x, c] = picture[y + t[side, 0], x + t[side, 1], c]
                     new[y, x, c] = picture[y + ty, x + tx, c]
@@ -410,10 +408,9 @@ def fill_gap(
         for x in range(w):
             side = sides[y, x]
             owner[y, x] = core[y, x] or (side >= 0 and take[y, x])
-            if take[y, x] or side < 0:
-                out_y[y, x], out_x[y, x] = y + shift[y, x, 0], x + shift[y, x, 1]
-            else:
-                out_y[y, x], out_x[y, x] = y + t[side, 0], x + t[side, 1]
+            own = take[y, x] or side < 0
+            out[y, x, 0], out[y, x, 1] = y + (ty if own else t[side, 0]), x + (tx if own else t[side, 1])
+    return owner, out
 
 
 @kernel
@@ -423,19 +420,15 @@ def readable(usable: Any, y: int, x: int) -> bool:
 
 
 @kernel
-def at_rim(sides: Any, core: Any, y: int, x: int) -> int:
-    """Say whether a pixel of the seam zone touches what is not in the zone: 1 on the outer, 2 on the inner side.
+def at_rim(sides: Any, core: Any, y: int, x: int) -> bool:
+    """Say whether a pixel of the seam zone touches what is not in the zone.
 
-    3 inside the gap where it touches what lies towards another neighbour: if both stayed, these two would meet along
-    the mitre in a seam that no cut counts.
+    Or, inside the gap, what lies towards another neighbour: if both stayed, these two would meet along the mitre in a
+    seam that no cut counts.
     """
     h, w = core.shape
     for k in range(4):
         a, b = y + (k == 0) - (k == 1), x + (k == 2) - (k == 3)
-        if a < 0 or b < 0 or a >= h or b >= w:
-            return 1
-        if sides[a, b] < 0:
-            return 2 if core[a, b] else 1
-        if core[y, x] and sides[a, b] != sides[y, x]:
-            return 3
-    return 0
+        if a < 0 or b < 0 or a >= h or b >= w or sides[a, b] < 0 or (core[y, x] and sides[a, b] != sides[y, x]):
+            return True
+    return False

@@ -35,7 +35,7 @@ from ..methods.near_regular import NearRegular
 from ..patches.growing_map import Continuation
 from ..run import Run
 from ..search.sizes import elements
-from . import bend_kernels, gap_kernels
+from . import gap_kernels
 from .gap_kernels import FAR
 from .grid import BlockGrid, Places, Sheet, lattice_poses, posed_places, sheet_of
 from .places import BAR, GapTable, Shares, dealt, grid_and_places, place_shares
@@ -227,32 +227,28 @@ class Mosaic:
             found[i, j] = GapTable.of(picture, usable, core, sides, own, near, slack)
         return found
 
-    def _block(self, block: Pair) -> tuple[Array, ...]:
-        """Canvas rows and columns of the pixels that a block decides, and the exemplar's it shows there."""
+    def _block(self, block: Pair) -> tuple[Array, Array]:
+        """The canvas pixels (n, 2) that a block decides, and the exemplar's that it shows there."""
         i, j = block
         at, sides, core = self.laid.window(i, j)
-        if (i + j) % 2 == 0:
-            ty, tx = self._shift(i, j, self._place(i, j))
-            y, x = np.nonzero(core)
-            return y + at[0], x + at[1], y + at[0] + ty, x + at[1] + tx
-        own, sy, sx = self._gap(i, j, at, sides, core)
-        y, x = np.nonzero(own)
-        return y + at[0], x + at[1], sy, sx
+        if (i + j) % 2:
+            own, shown = self._gap(i, j, at, sides, core)
+            return np.argwhere(own) + at, shown[own]
+        yx = np.argwhere(core) + at
+        return yx, yx + self._shift(i, j, self._place(i, j))
 
-    def _write(self, block: tuple[Array, ...], out: Array, y0: int, x0: int) -> None:
+    def _write(self, block: tuple[Array, Array], out: Array, y0: int, x0: int) -> None:
         """Write what of a block lies in a window."""
-        y, x = block[0] - y0, block[1] - x0
+        y, x = (block[0] - (y0, x0)).T
         inside = (y >= 0) & (y < out.shape[0]) & (x >= 0) & (x < out.shape[1])
-        height, width = self.sheet.usable.shape
-        sy, sx = np.clip(block[2][inside], 0, height - 1), np.clip(block[3][inside], 0, width - 1)
+        shown = np.clip(block[1][inside], 0, np.subtract(self.sheet.usable.shape, 1))
         if self.nearest is not None:
-            sy, sx = self.nearest[0][sy, sx], self.nearest[1][sy, sx]
-        out[y[inside], x[inside], 0], out[y[inside], x[inside], 1] = sy, sx
+            shown = self.nearest[:, shown[:, 0], shown[:, 1]].T
+        out[y[inside], x[inside]] = shown
 
-    def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Array, Array, Array]:
+    def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Array, Array]:
         near = beside(i, j)
-        places = np.array([self._place(a, b) for a, b in near])
-        t = np.array([self._shift(a, b, place) for (a, b), place in zip(near, places, strict=True)], np.int64) + at
+        t = np.array([self._shift(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         if self.start is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
@@ -261,23 +257,8 @@ class Mosaic:
             free[there[:, 0], there[:, 1]] = False
             zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.before)]])
         ty, tx = self._fit(i, j, core, zone, t, at)
-        owner = np.empty(core.shape, np.uint8)
-        sy, sx = np.empty(core.shape, np.int64), np.empty(core.shape, np.int64)
-        shift = self._bent(zone, t, (ty, tx), core)
-        gap_kernels.fill_gap(self.sheet.picture, self.sheet.usable, sides, core, t, shift, owner, sy, sx)
-        own = owner.astype(bool)
-        return own, sy[own], sx[own]
-
-    def _bent(self, zone: Array, t: Array, whole: Pair, core: Array) -> Array:
-        """A gap's shift, pixel by pixel: that of the whole block, bent so that lines meet the neighbours'."""
-        shift = np.empty((*core.shape, 2), np.int64)
-        shift[:] = whole
-        if self.settings.bend:
-            spacing = max(round(2 * self.laid.half), 4)
-            picture, usable = self.sheet.picture, self.sheet.usable
-            places, values = gap_kernels.neighbours_of(picture, usable, zone, t, 1)
-            bend_kernels.bend(picture, usable, places, values, self.settings.bend, spacing, core, shift)
-        return shift
+        own, shown = gap_kernels.fill_gap(self.sheet.picture, self.sheet.usable, sides, core, t, ty, tx)
+        return own, shown
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
         """The shift of a gap: one that fits, and shows neither the same as a neighbour nor what continues it."""

@@ -47,10 +47,6 @@ class NearRegular(EndlessBase):
         14, "int", "width of the zone in which a gap is compared and cut in", low=2, high=256, unit="px"
     )
     slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
-    bend: int = param(
-        0, "int", "how far parts of a gap's block may move so that lines meet; 0: stiff",
-        low=0, high=8, unit="px",
-    )
     heights: str = param(
         "equal", "choice", "heights of courses: equal, as the lattice says, or unequal, by the lines that run across "
         "the exemplar between them; the lattice then is their mean pitch",

@@ -100,76 +100,6 @@ class Nodes(NamedTuple):
 
 
 @kernel
-def basins(relief: Any, labels: Any) -> int:
-    """Label (H, W) the basins of a relief: every px flows to its lowest neighbour; of equals the first is lowest."""
-    h, w = relief.shape
-    to = np.empty(h * w, np.int64)
-    for y in range(h):
-        for x in range(w):
-            best = y * w + x
-            low = relief[y, x]
-            for dy in range(-1, 2):
-                for dx in range(-1, 2):
-                    b, a = y + dy, x + dx
-                    if 0 <= b < h and 0 <= a < w:
-                        p = b * w + a
-                        if relief[b, a] < low or (relief[b, a] == low and p < best):
-                            low, best = relief[b, a], p
-            to[y * w + x] = best
-    count = 0
-    flat = np.full(h * w, -1, np.int64)
-    for p in range(h * w):
-        if to[p] == p:
-            flat[p] = count
-            count += 1
-    for p in range(h * w):
-        q = p
-        while flat[q] < 0:
-            q = to[q]
-        found = flat[q]
-        q = p
-        while flat[q] < 0:
-            flat[q] = found
-            q = to[q]
-    for y in range(h):
-        for x in range(w):
-            labels[y, x] = flat[y * w + x]
-    return count
-
-
-@kernel
-def borders(relief: Any, labels: Any, strong: int, count: int, pairs: Any, values: Any) -> int:
-    """List pairs of basins that touch, (n, 2), and of each border: strength, length, length where strong; returns n."""
-    h, w = labels.shape
-    n = 0
-    keys = np.empty(2 * h * w, np.int64)
-    power = np.empty(2 * h * w, np.int64)
-    for y in range(h):
-        for x in range(w):
-            for k in range(2):
-                b, a = y + k, x + 1 - k
-                if b < h and a < w and labels[y, x] != labels[b, a]:
-                    one, two = labels[y, x], labels[b, a]
-                    keys[n] = min(one, two) * count + max(one, two)
-                    power[n] = max(relief[y, x], relief[b, a])
-                    n += 1
-    order = np.argsort(keys[:n], kind="mergesort")
-    m = -1
-    last = -1
-    for k in order:
-        if keys[k] != last:
-            m += 1
-            last = keys[k]
-            pairs[m, 0], pairs[m, 1] = last // count, last % count
-            values[m] = 0
-        values[m, 0] += power[k]
-        values[m, 1] += 1
-        if power[k] > strong:
-            values[m, 2] += 1
-    return m + 1
-
-
-@kernel
 def _weight(one: int, two: int, value: Any, facts: Any, colours: Any, spread: float, unit: float) -> float:
     """What merging two nodes costs: how strong their border is, how far their colours; little ones are cheap."""
     far = 0.0
@@ -186,8 +116,8 @@ def _weight(one: int, two: int, value: Any, facts: Any, colours: Any, spread: fl
 def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> int:
     """Merge all basins, the cheapest pair first; returns how many nodes there are.
 
-    `pairs` and `values` are those of :func:`borders`, and are used up; `spread`: of the colours; `unit` px: basins
-    much smaller merge early. Sums of the basins are in `nodes_`; all else there is written.
+    `pairs` and `values` are those of :func:`.wholes.borders`, and used up; `spread`: of the colours; `unit` px: basins
+    much smaller merge early. In `nodes_` are sums of the basins, no kids (-1), else 0; others are written.
     """
     facts, colours, kids, outline, inner = nodes_
     n, m = kids.shape[0] // 2 + 1, pairs.shape[0]
@@ -196,15 +126,10 @@ def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> i
     node_of = np.arange(n)
     weight = np.empty(m, np.float64)
     seen = np.full(n, -1, np.int64)
-    for k in range(n):
-        kids[k] = -1
-        outline[k] = 0
-        inner[k] = 0
     for k in range(m):
         weight[k] = _weight(pairs[k, 0], pairs[k, 1], values[k], facts, colours, spread, unit)
         for side in range(2):
-            for c in range(3):
-                outline[pairs[k, side], c] += values[k, c]
+            outline[pairs[k, side]] += values[k]
     while m > 0:
         best = 0
         for k in range(1, m):
@@ -213,12 +138,8 @@ def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> i
         p, q = pairs[best, 0], pairs[best, 1]
         one, two = node_of[p], node_of[q]
         kids[nodes, 0], kids[nodes, 1] = one, two
-        for c in range(facts.shape[1]):
-            facts[nodes, c] = facts[one, c] + facts[two, c]
-        for c in range(colours.shape[1]):
-            colours[nodes, c] = colours[one, c] + colours[two, c]
-        for c in range(3):
-            outline[nodes, c] = outline[one, c] + outline[two, c] - 2 * values[best, c]
+        facts[nodes], colours[nodes] = facts[one] + facts[two], colours[one] + colours[two]
+        outline[nodes] = outline[one] + outline[two] - 2 * values[best]
         short = 0.45 * np.sqrt(float(min(facts[one, AREA], facts[two, AREA])))
         strength = values[best, 0] / values[best, 1] * min(1.0, values[best, 1] / short)
         inner[nodes] = max(inner[one], inner[two], strength)

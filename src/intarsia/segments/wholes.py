@@ -216,12 +216,35 @@ def _shares(values: Array) -> Array:
     return np.asarray(np.minimum(values.astype(np.float64) / max(float(ranked), 1e-9), 1.3))
 
 
+def basins(relief: Array) -> Int64:
+    """Number (H, W) the basins of a relief: every px flows to its lowest neighbour; of equals the first is lowest."""
+    number = np.arange(relief.size).reshape(relief.shape)
+    lowest = ndimage.minimum_filter(relief * np.int64(relief.size) + number, 3, mode="nearest")
+    to = lowest.ravel() % relief.size
+    while (to != to[to]).any():
+        to = to[to]
+    return np.asarray((np.cumsum(to == number.ravel()) - 1)[to].reshape(relief.shape), np.int64)
+
+
+def borders(relief: Array, labels: Int64) -> tuple[Int64, Int64]:
+    """Pairs of basins that touch, (n, 2), and of each border: strength, length, length where strong, (n, 3)."""
+    count, keys, power = int(labels.max()) + 1, [], []
+    for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        a, b = labels[one], labels[two]
+        keys.append((np.minimum(a, b) * count + np.maximum(a, b))[a != b])
+        power.append(np.maximum(relief[one], relief[two])[a != b])
+    strengths = np.concatenate(power)
+    pairs, border = np.unique(np.concatenate(keys), return_inverse=True)
+    parts = (strengths, np.ones_like(strengths), strengths > round(SHAPE.strong * 256))
+    values = np.stack([np.bincount(border, part) for part in parts], axis=1).astype(np.int64)
+    return np.stack(np.divmod(pairs, count), axis=1), values
+
+
 def tree_of(relief: Array, soft: Array, size: float) -> Tree:
     """Flood a relief (H, W), and merge its basins by borders and colours (H, W, C)."""
     h, w = relief.shape
-    labels = np.empty((h, w), np.int64)
-    low = smoothed(relief[..., None].astype(np.int32) * 16, 1)[..., 0]
-    n = int(basins_kernels.basins(low, labels))
+    labels = basins(smoothed(relief[..., None].astype(np.int32) * 16, 1)[..., 0])
+    n = int(labels.max()) + 1
     flat = labels.ravel()
     y, x = (a.ravel() for a in np.mgrid[:h, :w])
     rim = np.zeros((h, w), np.int64)
@@ -233,14 +256,13 @@ def tree_of(relief: Array, soft: Array, size: float) -> Tree:
     colours = np.zeros((2 * n - 1, soft.shape[2]), np.float64)
     for k in range(soft.shape[2]):
         colours[:n, k] = np.bincount(flat, soft[..., k].ravel(), n)
-    pairs, values = np.empty((2 * h * w, 2), np.int64), np.zeros((2 * h * w, 3), np.int64)
-    m = int(basins_kernels.borders(relief, labels, round(SHAPE.strong * 256), n, pairs, values))
+    pairs, values = borders(relief, labels)
     kids, outline = np.full((2 * n - 1, 2), -1, np.int64), np.zeros((2 * n - 1, 3), np.int64)
     inner = np.zeros(2 * n - 1)
     c = soft.reshape(-1, soft.shape[2]).astype(np.int64)
     spread = int((len(c) * (c * c).sum(axis=0) - c.sum(axis=0) ** 2).sum())
     nodes = basins_kernels.Nodes(facts, colours, kids, outline, inner)
-    basins_kernels.merge(pairs[:m].copy(), values[:m].copy(), nodes, math.sqrt(spread) / len(c), (0.3 * size) ** 2)
+    basins_kernels.merge(pairs, values, nodes, math.sqrt(spread) / len(c), (0.3 * size) ** 2)
     return Tree(labels, kids, facts, outline, inner / 256)
 
 
