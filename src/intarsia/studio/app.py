@@ -12,6 +12,7 @@ from typing import Any
 
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
+from starlette.convertors import IntegerConvertor, register_url_convertor
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
@@ -30,12 +31,21 @@ from .weaves import Weaves
 from .words import LIMITS, result_told, schema
 
 STATIC = Path(__file__).parent / "static"
-WHOLE, LENGTH = re.compile("-?[0-9]{1,15}"), re.compile("[0-9]{1,8}")
+LENGTH = re.compile("[0-9]{1,8}")
 SIDE = 4096  # px: no picture for a page is larger
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 """What is named by its contents does not change."""
 
 Handler = Callable[[Request], Awaitable[Response]]
+
+
+class Whole(IntegerConvertor):
+    """A whole number in a path."""
+
+    regex = "-?[0-9]{1,15}"
+
+
+register_url_convertor("whole", Whole())
 
 
 class Studio:
@@ -49,7 +59,7 @@ class Studio:
         self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
-        self.weaves = Weaves(self.store, self.uploads, self.showing.pictures)
+        self.weaves = Weaves(self.store, self.showing.pictures)
         self.sketches = Sketches(self.uploads, self.showing.pictures, lambda: self.jobs.busy)
 
     @asynccontextmanager
@@ -238,17 +248,11 @@ class Studio:
         return JSONResponse(await self.weaves.begin(await said(request)), 201)
 
     async def window(self, request: Request) -> Response:
-        return JSONResponse(await self.weaves.window(request.path_params["id"], await said(request)))
+        return JSONResponse(self.weaves.window(request.path_params["id"], await said(request)))
 
     async def tile(self, request: Request) -> Response:
-        found = [request.query_params.get("level", "0"), *(request.path_params[name] for name in ("y", "x"))]
-        if not all(WHOLE.fullmatch(text) for text in found):
-            raise HTTPException(404, "there is no such tile; its level, its row and its column are whole numbers.")
-        level, y, x = map(int, found)
-        known = request.headers.get("if-none-match", "").strip('"')
-        key, data = await self.weaves.tile(request.path_params["id"], (level, y, x), known, wanted_by(request))
-        headers = KEPT | {"ETag": f'"{key}"'}
-        return Response(status_code=304, headers=headers) if data is None else picture(data, headers)
+        name, place = request.path_params["id"], [request.path_params[part] for part in ("level", "y", "x")]
+        return picture(await self.weaves.tile(name, place, wanted_by(request)))
 
     @property
     def table(self) -> list[tuple[str, str, Handler]]:
@@ -289,7 +293,7 @@ class Studio:
             ("GET", "/api/results/{id}/map.bin", self.origins),
             ("POST", "/api/weaves", self.put_weave),
             ("POST", "/api/weaves/{id}/window", self.window),
-            ("GET", "/api/weaves/{id}/{y}/{x}.png", self.tile),
+            ("GET", "/api/weaves/{id}/{level:whole}/{y:whole}/{x:whole}.png", self.tile),
         ]
 
 

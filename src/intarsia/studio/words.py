@@ -142,14 +142,14 @@ def words_of(job: Mapping[str, Any], store: Store) -> Words:
             raise ParameterError(f"{verb} has no option {said(name)} here; GET /api/schema tells which there are.")
     told = {name: _value(known[name], value, words, store) for name, value in given.items() if value is not None}
     if verb == "render":
-        more["out"] = f"{_usual(job, store)}_rendered.png"
+        more["out"] = f"{usual(job, store)}_rendered.png"
     elif verb != "weave":
         more["save_map"] = MAP
     words.request = from_json(verb, told, as_json=True, **more)
     return words
 
 
-def _usual(job: Mapping[str, Any], store: Store) -> str:
+def usual(job: Mapping[str, Any], store: Store) -> str:
     row = store.get("exemplars", job["exemplars"][0]) if job["exemplars"] else None
     return "map" if row is None else str(row["name"])
 

@@ -31,7 +31,7 @@ async function ask(path, how = {}) {
     if (how.signal?.aborted) throw error;
     throw new Refused("The studio does not answer; is `intarsia studio` still running?", 0);
   }
-  if (answer.ok || answer.status === 304) return answer;
+  if (answer.ok) return answer;
   let line = `The studio answered ${answer.status}.`;
   try {
     line = (await answer.json()).error ?? line;
@@ -70,25 +70,13 @@ export async function remove(path) {
 /**
  * A picture, decoded off the main thread. Its numbers stay as they are stored.
  * @param {string} path
+ * @param {AbortSignal} [signal]
  * @returns {Promise<ImageBitmap>}
  */
-export async function picture(path) {
-  const answer = await ask(path);
+export async function picture(path, signal) {
+  const answer = await ask(path, { signal });
   if (answer.status === 204) throw new Refused("There is no picture of this now.", 204);
   return createImageBitmap(await answer.blob(), { colorSpaceConversion: "none", premultiplyAlpha: "default" });
-}
-
-/**
- * A picture that may be known already by its tag; then none comes.
- * @param {string} path
- * @param {string} tag
- * @param {AbortSignal} signal
- * @returns {Promise<{tag: string, picture: ImageBitmap | null}>}
- */
-export async function fresh(path, tag, signal) {
-  const answer = await ask(path, { signal, headers: tag ? { "If-None-Match": tag } : {} });
-  const picture = answer.status === 304 ? null : await createImageBitmap(await answer.blob(), { colorSpaceConversion: "none" });
-  return { tag: answer.headers.get("ETag") ?? "", picture };
 }
 
 /**

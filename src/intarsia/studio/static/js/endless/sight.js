@@ -1,4 +1,4 @@
-/** What is seen of an endless canvas: tiles where the view lies, moved and zoomed for ever, and strokes over them. */
+/** What is seen of an endless canvas: tiles where the view lies, moved and zoomed for ever. */
 
 import { el } from "../core/dom.js";
 import { Gestures } from "../stage/gestures.js";
@@ -8,13 +8,11 @@ import { SIDE } from "./tiles.js";
 /** @typedef {import("./tiles.js").Place} Place */
 /** @typedef {import("./tiles.js").Tile} Tile */
 
-/** The canvas is looked at from here on, so that what is painted around it has room in a picture from (0, 0) on. */
-export const MIDDLE = 4096;
+const LEVELS = 4;
 const MOST = 16;
 
 /** A view that goes on for ever, and shows no more at once than can be drawn. */
 export class FarView extends View {
-  levels = 4;
   fitted = false;
 
   /**
@@ -23,23 +21,17 @@ export class FarView extends View {
    * @param {number} y
    */
   zoom(scale, x, y) {
-    super.zoom(Math.max(2 ** (1 - this.levels), Math.min(MOST, scale)), x, y);
+    super.zoom(Math.max(2 ** (1 - LEVELS), Math.min(MOST, scale)), x, y);
   }
 
   /** Of tiles this much reduced there is a pixel for a pixel at least. */
   get level() {
-    return Math.max(0, Math.min(this.levels - 1, Math.floor(Math.log2(1 / this.scale) + 1e-6)));
+    return Math.max(0, Math.min(LEVELS - 1, Math.floor(Math.log2(1 / this.scale) + 1e-6)));
   }
 }
 
 export class Sight extends HTMLElement {
   canvas = el("canvas", { role: "img" });
-  /** @type {import("../stage/gestures.js").Stroke | null} */
-  tool = null;
-  /** @type {((pen: CanvasRenderingContext2D, view: View) => void) | null} */
-  marks = null;
-  /** @type {[number, number] | null} where what is asked for first lies; else the middle */
-  near = null;
   #asked = 0;
   #begun = false;
 
@@ -51,7 +43,7 @@ export class Sight extends HTMLElement {
     super();
     this.tiles = tiles;
     this.view = view;
-    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), whole: () => this.whole(), tool: () => this.tool });
+    new Gestures({ element: this, view, redraw: () => this.moved(), fit: () => this.home(), whole: () => this.whole(), tool: () => null });
   }
 
   connectedCallback() {
@@ -91,8 +83,8 @@ export class Sight extends HTMLElement {
   /** Go to where it begins, a pixel for a pixel. */
   home() {
     this.view.scale = 1;
-    this.view.x = Math.round(this.canvas.width / 2) - MIDDLE;
-    this.view.y = Math.round(this.canvas.height / 2) - MIDDLE;
+    this.view.x = Math.round(this.canvas.width / 2);
+    this.view.y = Math.round(this.canvas.height / 2);
     this.moved();
   }
 
@@ -105,7 +97,6 @@ export class Sight extends HTMLElement {
   }
 
   moved() {
-    this.near = null;
     this.draw();
     this.dispatchEvent(new Event("view"));
   }
@@ -133,7 +124,7 @@ export class Sight extends HTMLElement {
     const { level } = this.view;
     const side = SIDE << level;
     const { x, y, width, height } = this.window;
-    const [u, v] = this.near ?? [x + width / 2, y + height / 2];
+    const [u, v] = [x + width / 2, y + height / 2];
     /** @type {(Place & {far: number})[]} */
     const found = [];
     for (let row = Math.floor(y / side); row * side < y + height; row += 1) {
@@ -162,7 +153,6 @@ export class Sight extends HTMLElement {
       const tile = this.tiles.get(place);
       if (tile) this.#tile(pen, tile);
     }
-    this.marks?.(pen, this.view);
   }
 
   /**

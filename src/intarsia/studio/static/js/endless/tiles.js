@@ -1,9 +1,9 @@
 /** The tiles of an endless canvas: those in sight are asked for, nearest first, and given up once they are out of sight. */
 
-import { fresh, Refused } from "../core/api.js";
+import { picture, Refused } from "../core/api.js";
 
 /** @typedef {{level: number, y: number, x: number}} Place a tile shows 256 * 2 ** level px a side */
-/** @typedef {Place & {picture: ImageBitmap, tag: string, weave: string}} Tile `tag`: what its pixels depend on */
+/** @typedef {Place & {picture: ImageBitmap}} Tile */
 
 export const SIDE = 256;
 const AT_ONCE = 3;
@@ -28,19 +28,13 @@ export class Tiles extends EventTarget {
   came = 0;
   dropped = 0;
 
-  /**
-   * Show another canvas. What is there stays until it is known to be otherwise, unless it is another texture.
-   * @param {string} weave
-   * @param {boolean} anew
-   */
-  turn(weave, anew) {
-    if (weave === this.weave && !anew) return;
+  /** @param {string} weave another canvas to show */
+  turn(weave) {
+    if (weave === this.weave) return;
     this.weave = weave;
     this.#drop([...this.#asked.keys()]);
-    if (anew) {
-      for (const tile of this.#held.values()) tile.picture.close();
-      this.#held.clear();
-    }
+    for (const tile of this.#held.values()) tile.picture.close();
+    this.#held.clear();
     this.#go();
   }
 
@@ -54,14 +48,9 @@ export class Tiles extends EventTarget {
     return this.#held.get(nameOf(place));
   }
 
-  /** @param {Place} place whether it is there as it is now */
-  isFresh(place) {
-    return this.get(place)?.weave === this.weave;
-  }
-
   /** How many are asked for and did not come yet. */
   get missing() {
-    return this.#wanted.filter((place) => !this.isFresh(place)).length;
+    return this.#wanted.filter((place) => !this.get(place)).length;
   }
 
   /**
@@ -99,7 +88,7 @@ export class Tiles extends EventTarget {
     if (!this.weave) return;
     for (const place of this.#wanted) {
       if (this.#asked.size >= AT_ONCE) return;
-      if (!this.isFresh(place) && !this.#asked.has(nameOf(place))) void this.#ask(place);
+      if (!this.get(place) && !this.#asked.has(nameOf(place))) void this.#ask(place);
     }
   }
 
@@ -107,13 +96,11 @@ export class Tiles extends EventTarget {
   async #ask(place) {
     const name = nameOf(place);
     const control = new AbortController();
-    const { weave } = this;
     this.#asked.set(name, control);
     try {
-      const path = `/api/weaves/${weave}/${place.y}/${place.x}.png?level=${place.level}`;
-      const found = await fresh(path, this.get(place)?.tag ?? "", control.signal);
-      if (control.signal.aborted) found.picture?.close();
-      else this.#take(place, weave, found);
+      const found = await picture(`/api/weaves/${this.weave}/${place.level}/${place.y}/${place.x}.png`, control.signal);
+      if (control.signal.aborted) found.close();
+      else this.#take(place, found);
     } catch (error) {
       if (control.signal.aborted) return;
       this.#wanted = [];
@@ -127,17 +114,10 @@ export class Tiles extends EventTarget {
 
   /**
    * @param {Place} place
-   * @param {string} weave
-   * @param {{tag: string, picture: ImageBitmap | null}} found no picture: it is the one that is there
+   * @param {ImageBitmap} picture
    */
-  #take(place, weave, { tag, picture }) {
-    const name = nameOf(place);
-    const before = this.#held.get(name);
-    const shown = picture ?? before?.picture;
-    if (!shown) return;
-    if (picture) before?.picture.close();
-    this.#held.delete(name);
-    this.#held.set(name, { ...place, picture: shown, tag, weave });
+  #take(place, picture) {
+    this.#held.set(nameOf(place), { ...place, picture });
     this.came += 1;
     for (const [oldest, tile] of this.#held) {
       if (this.#held.size <= MOST) break;

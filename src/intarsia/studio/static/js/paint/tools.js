@@ -16,11 +16,10 @@ const TOOLS = [
 
 /**
  * @param {Kit} kit
- * @param {Tool[]} [without] tools that are not offered here
  * @returns {HTMLElement}
  */
-export function toolbar(kit, without = []) {
-  const tools = TOOLS.filter(({ tool }) => !without.includes(tool)).map(({ tool, says, icon: name }) =>
+export function toolbar(kit) {
+  const tools = TOOLS.map(({ tool, says, icon: name }) =>
     button(says, () => kit.set({ tool }), { icon: icon(name), bare: true, value: tool }),
   );
   const undo = button("Undo", () => kit.history.undo(), { icon: icon("undo"), bare: true });
