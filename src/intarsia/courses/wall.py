@@ -35,7 +35,7 @@ from ..run import Run
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains, Stones
-from .rows import STAGE, CourseLayout, CourseRows, Piece, Rows, StackedRows
+from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
 from .unequal import masonry_of
 from .wall_kernels import OPEN
 
@@ -68,16 +68,16 @@ class Boards(CourseLayout):
 
     def course(self, i: int) -> int:
         """The exemplar's course that a course shows: dealt from shuffled decks, no two alike side by side."""
-        turn, around = self.rows.turn, self.rows.around
-        closed = math.gcd(turn, around) if around else abs(turn)
-        i = i % closed if turn else (i % around if around else i)  # once around a board meets itself
+        around = self.rows.around
+        closed = math.gcd(self.rows.turn, around)
+        i = i % closed if closed else i  # once around a board meets itself
         courses = self.work.courses
         n = len(courses)
         number, at = divmod(i, n)
-        order = list(self.dealt(n, number, 0))
-        if n > 2 and order[0] == self.dealt(n, number - 1, 0)[-1]:
+        order, before, first = (list(dealt(n, self.seed, DEALT, m, 0)) for m in (number, number - 1, 0))
+        if n > 2 and order[0] == before[-1]:
             order[0], order[1] = order[1], order[0]
-        if around and n > 2 and i == around - 1 and order[at] == self.dealt(n, 0, 0)[0]:
+        if around and n > 2 and i == around - 1 and order[at] == first[0]:
             at = (at + 1) % n
         return courses[order[at]]
 
@@ -249,7 +249,7 @@ class Wall:
     ) -> Wall:
         """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
         work, picture, usable, upright = courses_of(lattice, weights, exemplar)
-        rows = CourseRows.of(work.line, canvas, upright)
+        rows = Rows.equal(work.line, canvas, upright)
         bricks = bricks_of(work)
         layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
         return cls._of(picture, usable, upright, work, layout, _weighted(picture, work, work.faces))
@@ -259,7 +259,7 @@ class Wall:
         """Find courses of unequal heights by lines; MethodError where there are none, ParameterError as above."""
         found = masonry_of(exemplar, weights)
         work = found.work
-        rows = StackedRows.of(found.heights, canvas, found.upright, seed)
+        rows = Rows.stacked(found.heights, canvas, found.upright, seed)
         layout = Stones(found, rows, seed)
         rims = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
         return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
