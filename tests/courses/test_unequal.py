@@ -13,7 +13,7 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.courses.chains import LAYING
-from intarsia.courses.rows import StackedRows
+from intarsia.courses.rows import Rows, closing
 from intarsia.courses.unequal import UNEQUAL, masonry_of
 from intarsia.courses.wall import Wall
 from intarsia.exemplar import Exemplar
@@ -128,8 +128,7 @@ def test_no_pair_returns_in_its_course_or_the_next_two(
 def test_heights_close_as_nearly_as_any_sum(height: int) -> None:
     """Once each but for the last two rounds; then by trying all, each up to three times."""
     heights = (23, 31, 47)
-    rows = StackedRows(0, 0, 0, heights, 3, (), (1, 1))
-    order = rows._closing(height)
+    order = closing(heights, height, 3)
     rounds = max(0, height // sum(heights) - 1)
     assert all(order.count(k) >= rounds for k in range(3))
     sums = (sum(n * high for n, high in zip(some, heights, strict=True)) for some in product(range(4), repeat=3))
@@ -141,8 +140,8 @@ def test_heights_close_as_nearly_as_any_sum(height: int) -> None:
 def test_courses_lie_where_their_heights_add_up_to(wrap: ia.Wrap) -> None:
     """Row by row, the course that covers a row is the one between its beds; each is as often laid as others."""
     heights = (23, 31, 47, 28)
-    rows = StackedRows.of(heights, Canvas(258, 100, wrap), False, 7)
-    high, of = rows.stretch
+    rows = Rows.stacked(heights, Canvas(258, 100, wrap), False, 7)
+    high, of = rows.pitch
     tops = [rows.row(2 * i, 0) for i in range(-30, 31)]
     for i, (a, b) in enumerate(pairwise(tops)):
         own = heights[rows.kind(i - 30)]

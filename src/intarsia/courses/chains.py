@@ -19,7 +19,7 @@ from ..draws import below, draw
 from ..lattice.candidates import UNIT
 from . import wall_kernels
 from .brickwork import Bricks, Brickwork
-from .rows import STAGE, CourseLayout, Piece, Rows, StackedRows
+from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
 from .unequal import UNEQUAL, Masonry
 from .wall_kernels import FACE
 
@@ -104,7 +104,7 @@ class Chains(CourseLayout):
         n = len(cards)
         held = min(HAND, n)
         number, hand = divmod(i, n // held)
-        order = [cards[e] for e in self.dealt(n, number, s)]
+        order = [cards[e] for e in dealt(n, self.seed, DEALT, number, s)]
         mine = order[hand * held : (hand + 1) * held]
         start = [e for e in mine if self.bricks.table[e, 3] != FACE]
         if not start:
@@ -200,9 +200,8 @@ LAYING = Laying()
 class Stones(Chains):
     """Chains of whole stones along courses of unequal heights."""
 
-    def __init__(self, found: Masonry, rows: StackedRows, seed: int) -> None:
+    def __init__(self, found: Masonry, rows: Rows, seed: int) -> None:
         super().__init__(found.work, found.bricks, rows, seed)
-        self.stacked = rows
         self.give, self.cut = min(max(found.work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
         self.cards = [self._alike(found, height) for height in found.heights]
 
@@ -218,7 +217,7 @@ class Stones(Chains):
         return sorted(order[:count].tolist())
 
     def _cards(self, i: int) -> Sequence[int]:
-        return self.cards[self.stacked.kind(i)]
+        return self.cards[self.rows.kind(i)]
 
     def _chained(self, i: int, s: int) -> list[Piece]:
         """The chain in which the fewest pairs return."""

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from threading import Lock
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -35,7 +34,7 @@ from ..run import Run
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains, Stones
-from .rows import STAGE, CourseLayout, CourseRows, Piece, Rows, StackedRows
+from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
 from .unequal import masonry_of
 from .wall_kernels import OPEN
 
@@ -68,16 +67,16 @@ class Boards(CourseLayout):
 
     def course(self, i: int) -> int:
         """The exemplar's course that a course shows: dealt from shuffled decks, no two alike side by side."""
-        turn, around = self.rows.turn, self.rows.around
-        closed = math.gcd(turn, around) if around else abs(turn)
-        i = i % closed if turn else (i % around if around else i)  # once around a board meets itself
+        around = self.rows.around
+        closed = math.gcd(self.rows.turn, around)
+        i = i % closed if closed else i  # once around a board meets itself
         courses = self.work.courses
         n = len(courses)
         number, at = divmod(i, n)
-        order = list(self.dealt(n, number, 0))
-        if n > 2 and order[0] == self.dealt(n, number - 1, 0)[-1]:
+        order, before, first = (list(dealt(n, self.seed, DEALT, m, 0)) for m in (number, number - 1, 0))
+        if n > 2 and order[0] == before[-1]:
             order[0], order[1] = order[1], order[0]
-        if around and n > 2 and i == around - 1 and order[at] == self.dealt(n, 0, 0)[0]:
+        if around and n > 2 and i == around - 1 and order[at] == first[0]:
             at = (at + 1) % n
         return courses[order[at]]
 
@@ -151,8 +150,7 @@ class Lately(Generic[Made]):
     """Tuples of arrays by where they are, in so many bytes; those that were used longest ago give way."""
 
     def __init__(self, most: int) -> None:
-        self._most, self._size, self._held = most, 0, dict[Pair, Made]()
-        self._lock = Lock()
+        self._most, self._held = most, dict[Pair, Made]()  # not changed but replaced: threads share it
 
     def __reduce__(self) -> Any:
         return Lately, (self._most,)
@@ -161,21 +159,15 @@ class Lately(Generic[Made]):
         self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
     ) -> list[Made]:
         """Return what belongs to the keys; `make` is asked for those that are not there."""
-        with self._lock:
-            found = {key: self._held[key] for key in keys if key in self._held}
+        held = self._held
+        found = {key: held[key] for key in keys if key in held}
         missing = [key for key in keys if key not in found]
         found |= zip(missing, make(missing), strict=True)
-        with self._lock:
-            for key, made in found.items():
-                self._size += _bytes(made) - _bytes(self._held.pop(key, None))
-                self._held[key] = made
-            while self._size > self._most:
-                self._size -= _bytes(self._held.pop(next(iter(self._held))))
+        held = {key: made for key, made in self._held.items() if key not in found} | found
+        sizes = [sum(array.nbytes for array in made) for made in held.values()]
+        beyond = np.cumsum(sizes[::-1])[::-1] > self._most
+        self._held = {key: made for (key, made), far in zip(held.items(), beyond, strict=True) if not far}
         return [found[key] for key in keys]
-
-
-def _bytes(made: tuple[Array, ...] | None) -> int:
-    return 0 if made is None else sum(array.nbytes for array in made)
 
 
 Strip = tuple[Array, Array, Array]
@@ -249,7 +241,7 @@ class Wall:
     ) -> Wall:
         """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
         work, picture, usable, upright = courses_of(lattice, weights, exemplar)
-        rows = CourseRows.of(work.line, canvas, upright)
+        rows = Rows.equal(work.line, canvas, upright)
         bricks = bricks_of(work)
         layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
         return cls._of(picture, usable, upright, work, layout, _weighted(picture, work, work.faces))
@@ -259,7 +251,7 @@ class Wall:
         """Find courses of unequal heights by lines; MethodError where there are none, ParameterError as above."""
         found = masonry_of(exemplar, weights)
         work = found.work
-        rows = StackedRows.of(found.heights, canvas, found.upright, seed)
+        rows = Rows.stacked(found.heights, canvas, found.upright, seed)
         layout = Stones(found, rows, seed)
         rims = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
         return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
@@ -281,7 +273,8 @@ class Wall:
             y0, x0, height, width = x0, y0, width, height
         out = np.full((height, width, 2), -1, np.int32)
         run = run or Run()
-        near = range(self._chunk_at(x0) - 1, self._chunk_at(x0 + width - 1) + 2)
+        columns, parts = self._pace
+        near = range(x0 * parts // columns - 1, (x0 + width - 1) * parts // columns + 2)
         chunks = [m for m in near if self._from(m) < x0 + width and self._from(m + 1) > x0]
         corners = [self.rows.course_at(y, x) for y in (y0, y0 + height) for x in (x0, x0 + width)]
         courses = range(min(corners) - 2, max(corners) + 3)
@@ -291,9 +284,9 @@ class Wall:
                 run.tick(done, total, draft)
                 names = [(m, i) for i in courses]
                 strips = self.strips.all(names, partial(self._laid, each))
-                known = dict(zip(names, strips, strict=True))
+                both = dict(zip(names, pairwise(strips), strict=False))
                 run.tick(done + 1 + len(strips), total, draft)
-                cuts = self.cuts.all(names[:-1], partial(self._cut_all, each, known))
+                cuts = self.cuts.all(names[:-1], partial(self._parted, each, both))
                 for (strip, following), ((top,), (end,)) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
                     inner = slice(RUN_UP, RUN_UP + len(top))
                     end = end + (following[2] - strip[2])[inner]
@@ -322,29 +315,25 @@ class Wall:
         """How far a bed may lie from its line, px."""
         return max(2, min(REACH.most, self.work.line.pitch // UNIT // REACH.bed))
 
+    @property
+    def _pace(self) -> Pair:
+        """How many columns so many chunks are wide."""
+        return (wide, max(1, wide // CHUNK)) if (wide := self.rows.width) else (CHUNK, 1)
+
     def _from(self, m: int) -> int:
         """The first column of a chunk of columns."""
-        if not self.rows.width:
-            return m * CHUNK
-        return m * self.rows.width // max(1, self.rows.width // CHUNK)
-
-    def _chunk_at(self, u: int) -> int:
-        if not self.rows.width:
-            return u // CHUNK
-        return u * max(1, self.rows.width // CHUNK) // self.rows.width
+        columns, chunks = self._pace
+        return m * columns // chunks
 
     def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
         """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
-        spare, laid = RUN_UP + 2 * REACH.open, []
-        for m, i in names:
-            laid.append((m, i, self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare)))
-        return each(self._strip, laid)
+        spare = RUN_UP + 2 * REACH.open
+        pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
+        return each(self._strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
-    def _cut_all(
-        self, each: Each, strips: Mapping[Pair, Strip], names: Sequence[Pair]
-    ) -> list[Cut]:
+    def _parted(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
         """Cut courses of chunks together with those below them."""
-        return each(self._cut, [(strips[m, i], strips[m, i + 1]) for m, i in names])
+        return each(self._cut, [both[name] for name in names])
 
     def _strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
         """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""
@@ -371,9 +360,7 @@ class Wall:
         off = (self.work.beds[p.course][x] + self.work.beds[p.course + 1][x]) * UNIT - 2 * line.lean(x)
         place = int(off.sum()) // (2 * len(x)) + int(line.lean(np.array(here)))
         ty = (place - self.rows.place(2 * i + 1, away) + UNIT // 2) // UNIT + y0
-        return (
-            p.first - first, p.end - first, p.source - p.first + first, ty, p.course, p.left, p.right, p.low, p.high, 0,
-        )  # fmt: skip
+        return p.first - first, p.end - first, p.source - p.first + first, ty, *p[3:8]
 
     def _span(self, i: int, k: int, pieces: list[Piece], y0: int) -> tuple[int, int, int]:
         """Of the junction before a piece the first row, how many, and how far its cut may wander."""

@@ -2,7 +2,7 @@
 
 A scene is what the exemplar shows: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs where
 it does not belong, beds (n, W), joints (m, H), and (2,) how wide the right and the left half
-of a joint are). A piece is a row of ten numbers:
+of a joint are). A piece is a row of nine numbers:
 first column and end on the canvas, what to add to a canvas column and row to read it, the number of its course,
 what lies at its left and right end (a joint's number; FACE: the course is cut there; OPEN: it runs on), and the
 exemplar columns of both ends.
@@ -274,7 +274,7 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
     """Lay the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) what lies beyond its beds.
 
     `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the junction before
-    every piece its first canvas row, how many rows, and how far it may reach; `pieces` (n, 10) from left to right
+    every piece its first canvas row, how many rows, and how far it may reach; `pieces` (n, 9) from left to right
     over all columns, canvas columns counted from the first of `out`.
     """
     tall, wide = out.shape[:2]
