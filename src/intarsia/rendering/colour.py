@@ -13,6 +13,7 @@ from ..arrays import Array, Floats, Int32, Int64
 from ..blend import Mixing
 from ..disk.depth import from_srgb
 from ..image import Kind, Plane, Transfer
+from .vote_kernels import settle_plain
 
 BITS = 28
 """Linear light of integer planes is fixed point: white is 1 << BITS."""
@@ -86,10 +87,20 @@ class Curve:
         codes = np.empty(light.shape, self.dtype)
         codes[..., colours:] = self._stored(light[..., colours:])
         if self.integer:
-            steps = code_steps(self.dtype.itemsize)
-            codes[..., :colours] = np.searchsorted(steps, np.floor(light[..., :colours]), side="right")
+            whole = np.clip(np.floor(light[..., :colours]), 0, 1 << BITS).astype(np.int64)
+            codes[..., :colours] = self.divided(whole, np.ones(whole.shape[:2], np.int64))
         else:
             codes[..., :colours] = self._stored(_float_from_linear(light[..., :colours].astype(np.float64)))
+        return codes
+
+    def divided(self, total: Int64, weight: Int64) -> Array:
+        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 by 0 is 0."""
+        codes = np.zeros(total.shape, self.dtype)
+        steps, shelf, shift = np.zeros(0, np.int32), np.zeros(0, np.int32), 0
+        if self.srgb:
+            steps = code_steps(self.dtype.itemsize)
+            shelf, shift = code_shelf(self.dtype.itemsize)
+        settle_plain(total, weight, steps, shelf, shift, codes)
         return codes
 
     def _stored(self, values: Array) -> Array:

@@ -14,32 +14,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import fsum
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Int32, Int64, Mask, Pair
+from ..arrays import Array, Int32, Int64, Mask
 from ..arrays import Floats as Float64
 from ..blend import Mixing
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
-from .colour import Curve, code_shelf, code_steps
-from .vote_kernels import (
-    LIMB,
-    VotedExemplars,
-    Voters,
-    settle_label,
-    settle_plain,
-    settle_vectors,
-    turn_codes,
-    vote_alpha,
-    vote_alpha_float,
-    vote_label,
-    vote_plain,
-    vote_relative,
-)
+from .colour import Curve
+from .vote_kernels import LIMB, VotedExemplars, Voters, add_votes, settle_label, settle_vectors, turn_codes, vote_label
 
 SAMPLED = 1 << 18
 """Vectors of a map that are looked at, about."""
@@ -142,19 +130,6 @@ def off_unit(plane: Plane) -> float:
     return float(np.abs(lengths - 1.0).mean()) if lengths.size else 0.0
 
 
-Weights = Int64
-
-
-class Mixer(Protocol):
-    """What a plane needs to be rendered with a feather."""
-
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        """Return codes (h, w, C) of a cell, and the weights (h, w)."""
-
-    def average(self, codes: Array, s: int) -> Array:
-        """Return blocks of s x s pixels of codes (h, w, C) as one each."""
-
-
 @dataclass(frozen=True)
 class Spread:
     """The mean and the range of an exemplar's channels, as light: what keeping the contrast refers to."""
@@ -180,14 +155,12 @@ class Spread:
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
 
 
-def cell_shape(plan: Voters) -> Pair:
-    """Return the height and width of the cell that a plan is for."""
-    return plan.labels.shape[0] - plan.feather, plan.labels.shape[1] - plan.feather
+_UPRIGHT = (np.tile(np.arange(64), (8, 1)), np.ones((8, 64), np.int64))
 
 
-def squares_for(spread: Spread | None, shape: Pair) -> Float64:
-    """Make room for sums of squared weights, where they are needed."""
-    return np.zeros(shape if spread else (0, 0))
+def room_for(plan: Voters, channels: int, kind: type) -> tuple[Array, Array]:
+    """Make room for the sums of a cell: totals (h, w, C), and weights (h, w)."""
+    return np.zeros((*plan.shape, channels), kind), np.zeros(plan.shape, kind)
 
 
 def blocks(values: Array, s: int) -> Array:
@@ -196,164 +169,136 @@ def blocks(values: Array, s: int) -> Array:
     return values.reshape(h // s, s, w // s, s, c).swapaxes(1, 2).reshape(h // s, w // s, s * s, c)
 
 
+def limbs_of(light: Array) -> Array:
+    """Return light (..., C) as (..., 2 C): in two limbs, so that sums weighted by opacity of 16 bits fit in 64."""
+    return np.concatenate([light >> LIMB, light & ((1 << LIMB) - 1)], axis=-1)
+
+
 @dataclass(frozen=True)
-class Integers:
-    """8- and 16-bit colour without opacity, and data: whole sums, rounded once."""
+class Colours:
+    """Colours, with opacity last or without, and data."""
 
     samples: Array  # (N, C) codes
     curve: Curve
     spread: Spread | None
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        shape = cell_shape(plan)
-        total = np.zeros((*shape, self.samples.shape[1]), np.int64)
-        weight, squares = np.zeros(shape, np.int64), squares_for(self.spread, shape)
-        vote_plain(plan, ground, self.samples, self.curve.table, total, weight, squares)
-        if self.spread is None:
-            return rounded_codes(total, weight, self.curve), weight
-        mean = total / np.maximum(weight, 1)[..., None]
-        return rounded_light(self.spread.widen(mean, weight, squares), self.curve), weight
+    @cached_property
+    def light(self) -> Array:
+        """What is mixed, (N, C)."""
+        return self.curve.linear(self.samples)
 
-    def average(self, codes: Array, s: int) -> Array:
-        total = blocks(self.curve.linear(codes).astype(np.int64), s).sum(axis=2)
-        return rounded_codes(total, np.full(total.shape[:2], s * s, np.int64), self.curve)
+    @property
+    def colours(self) -> int:
+        """Channels without opacity."""
+        return int(self.samples.shape[-1]) - self.curve.alpha
 
-
-def rounded_codes(total: Int64, weight: Weights, curve: Curve) -> Array:
-    """Return total / weight as codes, rounded once, half up."""
-    codes = np.zeros(total.shape, curve.dtype)
-    steps, shelf, shift = np.zeros(0, np.int32), np.zeros(0, np.int32), 0
-    if curve.srgb:
-        steps = code_steps(curve.dtype.itemsize)
-        shelf, shift = code_shelf(curve.dtype.itemsize)
-    settle_plain(total, weight, steps, shelf, shift, codes)
-    return codes
+    def squares(self, plan: Voters) -> Float64 | None:
+        """Make room for sums of squared weights, where they are needed."""
+        return np.zeros(plan.shape) if self.spread else None
 
 
-def rounded_light(light: Float64, curve: Curve) -> Array:
-    """Return light that is no ratio of whole numbers as codes."""
-    whole = np.floor(light if curve.srgb else light + 0.5).astype(np.int64)
-    return rounded_codes(whole, np.ones(whole.shape[:2], np.int64), curve)
+class Integers(Colours):
+    """Of 8 and 16 bit: whole sums, rounded once."""
 
+    @cached_property
+    def limbs(self) -> Array:
+        """The light of the colours."""
+        return limbs_of(self.light[:, :-1].astype(np.int32))
 
-_UPRIGHT = np.ones((8, 64), np.int64)
-_IN_PLACE = np.tile(np.arange(64), (8, 1))
-
-
-@dataclass(frozen=True)
-class Floats:
-    """Float colour without opacity, and data: sums in float64, where all agree an exact copy."""
-
-    samples: Array  # (N, C) codes
-    light: Array  # (N, C)
-    curve: Curve
-    spread: Spread | None
-
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        shape = cell_shape(plan)
-        total = np.zeros((*shape, self.samples.shape[1]))
-        first, weight, squares = (np.full(shape, -1), np.zeros(shape, np.int64), squares_for(self.spread, shape))
-        vote_relative(plan, ground, self.light, (_IN_PLACE, _UPRIGHT), total, first, weight, squares)
-        base = np.maximum(first >> 3, 0)
-        light, codes = self.light[base], self.samples[base]
-        mean = light + total / np.maximum(weight, 1)[..., None]
-        same = total == 0
-        if self.spread:
-            alone = squares == weight.astype(np.float64) ** 2
-            mean = self.spread.widen(mean, weight, squares)
-            same = alone[..., None] | (mean == light)
-        return np.where(same, codes, self.curve.code(mean)), weight
-
-    def average(self, codes: Array, s: int) -> Array:
-        block = blocks(codes, s)
-        light = blocks(self.curve.linear(codes).astype(np.float64), s)
-        away = (light - light[:, :, :1]).sum(axis=2)
-        return np.where(away == 0, block[:, :, 0], self.curve.code(light[:, :, 0] + away / (s * s)))
-
-
-@dataclass(frozen=True)
-class TranslucentIntegers:
-    """8- and 16-bit colour with opacity last: whole sums, rounded once."""
-
-    samples: Array  # (N, C) codes
-    curve: Curve
-    spread: Spread | None
-
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        shape = cell_shape(plan)
-        colours = (*shape, self.samples.shape[1] - 1)
-        limbs = (np.zeros(colours, np.int64), np.zeros(colours, np.int64))
-        opaque, weight = np.zeros(shape, np.int64), np.zeros(shape, np.int64)
-        squares = squares_for(self.spread, shape)
-        vote_alpha(plan, ground, self.samples, self.curve.table, limbs, opaque, weight, squares)
-        return self._resolved(limbs, opaque, weight, squares), weight
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
+        total, weight = sums = room_for(plan, self.colours, np.int64)
+        squares = self.squares(plan)
+        add_votes((plan, ground), self.samples, self.curve.table, None, _UPRIGHT, None, sums, squares)
+        codes = self._rounded(total, weight, squares)
+        if self.curve.alpha:
+            total, opaque = sums = room_for(plan, 2 * self.colours, np.int64)
+            squares = self.squares(plan)
+            add_votes((plan, ground), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, sums, squares)
+            codes = self._seen(codes, weight, self._rounded(total, opaque, squares), opaque)
+        return codes, weight
 
     def average(self, codes: Array, s: int) -> Array:
         light = blocks(self.curve.linear(codes).astype(np.int64), s)
-        alpha = light[..., -1:]
-        share = np.where((alpha > 0).any(axis=2, keepdims=True), alpha, 1)
-        colours = light[..., :-1]
-        limbs = ((share * (colours >> LIMB)).sum(axis=2), (share * (colours & ((1 << LIMB) - 1))).sum(axis=2))
-        weight = np.full(alpha.shape[:2], s * s, np.int64)
-        return self._resolved(limbs, alpha[..., 0].sum(axis=2), weight, np.zeros((0, 0)))
+        light, alpha = light[..., : self.colours], light[..., self.colours :]
+        weight = np.full(light.shape[:2], s * s)
+        mean = self._rounded(light.sum(axis=2), weight)
+        if not self.curve.alpha:
+            return mean
+        opaque = alpha.sum(axis=(2, 3))
+        seen = self._rounded((limbs_of(light) * alpha).sum(axis=2), opaque)
+        return self._seen(mean, weight, seen, opaque)
 
-    def _resolved(
-        self, limbs: tuple[Int64, Int64], opaque: Int64, weight: Weights,
-        squares: Float64,
-    ) -> Array:  # fmt: skip
-        shared = np.maximum(np.where(opaque > 0, opaque, weight), 1)
-        share = shared[..., None]
-        high, low = limbs[0] + (limbs[1] >> LIMB), limbs[1] & ((1 << LIMB) - 1)
-        whole, rest = high // share, ((high % share) << LIMB) + low
-        codes = np.empty((*weight.shape, self.samples.shape[1]), self.curve.dtype)
-        if squares.size and self.spread:
-            mean = whole * float(1 << LIMB) + rest / share
-            codes[..., :-1] = rounded_light(self.spread.widen(mean, shared, squares), self.curve)
-        else:  # the steps of the curve round; without a curve, round half up here
-            last = rest // share if self.curve.srgb else (2 * rest + share) // (2 * share)
-            codes[..., :-1] = rounded_codes((whole << LIMB) + last, np.ones_like(weight), self.curve)
-        codes[..., -1] = (2 * opaque + np.maximum(weight, 1)) // (2 * np.maximum(weight, 1))
-        return codes
+    def _seen(self, plain: Array, weight: Int64, seen: Array, opaque: Int64) -> Array:
+        """Join colours with opacity: where nothing is seen, what they are if all count alike."""
+        weight = np.maximum(weight, 1)
+        alpha = ((2 * opaque + weight) // (2 * weight)).astype(plain.dtype)
+        return np.concatenate([np.where((opaque > 0)[..., None], seen, plain), alpha[..., None]], axis=2)
+
+    def _rounded(self, total: Int64, weight: Int64, squares: Float64 | None = None) -> Array:
+        """Divide sums of light, or of its limbs, as codes."""
+        share = np.maximum(weight, 1)[..., None]
+        if limbs := total.shape[2] > self.colours:
+            high, low = np.split(total, 2, axis=2)
+            whole, rest = np.divmod(high + (low >> LIMB), share)
+            rest = (rest << LIMB) + (low & ((1 << LIMB) - 1))
+        if self.spread and squares is not None:
+            mean = whole * float(1 << LIMB) + rest / share if limbs else total / share
+            mean = self.spread.widen(mean, share[..., 0], squares)
+            total = np.floor(mean if self.curve.srgb else mean + 0.5).astype(np.int64)
+        elif limbs:  # the steps of the curve round; without a curve, round half up here
+            total = (whole << LIMB) + (rest // share if self.curve.srgb else (2 * rest + share) // (2 * share))
+        else:
+            return self.curve.divided(total, weight)
+        return self.curve.divided(total, np.ones_like(weight))
 
 
-@dataclass(frozen=True)
-class TranslucentFloats:
-    """Float colour with opacity last: sums in float64, where all agree an exact copy."""
+class Floats(Colours):
+    """Sums in float64, where all agree an exact copy."""
 
-    samples: Array  # (N, C) codes
-    light: Array  # (N, C)
-    curve: Curve
-    spread: Spread | None
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
+        codes, weight = self._mixed(plan, ground, None)
+        if self.curve.alpha:
+            seen, opaque = self._mixed(plan, ground, self.light[:, -1])
+            codes[..., :-1] = np.where((opaque > 0)[..., None], seen[..., :-1], codes[..., :-1])
+        return codes, weight
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        shape = cell_shape(plan)
-        total, first = np.zeros((*shape, self.samples.shape[1])), np.zeros((*shape, 2), np.int64)
-        opaque, weight = np.zeros(shape), np.zeros(shape, np.int64)
-        squares = squares_for(self.spread, shape)
-        vote_alpha_float(plan, ground, self.light, total, first, opaque, weight, squares)
-        shared = np.where(opaque > 0, opaque, np.maximum(weight, 1))
-        codes, light = self.samples[first[..., 0]], self.light[first[..., 0]].astype(np.float64)
-        codes[..., -1], light[..., -1] = self.samples[first[..., 1], -1], self.light[first[..., 1], -1]
-        mean = light + total / shared[..., None]
-        mean[..., -1] = light[..., -1] + total[..., -1] / np.maximum(weight, 1)
-        same = total == 0
-        if self.spread:
-            mean[..., :-1] = self.spread.widen(mean[..., :-1], shared, squares)
-            alone = squares == shared * shared
-            same[..., :-1] = alone[..., None] | (mean == light)[..., :-1]
-        return np.where(same, codes, self.curve.code(mean)), weight
+    def _mixed(self, plan: Voters, ground: VotedExemplars, opacity: Array | None) -> tuple[Array, Array]:
+        first = np.full(plan.shape, -1)
+        total, weight = sums = room_for(plan, self.samples.shape[1], np.float64)
+        squares = self.squares(plan)
+        turn = _UPRIGHT
+        if self.curve.alpha:  # differences of single floats are single ones, without opacity double ones
+            turn = turn[0], turn[1].astype(self.light.dtype)
+        add_votes((plan, ground), self.light, None, opacity, turn, first, sums, squares)
+        base = np.maximum(first >> 3, 0)
+        return self._coded(self.samples[base], self.light[base], total, weight, squares), weight
 
     def average(self, codes: Array, s: int) -> Array:
-        light = blocks(self.curve.linear(codes).astype(np.float64), s)
-        alpha = np.maximum(light[..., -1:], 0.0)
-        share = np.where((alpha > 0).any(axis=2, keepdims=True), alpha, 1.0)
+        block, light = blocks(codes, s), blocks(self.curve.linear(codes).astype(np.float64), s)
+        alike = np.ones((*block.shape[:3], 1))
+        mean, _ = self._averaged(block, light, alike)
+        if self.curve.alpha:
+            seen, opaque = self._averaged(block, light, np.maximum(light[..., -1:], 0.0))
+            mean[..., :-1] = np.where((opaque > 0)[..., None], seen[..., :-1], mean[..., :-1])
+            mean[..., -1:], _ = self._averaged(block[..., -1:], light[..., -1:], alike)  # as sums of one channel round
+        return mean
+
+    def _averaged(self, block: Array, light: Array, share: Array) -> tuple[Array, Array]:
         pick = np.argmax(share > 0, axis=2)[:, :, None]  # the first that is seen
-        base, code = (np.take_along_axis(a, pick, axis=2)[:, :, 0] for a in (light, blocks(codes, s)))
-        away = ((light - base[:, :, None]) * share).sum(axis=2) / share.sum(axis=2)
-        base[..., -1] = light[:, :, 0, -1]
-        code[..., -1] = blocks(codes, s)[:, :, 0, -1]
-        away[..., -1] = (light[..., -1] - base[:, :, None, -1]).sum(axis=2) / (s * s)
-        return np.where(away == 0, code, self.curve.code(base + away))
+        code, base = (np.take_along_axis(a, pick, axis=2)[:, :, 0] for a in (block, light))
+        weight = share.sum(axis=(2, 3))
+        return self._coded(code, base, ((light - base[:, :, None]) * share).sum(axis=2), weight), weight
+
+    def _coded(
+        self, codes: Array, light: Array, total: Array, weight: Array, squares: Float64 | None = None
+    ) -> Array:
+        """Return what is away from `light` by total / weight as codes; those of `light` where it is nothing."""
+        mean = light + total / np.where(weight > 0, weight, 1.0)[..., None]
+        same, n = total == 0, self.colours
+        if self.spread and squares is not None:
+            mean[..., :n] = self.spread.widen(mean[..., :n], weight, squares)
+            same[..., :n] = (squares == weight * weight)[..., None] | (mean == light)[..., :n]
+        return np.where(same, codes, self.curve.code(mean))
 
 
 @dataclass(frozen=True)
@@ -364,14 +309,13 @@ class Normals:
     light: Array  # (N, 3) vectors
     coding: NormalCoding
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        shape = cell_shape(plan)
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
         turn = self.coding.turn()
-        total = np.zeros((*shape, 3), np.int64 if self.light.dtype.kind == "i" else np.float64)
-        first, weight = np.full(shape, -1), np.zeros(shape, np.int64)
-        vote_relative(plan, ground, self.light, turn, total, first, weight, squares_for(None, shape))
+        first = np.full(plan.shape, -1)
+        total, weight = sums = room_for(plan, 3, np.float64)
+        add_votes((plan, ground), self.light, None, None, turn, first, sums, None)
         if self.coding.dtype.kind == "u":
-            codes = np.zeros((*shape, 3), self.coding.dtype)
+            codes = np.zeros(total.shape, self.coding.dtype)
             settle_vectors(self.samples, turn, total, first, weight, self.coding.top, codes)
             return codes, weight
         first = np.maximum(first, 0)
@@ -404,8 +348,8 @@ class LabelMixer:
         names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Weights]:
-        shape = cell_shape(plan)
+    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
+        shape = plan.shape
         out, weight = np.zeros(shape, np.int32), np.zeros(shape, np.int64)
         todo = [(0, shape[0], 4)]
         while todo:  # few pixels hear more than four labels; where they do, take fewer rows with more room
@@ -431,6 +375,10 @@ class LabelMixer:
         return chosen
 
 
+Mixer = Integers | Floats | Normals | LabelMixer
+"""What a plane needs to be rendered with a feather."""
+
+
 def coding_of(planes: Sequence[Plane]) -> NormalCoding | None:
     """Tell how the vectors of one plane of all exemplars are coded; None where it holds none."""
     if planes[0].kind is not Kind.NORMAL:
@@ -448,15 +396,12 @@ def mixer_of(
         return Normals(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
         return LabelMixer.of(samples)
-    light = curve.linear(samples) if plane.is_float else samples
     spread = None
     if mixing is Mixing.VARIANCE:
         seen = slice(None) if usable is None else np.flatnonzero(usable)
         values = curve.linear(samples[seen])
         spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
-    if plane.is_float:
-        return (TranslucentFloats if plane.alpha else Floats)(samples, light, curve, spread)
-    return (TranslucentIntegers if plane.alpha else Integers)(samples, curve, spread)
+    return (Floats if plane.is_float else Integers)(samples, curve, spread)
 
 
 def averaged(plane: Plane, n: int) -> Array:

@@ -42,6 +42,11 @@ class Voters(NamedTuple):
     groups: Int64  # (n, 8): key and box of every group, sorted by key
     feather: int
 
+    @property
+    def shape(self) -> Pair:
+        """Height and width of the cell."""
+        return self.labels.shape[0] - self.feather, self.labels.shape[1] - self.feather
+
 
 @kernel
 def cut_window(
@@ -226,24 +231,45 @@ def copy_cell(
 
 
 @kernel
-def vote_plain(
-    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32, total: Int64,
-    weight: Int64, squares: Floats,
+def add_votes(
+    heard: tuple[Voters, VotedExemplars], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
+    first: Int64 | None, sums: tuple[Array, Array], squares: Floats | None,
 ) -> None:  # fmt: skip
-    """Integer pixels: add w * light[code] for every channel."""
+    """Add up w * value for every pixel and channel, and w, which is the number of votes for what is read.
+
+    `values` (N, C) are codes where a table of their `light` is given. `opacity` (N,) multiplies w, if it is given: what
+    is transparent has no vote. `sums` = (total, weight). Where there is a `first`, it holds 8 u + pose of the
+    first voter, -1 at the start, and `total` the sum of w * (value - value of the first voter): exactly zero where all
+    agree, whatever the rounding. What is None costs nothing: it is left out of what is compiled.
+    """
+    plan, ground = heard
     columns, hits = scratch(plan)
+    (channel, sign), (total, weight) = turn, sums
     for g in range(plan.groups.shape[0]):
-        first, last = open_group(plan, g, 0, weight.shape[0], columns)
-        for y in range(first, last):
-            n = weigh_row(plan, ground, g, y, first, columns, hits)
+        pose = plan.groups[g, POSE]
+        begin, end = open_group(plan, g, 0, weight.shape[0], columns)
+        for y in range(begin, end):
+            n = weigh_row(plan, ground, g, y, begin, columns, hits)
             for i in range(n):
                 x, w, u = hits[0, i], hits[1, i], hits[2, i]
+                if opacity is not None:
+                    if not opacity[u] > 0:
+                        continue
+                    w = w * opacity[u]
                 weight[y, x] += w
-                for c in range(samples.shape[1]):
-                    total[y, x, c] += w * light[samples[u, c]]
-            if squares.size > 0:
-                for i in range(n):
-                    squares[y, hits[0, i]] += float(hits[1, i]) * float(hits[1, i])
+                if squares is not None:
+                    squares[y, x] += float(w) * float(w)
+                if first is None:
+                    for c in range(total.shape[2]):
+                        total[y, x, c] += w * (values[u, c] if light is None else light[values[u, c]])
+                elif first[y, x] < 0:
+                    first[y, x] = 8 * u + pose
+                else:
+                    v, q = first[y, x] >> 3, first[y, x] & 7
+                    for c in range(total.shape[2]):
+                        mine = sign[pose, c] * values[u, channel[pose, c]]
+                        theirs = sign[q, c] * values[v, channel[q, c]]
+                        total[y, x, c] += w * (mine - theirs)
 
 
 @kernel
@@ -266,113 +292,6 @@ def settle_plain(
                     while code < steps.size and steps[code] <= value:
                         code += 1
                     out[y, x, c] = code
-
-
-@kernel
-def vote_relative(
-    plan: Voters, ground: VotedExemplars, values: Array, turn: tuple[Int64, Int64],
-    total: Array, first: Int64, weight: Int64, squares: Floats,
-) -> None:  # fmt: skip
-    """Add w * (value - value of the first voter): exactly zero where all agree, whatever the rounding.
-
-    `turn` = (channel, sign), (8, C) each: what a pose makes of the channels. `first` holds 8 u + pose of the
-    first voter, -1 at the start.
-    """
-    columns, hits = scratch(plan)
-    channel, sign = turn
-    for g in range(plan.groups.shape[0]):
-        pose = plan.groups[g, 1]
-        begin, last = open_group(plan, g, 0, weight.shape[0], columns)
-        for y in range(begin, last):
-            n = weigh_row(plan, ground, g, y, begin, columns, hits)
-            for i in range(n):
-                x, w, u = hits[0, i], hits[1, i], hits[2, i]
-                weight[y, x] += w
-                if squares.size > 0:
-                    squares[y, x] += float(w) * float(w)
-                if first[y, x] < 0:
-                    first[y, x] = 8 * u + pose
-                    continue
-                v, q = first[y, x] >> 3, first[y, x] & 7
-                for c in range(values.shape[1]):
-                    mine = sign[pose, c] * values[u, channel[pose, c]]
-                    theirs = sign[q, c] * values[v, channel[q, c]]
-                    total[y, x, c] += w * (mine - theirs)
-
-
-@kernel
-def vote_alpha(
-    plan: Voters, ground: VotedExemplars, samples: Array, light: Int32,
-    limbs: tuple[Int64, Int64], opaque: Int64, weight: Int64,
-    squares: Floats,
-) -> None:  # fmt: skip
-    """Integer pixels with opacity a: add w a * light in two limbs; w * light while all are transparent."""
-    columns, hits = scratch(plan)
-    high, low = limbs
-    colours = samples.shape[1] - 1
-    for g in range(plan.groups.shape[0]):
-        first, last = open_group(plan, g, 0, weight.shape[0], columns)
-        for y in range(first, last):
-            n = weigh_row(plan, ground, g, y, first, columns, hits)
-            for i in range(n):
-                x, w, u = hits[0, i], hits[1, i], hits[2, i]
-                a = np.int64(samples[u, colours])
-                weight[y, x] += w
-                if a > 0 and opaque[y, x] == 0:
-                    high[y, x] = 0
-                    low[y, x] = 0
-                    if squares.size > 0:
-                        squares[y, x] = 0.0
-                if a == 0 and opaque[y, x] > 0:
-                    continue
-                opaque[y, x] += w * a
-                if a > 0:
-                    w *= a
-                if squares.size > 0:
-                    squares[y, x] += float(w) * float(w)
-                for c in range(colours):
-                    value = np.int64(light[samples[u, c]])
-                    high[y, x, c] += w * (value >> LIMB)
-                    low[y, x, c] += w * (value & ((1 << LIMB) - 1))
-
-
-@kernel
-def vote_alpha_float(
-    plan: Voters, ground: VotedExemplars, values: Array, total: Floats, first: Int64,
-    opaque: Floats, weight: Int64, squares: Floats,
-) -> None:  # fmt: skip
-    """Float pixels with opacity: as :func:`vote_alpha`, relative to the first voter.
-
-    `total` (h, w, C) has the opacity last, plainly weighted; `first` (h, w, 2) the voters that colour and
-    opacity are relative to.
-    """
-    columns, hits = scratch(plan)
-    n_c = values.shape[1] - 1
-    for g in range(plan.groups.shape[0]):
-        begin, last = open_group(plan, g, 0, weight.shape[0], columns)
-        for y in range(begin, last):
-            n = weigh_row(plan, ground, g, y, begin, columns, hits)
-            for i in range(n):
-                x, w, u = hits[0, i], hits[1, i], hits[2, i]
-                a = float(values[u, n_c])
-                if weight[y, x] == 0:
-                    first[y, x] = u
-                weight[y, x] += w
-                total[y, x, n_c] += w * (a - float(values[first[y, x, 1], n_c]))
-                if a > 0.0 and opaque[y, x] == 0.0:
-                    first[y, x, 0] = u
-                    total[y, x, :n_c] = 0.0
-                    if squares.size > 0:
-                        squares[y, x] = 0.0
-                if a <= 0.0 and opaque[y, x] > 0.0:
-                    continue
-                share = w * a if a > 0.0 else float(w)
-                if a > 0.0:
-                    opaque[y, x] += share
-                if squares.size > 0:
-                    squares[y, x] += share * share
-                for c in range(n_c):
-                    total[y, x, c] += share * (float(values[u, c]) - float(values[first[y, x, 0], c]))
 
 
 @kernel
