@@ -138,7 +138,7 @@ def test_an_extent_is_a_pair() -> None:
 
 
 def test_vectors_are_read_as_pairs() -> None:
-    p = Parameter("lattice", "vectors", AUTO, -99, 99, "px", (), "by which steps")
+    p = Parameter(name="lattice", kind="vectors", default=AUTO, low=-99, high=99, unit="px", help="by which steps")
     assert parse(p, "20.5,0 -3,9") == ((20.5, 0.0), (-3.0, 9.0))
     with pytest.raises(ParameterError, match=r"^lattice=a,b is not allowed; give one or two vectors x,y in px"):
         parse(p, "a,b")

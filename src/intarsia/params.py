@@ -8,10 +8,10 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, NamedTuple
 
 from .arguments import whole
 from .errors import InputError, ParameterError, said
@@ -20,6 +20,7 @@ from .geometry import ISOMETRY_SETS
 
 OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
 MOST_LEVELS = 20
+NAMED_POSES = (*ISOMETRY_SETS, "auto")
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
 Extent = int | tuple[int, int] | None  # one side, or rows and columns, px
@@ -28,70 +29,49 @@ Poses = str | tuple[int, ...]  # isometries, by the name of a set of them or by 
 Steps = tuple[tuple[float, float], ...]  # by which a texture repeats: one vector or two, (x, y) px
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Parameter:
     """What is known of one parameter of a method."""
 
     name: str
     kind: str
     default: Any
-    low: float | None
-    high: float | None
-    unit: str
-    choices: tuple[str, ...]
+    low: float | None = None
+    high: float | None = None
+    unit: str = ""
+    choices: tuple[str, ...] = ()
     help: str
     over: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the entry that ``methods --json`` prints; ``over`` only for fields."""
-        entry = {key: list(value) if isinstance(value, tuple) else value for key, value in vars(self).items()}
-        return entry if self.over else {key: value for key, value in entry.items() if key != "over"}
+        told = {key: value for key, value in vars(self).items() if key != "over" or value}
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in told.items()}
 
     def allowed(self) -> str:
         """Say in words what may be given."""
-        if self.choices and self.kind not in OVER:
-            return "one of " + ", ".join(self.choices)
         span = "any number"
         if self.low is not None and self.high is not None:
             span = f"{self.low:g} to {self.high:g}"
         elif self.low is not None:
             span = f"at least {self.low:g}"
-        unit = f" {self.unit}" if self.unit else ""
-        return {
-            "extent": f"{span}{unit}, one number or WIDTHxHEIGHT",
-            "weights": f"{span}, one for each channel",
-            "levels": f"{span}, one number or one for each level, the finest first, such as 0,0,0.2",
-            "price": f"{span}, or inf",
-            "pins": "exemplar x,y -> output x,y and a radius, such as '40,30 -> 200,120 24', several after semicolons",
-            "vectors": "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
-            "field": ", ".join([*self.choices, span]) + f"{unit}, or a gray picture over the {self.over}",
-            "picture": "".join(f"{c}, or " for c in self.choices) + f"a gray picture over the {self.over}",
-            "isometries": "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
-        }.get(self.kind, span + unit)
+        span += f" {self.unit}" * bool(self.unit)
+        said = KINDS[self.kind].allowed.format(span=span, choices=", ".join(self.choices), over=self.over)
+        between = ", or " if self.kind == "picture" else ", "
+        return between.join((*self.choices, said)) if self.kind in OVER else said
 
 
-def param(
-    default: Any,
-    kind: str,
-    help: str,
-    *,
-    low: float | None = None,
-    high: float | None = None,
-    unit: str = "",
-    choices: Sequence[str] = (),
-    over: str = "",
-) -> Any:
+def param(default: Any, kind: str, help: str, **facts: Any) -> Any:
     """Declare a field of a method: its default, its kind, and all that can be said about it.
 
-    Kinds: ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)), ``weights``
-    (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"), ``pins``
-    (tuples of five whole numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids; ``auto`` is
-    decided from the exemplar when a method settles), ``field`` (a number for every pixel ``over`` the "output" or the
-    "exemplar": a number, a gray picture, a function, a Field, or one of the choices), ``picture`` (the same, but no
-    plain number).
+    Kinds (:data:`KINDS`): ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)),
+    ``weights`` (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"),
+    ``pins`` (tuples of five whole numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids;
+    ``auto`` is decided from the exemplar when a method settles), ``field`` (a number for every pixel ``over`` the
+    "output" or the "exemplar": a number, a gray picture, a function, a Field, or one of the choices), ``picture`` (the
+    same, but no plain number). `facts` are ``low``, ``high``, ``unit``, ``choices`` and ``over`` of :class:`Parameter`.
     """
-    data = {"kind": kind, "low": low, "high": high, "unit": unit, "choices": tuple(choices), "help": help, "over": over}
-    return dataclasses.field(default=default, metadata={"param": data})
+    return dataclasses.field(default=default, metadata={"param": {"kind": kind, "help": help, **facts}})
 
 
 def parameters(method: Any) -> list[Parameter]:
@@ -115,10 +95,10 @@ def check(method: Any) -> None:
         value = getattr(method, p.name)
         if value is AUTO and p.default is AUTO:
             continue
-        if p.kind in OVER and not isinstance(value, (int, float, str)):
-            value = _field(p, value)
         try:
-            object.__setattr__(method, p.name, _normal(p, value))
+            if isinstance(value, bytes) and p.kind not in OVER:  # which would be numbers of 0 to 255
+                raise ValueError
+            object.__setattr__(method, p.name, KINDS[p.kind].normal(p, value))
         except (TypeError, ValueError, OverflowError):
             pair = p.kind == "extent" and isinstance(value, tuple)
             shown = said("x".join(map(str, reversed(value))) if pair else value)
@@ -128,27 +108,7 @@ def check(method: Any) -> None:
 def parse(p: Parameter, text: str) -> Any:
     """Read a value as it is written on the command line (extents as WIDTHxHEIGHT, lists with commas)."""
     try:
-        if p.kind == "int":
-            return int(text)
-        if p.kind == "float" or (p.kind in OVER and text not in p.choices):
-            return float(text)
-        if p.kind == "price":
-            return text if text == "inf" else float(text)
-        if p.kind == "pins":
-            return tuple(tuple(int(part) for part in _pin_numbers(word)) for word in text.split(";"))
-        if p.kind == "levels":
-            numbers = tuple(float(part) for part in text.split(","))
-            return numbers[0] if len(numbers) == 1 else numbers
-        if p.kind == "extent":
-            sides = [int(part) for part in text.lower().split("x")]
-            return sides[0] if len(sides) == 1 else tuple(reversed(sides))
-        if p.kind == "weights":
-            return tuple(float(part) for part in text.split(","))
-        if p.kind == "vectors":
-            return tuple(tuple(float(part) for part in word.split(",")) for word in text.split())
-        if p.kind == "isometries" and text not in ISOMETRY_SETS and text != "auto":
-            return tuple(int(part) for part in text.split(","))
-        return text
+        return text if text in p.choices else KINDS[p.kind].read(text)
     except ValueError:
         raise ParameterError(f"{p.name}={text} is not allowed; give {p.allowed()}.") from None
 
@@ -164,87 +124,13 @@ def words(value: int | tuple[int, int] | None) -> str:
     return f"{rows}" if rows == columns else f"{columns}x{rows}"
 
 
-def _field(p: Parameter, value: Any) -> Any:
-    """A number, where the field is one everywhere; else the field."""
-    try:
-        field = value if isinstance(value, Field) else Field(value)
-        field = field.within(p.low, p.high)
-    except InputError as e:
-        raise InputError(f"{p.name}: {e}") from e.__cause__
-    return field if field.number is None else field.number
-
-
-def _normal(p: Parameter, value: Any) -> Any:
-    if isinstance(value, bytes):  # which would be numbers of 0 to 255
-        raise ValueError
-    if p.kind == "choice" or (p.kind in OVER and isinstance(value, str)):
-        if value not in p.choices:
-            raise ValueError
-        return str(value)
-    if p.kind in OVER and not isinstance(value, (int, float)):
-        return value
-    if p.kind == "picture":
-        raise ValueError
-    if p.kind == "isometries":
-        return _isometries(value)
-    if p.kind == "vectors":
-        return _vectors(p, value)
-    if p.kind == "extent":
-        if isinstance(value, (tuple, list)):
-            rows, columns = (_whole(p, v) for v in value)
-            return rows if rows == columns else (rows, columns)
-        return _whole(p, value)
-    if p.kind == "price" and value in ("inf", math.inf):
-        return "inf"
-    if p.kind == "pins":
-        return _pins(p, value)
-    if p.kind == "levels" and isinstance(value, (tuple, list)):
-        return _levels(p, value)
-    if p.kind == "weights":
-        weights = tuple(_number(p, v) for v in value)
-        if not weights or not any(weights):
-            raise ValueError
-        return weights
-    return _whole(p, value) if p.kind == "int" else _number(p, value)
-
-
-def _isometries(value: Any) -> str | tuple[int, ...]:
-    if isinstance(value, str):
-        if value not in ISOMETRY_SETS and value != "auto":
-            raise ValueError
-        return value
-    ids = tuple(sorted({whole(v) for v in value}))
-    if not ids or ids[0] < 0 or ids[-1] > 7:
-        raise ValueError
-    return ids
-
-
-def _vectors(p: Parameter, value: Any) -> tuple[tuple[float, ...], ...]:
-    vectors = tuple(tuple(_number(p, v) for v in vector) for vector in value)
-    if len(vectors) not in (1, 2) or any(len(v) != 2 or not any(v) for v in vectors):
-        raise ValueError
-    return vectors
-
-
-def _pin_numbers(word: str) -> list[str]:
-    found = re.fullmatch(r"\s*(-?\d+)\s*,\s*(-?\d+)\s*->\s*(-?\d+)\s*,\s*(-?\d+)\s+(\d+)\s*", word)
-    if found is None:
-        raise ValueError
-    return list(found.groups())
-
-
-def _pins(p: Parameter, value: Any) -> tuple[tuple[int, ...], ...]:
-    pins = tuple(tuple(_whole(p, v) for v in pin) for pin in value)
-    if any(len(pin) != 5 or pin[4] < 1 for pin in pins):
-        raise ValueError
-    return pins
-
-
-def _levels(p: Parameter, value: Any) -> float | tuple[float, ...]:
-    numbers = tuple(_number(p, v) for v in value)
-    if not 1 <= len(numbers) <= MOST_LEVELS:
-        raise ValueError
-    return numbers[0] if len(numbers) == 1 else numbers
+def written(value: Any) -> str:
+    """Write a value for people: lists with commas, vectors with spaces between them."""
+    if isinstance(value, (list, tuple)):
+        if value and isinstance(value[0], (list, tuple)):
+            return " ".join(",".join(f"{n:.6g}" for n in v) for v in value)
+        return ",".join(map(str, value))
+    return str(value)
 
 
 def _whole(p: Parameter, value: Any) -> int:
@@ -260,6 +146,146 @@ def _number(p: Parameter, value: Any) -> float:
     if (p.low is not None and number < p.low) or (p.high is not None and number > p.high):
         raise ValueError
     return number
+
+
+def _numbers(p: Parameter, value: Any) -> tuple[float, ...]:
+    return tuple(_number(p, v) for v in value)
+
+
+def _choice(p: Parameter, value: Any) -> str:
+    if value not in p.choices:
+        raise ValueError
+    return str(value)
+
+
+def _extent(p: Parameter, value: Any) -> Extent:
+    if not isinstance(value, (tuple, list)):
+        return _whole(p, value)
+    rows, columns = (_whole(p, v) for v in value)
+    return rows if rows == columns else (rows, columns)
+
+
+def _weights(p: Parameter, value: Any) -> tuple[float, ...]:
+    weights = _numbers(p, value)
+    if not any(weights):
+        raise ValueError
+    return weights
+
+
+def _levels(p: Parameter, value: Any) -> Any:
+    numbers = _numbers(p, value if isinstance(value, (tuple, list)) else (value,))
+    if not 1 <= len(numbers) <= MOST_LEVELS:
+        raise ValueError
+    return _alone(numbers)
+
+
+def _price(p: Parameter, value: Any) -> float | str:
+    return "inf" if value in ("inf", math.inf) else _number(p, value)
+
+
+def _pins(p: Parameter, value: Any) -> tuple[tuple[int, ...], ...]:
+    pins = tuple(tuple(_whole(p, v) for v in pin) for pin in value)
+    if any(len(pin) != 5 or pin[4] < 1 for pin in pins):
+        raise ValueError
+    return pins
+
+
+def _vectors(p: Parameter, value: Any) -> tuple[tuple[float, ...], ...]:
+    vectors = tuple(_numbers(p, vector) for vector in value)
+    if len(vectors) not in (1, 2) or any(len(v) != 2 or not any(v) for v in vectors):
+        raise ValueError
+    return vectors
+
+
+def _isometries(p: Parameter, value: Any) -> Poses:
+    if isinstance(value, str):
+        if value not in NAMED_POSES:
+            raise ValueError
+        return value
+    ids = tuple(sorted({whole(v) for v in value}))
+    if not ids or ids[0] < 0 or ids[-1] > 7:
+        raise ValueError
+    return ids
+
+
+def _field(p: Parameter, value: Any) -> Any:
+    """A word, a number, where the field is one everywhere, or the field."""
+    if isinstance(value, str):
+        return _choice(p, value)
+    if not isinstance(value, (int, float)):
+        try:
+            field = (value if isinstance(value, Field) else Field(value)).within(p.low, p.high)
+        except InputError as e:
+            raise InputError(f"{p.name}: {e}") from e.__cause__
+        if field.number is None:
+            return field
+        value = field.number
+    if p.kind == "picture":
+        raise ValueError
+    return _number(p, value)
+
+
+def _alone(numbers: tuple[Any, ...]) -> Any:
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def _floats(text: str) -> tuple[float, ...]:
+    return tuple(map(float, text.split(",")))
+
+
+def _pin(word: str) -> tuple[int, ...]:
+    found = re.fullmatch(r"\s*(-?\d+)\s*,\s*(-?\d+)\s*->\s*(-?\d+)\s*,\s*(-?\d+)\s+(\d+)\s*", word)
+    if found is None:
+        raise ValueError
+    return tuple(map(int, found.groups()))
+
+
+class Kind(NamedTuple):
+    """What help shows in place of a value, how one is read from a text, put into normal form or refused, and written.
+
+    ``allowed`` says in words what may be given, with the range and the unit of the parameter.
+    """
+
+    shown: str
+    read: Callable[[str], Any]
+    normal: Callable[[Parameter, Any], Any]
+    allowed: str = "{span}"
+    text: Callable[[Any], str] = written
+
+
+KINDS = {
+    "int": Kind("N", int, _whole),
+    "float": Kind("F", float, _number),
+    "choice": Kind("", str, _choice, "one of {choices}"),
+    "extent": Kind(
+        "PX|WxH", lambda text: _alone(tuple(map(int, text.lower().split("x")))[::-1]), _extent,
+        "{span}, one number or WIDTHxHEIGHT", words,
+    ),
+    "weights": Kind("W,W,...", _floats, _weights, "{span}, one for each channel"),
+    "levels": Kind(
+        "F|F,F,...", lambda text: _alone(_floats(text)), _levels,
+        "{span}, one number or one for each level, the finest first, such as 0,0,0.2",
+    ),
+    "price": Kind("F|inf", lambda text: text if text == "inf" else float(text), _price, "{span}, or inf"),
+    "pins": Kind(
+        "'X,Y -> X,Y R'", lambda text: tuple(map(_pin, text.split(";"))), _pins,
+        "exemplar x,y -> output x,y and a radius, such as '40,30 -> 200,120 24', several after semicolons",
+        lambda pins: "; ".join("{},{} -> {},{} {}".format(*pin) for pin in pins),
+    ),
+    "vectors": Kind(
+        "'X,Y X,Y'", lambda text: tuple(map(_floats, text.split())), _vectors,
+        "one or two vectors x,y in px, such as 20.4,0 10.2,9.6",
+        lambda vectors: " ".join(",".join(repr(float(n)) for n in v) for v in vectors),
+    ),
+    "isometries": Kind(
+        "none|180|90|both|auto|IDS",
+        lambda text: text if text in NAMED_POSES else tuple(map(int, text.split(","))), _isometries,
+        "none, 180, 90, both, auto, or isometry numbers 0 to 7 such as 0,1,6",
+    ),
+    "field": Kind("F|FILE", float, _field, "{span}, or a gray picture over the {over}"),
+    "picture": Kind("FILE", float, _field, "a gray picture over the {over}"),
+}  # fmt: skip
+"""All that is known of the kinds of parameters."""
 
 
 def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] | None) -> None:

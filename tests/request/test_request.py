@@ -17,7 +17,8 @@ import intarsia
 from intarsia.cli.help import read_argv
 from intarsia.errors import InputError, ParameterError
 from intarsia.methods.base import METHODS, method_class
-from intarsia.request.argv import once_more, parameter_text, settings_of, to_argv
+from intarsia.params import KINDS
+from intarsia.request.argv import once_more, settings_of, to_argv
 from intarsia.request.as_json import from_json, to_json
 from intarsia.request.field import Field
 from intarsia.request.kinds import Kind, Whole
@@ -145,7 +146,7 @@ def test_every_parameter_is_written_as_it_is_read(verb: str) -> None:
         request = plain(verb, method=owners[0], parameters={name: value})
         read = read_argv(to_argv(request)).parameters
         if value != p.default:
-            assert parameter_text(p.kind, value)
+            assert KINDS[p.kind].text(value)
             assert read == {name: value} or {**read} == {name: float(value)}  # type: ignore[arg-type]
 
 

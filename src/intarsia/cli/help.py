@@ -15,7 +15,7 @@ from ..choosing.auto import AUTO_METHOD
 from ..disk.limits import allowing
 from ..errors import ParameterError
 from ..methods.base import METHODS, method_class, preset
-from ..params import Parameter, parameters
+from ..params import KINDS, Parameter, parameters
 from ..request.as_json import parameter_values
 from ..request.field import HEADINGS, Field
 from ..request.kinds import FLAG, File, Kind, Number, Pair, Whole
@@ -40,15 +40,8 @@ def _entry(cls: type[Any]) -> dict[str, Any]:
         "paper": cls.paper,
         "summary": cls.summary,
         "supports": sorted(ability.value for ability in cls.supports),
-        "parameters": [_xy(p) for p in parameters(cls)],
+        "parameters": [p.as_dict() for p in parameters(cls)],
     }
-
-
-def _xy(p: Parameter) -> dict[str, Any]:
-    entry = p.as_dict()
-    if p.kind == "extent" and isinstance(p.default, tuple):
-        entry["default"] = list(reversed(p.default))
-    return entry
 
 
 class ParameterOption(click.Option):
@@ -122,36 +115,14 @@ def option_of(field: Field) -> click.Parameter:
     return click.Option(names, help=field.help, multiple=field.many, show_default=field.tells_default, **facts)
 
 
-METAVARS = {
-    "extent": "PX|WxH",
-    "int": "N",
-    "float": "F",
-    "weights": "W,W,...",
-    "levels": "F|F,F,...",
-    "price": "F|inf",
-    "pins": "'X,Y -> X,Y R'",
-    "vectors": "'X,Y X,Y'",
-    "isometries": "none|180|90|both|auto|IDS",
-    "field": "F|FILE",
-    "picture": "FILE",
-}
-
-
 def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOption:
     """Make the option of a method's parameter, as text that the method's own rules read later."""
-    default = "" if p.default is None else f" Default: {_default(p)}."
+    unit = f" {p.unit}" if p.unit and p.kind == "int" else ""
+    default = "" if p.default is None else f" Default: {p.default}{unit}."
     only = "" if every else f" ({', '.join(owners)})"
-    metavar = "|".join((*p.choices, *([METAVARS[p.kind]] if p.kind in METAVARS else [])))
     text = f"{p.help[:1].upper()}{p.help[1:]}.{default}{only}"
     names = [p.name, "--" + p.name.replace("_", "-")]
-    return ParameterOption(names, metavar=metavar or p.kind.upper(), help=text)
-
-
-def _default(p: Parameter) -> str:
-    value = p.default
-    if isinstance(value, tuple):
-        return ("x" if p.kind == "extent" else ",").join(map(str, reversed(value) if p.kind == "extent" else value))
-    return f"{value} {p.unit}".strip() if p.kind in ("int", "extent") else str(value)
+    return ParameterOption(names, metavar="|".join(filter(None, (*p.choices, KINDS[p.kind].shown))), help=text)
 
 
 def parameters_of(verb: str) -> list[click.Parameter]:

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from ..methods.base import method_class
-from ..params import parameters
-from ..request.argv import written
+from ..params import parameters, written
 from .exits import one_line, say_json, tell
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..choosing.auto import AUTO_METHOD
 from ..methods.base import Method, keeps_lattice, method_class
-from ..params import Parameter, parameters, words
+from ..params import KINDS, Parameter, parameters
 from .field import Field
 from .kinds import FLAG, Pair
 from .request import FIELDS, Request, fields_of_verb
@@ -82,7 +82,7 @@ def parameter_words(request: Request, joined: bool = False) -> list[str]:
     drawn = request.drawn
     for name, value in request.parameters.items():
         if name not in usual or value != usual[name]:
-            text = drawn.get(name) or parameter_text(known[name].kind, value)
+            text = drawn.get(name) or KINDS[known[name].kind].text(value)
             said += _option("--" + name.replace("_", "-"), text, joined)
     return said
 
@@ -90,23 +90,3 @@ def parameter_words(request: Request, joined: bool = False) -> list[str]:
 def settings_of(method: Method) -> dict[str, Any]:
     """Return the parameters of a method by name."""
     return {p.name: getattr(method, p.name) for p in parameters(method)}
-
-
-def parameter_text(kind: str, value: Any) -> str:
-    """Write a parameter as the command line reads it."""
-    if kind == "extent":
-        return words(value)
-    if kind == "pins":
-        return "; ".join("{},{} -> {},{} {}".format(*pin) for pin in value)
-    if kind == "vectors":
-        return " ".join(",".join(repr(float(n)) for n in v) for v in value)
-    return written(value)
-
-
-def written(value: Any) -> str:
-    """Write a value for people: lists with commas, vectors with spaces between them."""
-    if isinstance(value, (list, tuple)):
-        if value and isinstance(value[0], (list, tuple)):
-            return " ".join(",".join(f"{n:.6g}" for n in v) for v in value)
-        return ",".join(str(v) for v in value)
-    return str(value)

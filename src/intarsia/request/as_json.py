@@ -8,8 +8,7 @@ from typing import Any
 from ..choosing.auto import AUTO_METHOD
 from ..errors import ParameterError
 from ..methods.base import METHODS, method_class
-from ..params import parameters
-from .argv import parameter_text
+from ..params import KINDS, parameters
 from .field import Field
 from .kinds import FLAG
 from .pictures import value_of
@@ -48,7 +47,7 @@ def to_json(request: Request) -> dict[str, Any]:
         for f in fields_of_verb(request.verb) if f.flags and (value := getattr(request, f.name)) != f.default
     }  # fmt: skip
     known, drawn = known_parameters(), request.drawn
-    asked = {n: drawn.get(n) or parameter_text(known[n][0].kind, v) for n, v in request.parameters.items()}
+    asked = {n: drawn.get(n) or KINDS[known[n][0].kind].text(v) for n, v in request.parameters.items()}
     return told | asked
 
 
