@@ -13,6 +13,7 @@ import numpy as np
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Array
+from intarsia.kernels.windows import Grown
 from intarsia.search.candidates import Candidates, Prices, Search
 from intarsia.search.posed import PosedExemplars, posed_exemplars
 from intarsia.sourcemap import HOLE
@@ -259,7 +260,7 @@ class SearchContract:
 
     def find(self, search: Search, scene: SearchScene, at: Array, prices: Prices | None = None) -> list[Candidates]:
         """Search some windows of a scene."""
-        return search.find(*scene.map, at, scene.wrap, prices or unpriced(search))
+        return search.find(Grown(*scene.map, scene.wrap), at, prices or unpriced(search))
 
     def _each(self) -> list[tuple[SearchScene, Search]]:
         return [(scene, self.make(scene)) for scene in map(scene_of, self.scenes)]

@@ -14,6 +14,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
+from intarsia.kernels.windows import Grown
 from intarsia.patches.growth import Growth, PatchSettings, strays
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
@@ -148,8 +149,8 @@ class Scene:
 
     def found(self) -> Any:
         work = self.growth.growing
-        at = np.zeros((1, 2), np.int64)
-        return self.guided.find([(0, 0)], work.variant, work.yx, at, self.growth.repetition.search_prices)[0]
+        shows, at = Grown(work.variant, work.yx, self.growth.layout.wraps), np.zeros((1, 2), np.int64)
+        return self.guided.find([(0, 0)], shows, at, self.growth.repetition.search_prices)[0]
 
     def cost(self, v: int, u: int, s: int) -> float:
         """(d + alpha g)**2 in the units of the search, straight from the definition."""

@@ -79,9 +79,9 @@ class UnderGuide:
     def window(self, at: tuple[int, int]) -> tuple[int, int]:
         return at[0] + self.patch[0], at[1] + self.patch[1]
 
-    def find(self, variant: Any, yx: Any, at: Any, wrap: Any, prices: Any) -> list[candidates.Candidates]:
+    def find(self, grown: Any, at: Any, prices: Any) -> list[candidates.Candidates]:
         windows = [self.window((y, x)) for y, x in at.tolist()]
-        return self.guided.find(windows, variant, yx, at, prices)
+        return self.guided.find(windows, grown, at, prices)
 
 
 class GuidedContract(SearchContract):

@@ -29,6 +29,7 @@ from ..exemplar import Exemplars
 from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
+from ..kernels.windows import Grown
 from ..lattice.candidates import UNIT
 from ..params import Poses, Steps, Weights
 from ..patches.growing_map import Pick, picked
@@ -213,8 +214,8 @@ def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick) -> Candidates
     there = np.zeros(valid.shape, np.uint8)
     mark_steps(steps, ends, shown[1:], torus, (UNIT, SLACK), valid.view(np.uint8), there)
     places, most, grown = np.flatnonzero(there), growth.settings.listed, growth.growing
-    assert isinstance(growth.finder, PatchSearch)
-    feats, known = growth.finder.windows(grown.variant, grown.yx, np.array([at], np.int64), growth.layout.wraps)
+    shows = Grown(grown.variant, grown.yx, growth.layout.wraps)
+    feats, known = growth.variants.windows(shows, np.array([at], np.int64), growth.finder.patch)
     rows = np.empty((len(places), 4), np.int64)
     rows[:, 1], rows[:, 2], rows[:, 3] = shown[0], *np.divmod(places, valid.shape[1])
     copies_kernels.measure_best(feats[0], known[0], growth.variants.posed, most, rows)
@@ -358,7 +359,7 @@ class Covering:
         size = min(search.batch(), -(-len(boxes) // run.workers))
         chunks = [firsts[begin : begin + size] for begin in range(0, len(boxes), size)]
         with sewn.opened(holes, sewn.locked), run.pool() as each:  # what must stay is what patches must fit
-            found = each(lambda chunk: search.find(sewn.variant, sewn.yx, chunk, sewn.wraps, prices), chunks)
+            found = each(lambda chunk: search.find(sewn.grown, chunk, prices), chunks)
         return [candidates for part in found for candidates in part]
 
 

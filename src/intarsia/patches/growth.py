@@ -24,6 +24,7 @@ from ..exemplar import Exemplars
 from ..geometry import laid
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
+from ..kernels.windows import Grown
 from ..lazy import ndimage
 from ..params import Poses, Weights
 from ..run import Run
@@ -406,12 +407,12 @@ class Growth:
         def part(begin: int) -> None:
             self._check()
             stop, prices = min(begin + size, len(wave)), self.repetition.search_prices
-            where = (self.growing.variant, self.growing.yx, at[begin:stop], self.layout.wraps)
+            where = Grown(self.growing.variant, self.growing.yx, self.layout.wraps), at[begin:stop]
             if self.guided is not None:
-                found[begin:stop] = self.guided.find(wave[begin:stop], *where[:3], prices)
+                found[begin:stop] = self.guided.find(wave[begin:stop], *where, prices)
             elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
                 found[begin:stop] = self.finder.search(
-                    *self.finder.windows(*where), prices,
+                    *self.variants.windows(*where, self.finder.patch), prices,
                     lambda k, rows: self.repetition.left(*wave[begin + k], rows, self._check),
                 )  # fmt: skip
             else:

@@ -339,7 +339,7 @@ class GraphcutGrowth:
         """The candidates for a window as the map now is."""
         assert self._search is not None
         search = self._search if self.first is None else self._search.within(self._allowed(box))
-        return search.find(self.variant, self.yx, np.array([box[:2]], np.int64), self.wraps, self.search_prices(box))[0]
+        return search.find(self.grown, np.array([box[:2]], np.int64), self.search_prices(box))[0]
 
     def _allowed(self, box: Box) -> Sequence[Mask]:
         """Where the patches may lie that go into a window: anywhere, or in step with the first one."""

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..arrays import Array, Int64, Pair
+from ..kernels.windows import Grown
 from .fourier_kernels import Correlated, Fee
 from .posed import PosedExemplars
 
@@ -147,5 +148,5 @@ class Search(Protocol):
     def batch(self) -> int:
         """How many windows are best searched together."""
 
-    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
+    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""

@@ -24,7 +24,8 @@ from scipy import fft
 from ..analysis.sums import principal_axes
 from ..arrays import Array, Pair
 from ..errors import ParameterError
-from ..kernels import returns, windows
+from ..kernels import returns
+from ..kernels.windows import Grown
 from . import fourier_kernels
 from .candidates import SHORT_LIST, Candidates, Prices, Reduced
 from .fourier_kernels import Listed
@@ -242,9 +243,9 @@ class PatchSearch:
         size = max(a * (b // 2 + 1) for a, b in self.coarse) * 8 * (len(self.axes) + 1)
         return max(1, min(32, (BATCH_BYTES << self.exact) // size))
 
-    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
+    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
-        return self.search(*self.windows(variant, yx, at, wrap), prices)
+        return self.search(*self.variants.windows(grown, at, self.patch), prices)
 
     def search(
         self, feats: Array, known: Array, prices: Prices, among: Callable[[int, Array], Array | None] | None = None
@@ -283,13 +284,6 @@ class PatchSearch:
         fourier_kernels.refine_all(feats, known, posed, among, best, counts, self.factor, found)
         for mine in every if self.exact else ():
             fourier_kernels.complete(mine, len(self.axes), self.scale, feats, known, posed, found, counts)
-
-    def windows(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> tuple[Array, Array]:
-        """Read what the windows that begin at `at` hold: features (n, h, w, C), and where there are any."""
-        n, (h, w) = len(at), self.patch
-        feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
-        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at, feats, known)
-        return feats, known
 
     def reduce(self, feats: Array, known: Array) -> Reduced:
         """Reduce windows (n, h, w, C) as the exemplars are."""

@@ -22,6 +22,7 @@ from ..exemplar import Exemplar, Exemplars
 from ..geometry import Wrap
 from ..guide import MAX_LABELS, Guide
 from ..image import Plane
+from ..kernels.windows import Grown
 from ..lazy import ndimage
 from ..params import extent
 from . import guided_kernels
@@ -74,24 +75,22 @@ class Guided(ABC, Generic[AnySearch]):
         """Return, for every variant, where patches begin that a window may take."""
         return self.allowed[int(self.guidance.windows[window])]
 
-    def find(
-        self, windows: list[Pair], variant: Array, yx: Array, at: Array, prices: Prices
-    ) -> list[Candidates]:
+    def find(self, windows: list[Pair], grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for `windows`, which begin at `at` (n, 2) of a growing map."""
         labels = [int(self.guidance.windows[w]) for w in windows]
         found: list[Any] = [None] * len(windows)
         for s in sorted(set(labels)):
             mine = np.array([k for k, own in enumerate(labels) if own == s])
             if self.guidance.guide.weight > 0 and not (s and s & (s - 1) == 0):
-                some = self._weighed(self.among[s], variant, yx, at[mine], prices)
+                some = self._weighed(self.among[s], grown, at[mine], prices)
             else:  # inside the region of one label any patch of it will do: the seam alone counts
-                some = self.among[s].find(variant, yx, at[mine], self.guidance.layout.wraps, prices)
+                some = self.among[s].find(grown, at[mine], prices)
             for k, candidates in zip(mine.tolist(), some, strict=True):
                 found[k] = candidates
         return found
 
     @abstractmethod
-    def _weighed(self, search: AnySearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+    def _weighed(self, search: AnySearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Where patches differ in what the guide says, count that too: d + alpha g, squared (Multrus 2003, 5.3.1)."""
 
     def shares(self, known: Array, inside: Array) -> Array:
@@ -113,9 +112,9 @@ class GuidedSearch(Guided[PatchSearch]):
         super().__init__(search, guidance, unit)
         self.guide = GuideSearch(guidance.pictures, guidance.layout.patch, 0, factor=search.factor)
 
-    def _weighed(self, search: PatchSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+    def _weighed(self, search: PatchSearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         n, guide = len(at), self.guide
-        feats, known = search.windows(variant, yx, at, self.guidance.layout.wraps)
+        feats, known = search.variants.windows(grown, at, search.patch)
         wanted, inside = self.guidance.wanted(at)
         shares = self.shares(known, inside)
         coarse_shares = shares * (search.scale / guide.scale)

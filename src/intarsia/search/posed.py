@@ -14,7 +14,7 @@ from ..arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
 from ..errors import ParameterError
 from ..exemplar import Exemplars
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
-from ..kernels.windows import Posed
+from ..kernels.windows import Grown, Posed, gather_all
 from ..sourcemap import HOLE
 
 MAX_VARIANTS = 250
@@ -50,6 +50,12 @@ class PosedExemplars:
         start, _, _, stride = (int(n) for n in self.table[v])
         stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
         return self.flat[start:stop].reshape(-1, stride, self.channels)
+
+    def windows(self, grown: Grown, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
+        """Read what windows of a map hold that begin at `at`: features (n, h, w, C) int16, and where there are any."""
+        feats, known = np.empty((len(at), *patch, self.channels), np.int16), np.empty((len(at), *patch), np.uint8)
+        gather_all(grown, self.posed, at, feats, known)
+        return feats, known
 
     @cached_property
     def turns(self) -> Int64:

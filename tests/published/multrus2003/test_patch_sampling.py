@@ -16,6 +16,7 @@ from intarsia.canvas import Canvas
 from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, laid
+from intarsia.kernels.windows import Grown
 from intarsia.patches.growth import Growth
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.pyramid import Drawn, DrawnPyramid
@@ -290,7 +291,7 @@ def test_any_of_the_n_best_is_chosen_and_no_other(n: int) -> None:
     growth = grown(bytes_of(25, 25), (20, 20), patch=4, overlap=3, **PLAIN)
     at = np.array([growth.at((1, 1))], np.int64)
     work = growth.growing
-    found = growth.finder.find(work.variant, work.yx, at, (False, False), growth.repetition.search_prices)
+    found = growth.finder.find(Grown(work.variant, work.yx, (False, False)), at, growth.repetition.search_prices)
     picks = [choose(method, growth, (1, 1), found[0], k << 32, []) for k in range(0, 1 << 32, 1 << 25)]
     assert set(picks) == {tuple(row[1:]) for row in found[0].rows[:n].tolist()}
     counts = [picks.count(p) for p in set(picks)]

@@ -9,6 +9,7 @@ from segments.naive_segments import naive_histogram, naive_zone_counts
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
+from intarsia.kernels.windows import Grown
 from intarsia.published.segments.laying import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, some
 from intarsia.search.candidates import Candidates, Prices
 from intarsia.search.posed import posed_exemplars
@@ -108,7 +109,7 @@ def test_candidates_are_measured_exactly_and_sorted():
     variant[:8, :5] = 0
     yx[:8, :5] = np.stack(np.mgrid[3:11, 4:9], axis=-1)
     counts = np.zeros(search.valid[0].shape, np.int32)
-    free, found = search.find(variant, yx, np.array([[4, 8], [4, 2]]), (False, False), Prices([counts], 0))
+    free, found = search.find(Grown(variant, yx, (False, False)), np.array([[4, 8], [4, 2]]), Prices([counts], 0))
     assert free.free
     assert len(free.rows) == 0
     assert not found.free

@@ -16,8 +16,7 @@ from ...analysis.features import Features
 from ...arrays import Array, Int16, Int64, Mask, Pair
 from ...draws import below, draw
 from ...errors import ParameterError
-from ...kernels import windows
-from ...kernels.windows import Posed
+from ...kernels.windows import Grown, Posed
 from ...lazy import ndimage
 from ...search import fourier_kernels, guided_kernels
 from ...search.candidates import SHORT_LIST, Candidates, Prices
@@ -133,11 +132,9 @@ class PyramidSearch:
         """How many windows are best searched together."""
         return BATCH
 
-    def find(
-        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
-    ) -> list[Candidates]:
+    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map, as PatchSearch does."""
-        stack = self.stack(variant, yx, at, wrap)
+        stack = self.stack(grown, at)
         n = len(at)
         sums = np.array([[k.sum() for k in known] for _, known in stack], np.int64)  # (levels, n)
         usual = np.full(n, -1, np.int64)
@@ -162,16 +159,13 @@ class PyramidSearch:
         )  # fmt: skip
         return Candidates.of_all(rows, many, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)
 
-    def stack(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool]) -> list[tuple[Array, Array]]:
+    def stack(self, grown: Grown, at: Array) -> list[tuple[Array, Array]]:
         """Features and known pixels of the windows at all levels, from fine to coarse."""
-        n, channels = len(at), self.variants.channels
-        size = [side + 2 * MARGIN for side in self.patch]
-        feats, state = np.empty((n, *size, channels), np.int16), np.empty((n, *size), np.uint8)
-        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at - MARGIN, feats, state)
+        feats, state = self.variants.windows(grown, at - MARGIN, [side + 2 * MARGIN for side in self.patch])
         inner = tuple(slice(MARGIN, MARGIN + side) for side in self.patch)
         stack = [(feats[:, *inner].copy(), state[:, *inner].copy())]
         for k, (y, x) in enumerate((at - MARGIN).tolist()):
-            pyramid_kernels.mark_outside(state[k], y, x, variant.shape, wrap)
+            pyramid_kernels.mark_outside(state[k], y, x, grown.variant.shape, grown.wrap)
         return stack + self._coarser(feats, state)
 
     def whole_stack(self, pictures: Array, inside: Array) -> list[tuple[Array, Array]]:
@@ -212,9 +206,9 @@ class GuidedPyramid(Guided[PyramidSearch]):
         super().__init__(search, guidance, unit)
         self.guide = PyramidSearch(guidance.pictures, guidance.layout.patch, search.seam, search.smoothing)
 
-    def _weighed(self, search: PyramidSearch, variant: Array, yx: Array, at: Array, prices: Prices) -> list[Candidates]:
+    def _weighed(self, search: PyramidSearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         n, guide = len(at), self.guide
-        stack = search.stack(variant, yx, at, self.guidance.layout.wraps)
+        stack = search.stack(grown, at)
         beside = guide.whole_stack(*self.guidance.wanted(at))
         sums = np.array([known.sum(axis=(1, 2), dtype=np.int64) for _, known in stack])
         usual = np.full(n, -1, np.int64)
@@ -289,9 +283,9 @@ class DrawnPyramid(PyramidSearch):
         super().__init__(variants, patch, seam, smoothing, drawn.at_bounds, drawn.at_bounds)
         self.drawn = drawn
 
-    def find(self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices) -> list[Candidates]:
+    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Return one candidate for each of the windows that begin at `at` (n, 2) of a growing map."""
-        stack = self.stack(variant, yx, at, wrap)
+        stack = self.stack(grown, at)
         return [self._drawn([(f[k], known[k]) for f, known in stack], at[k].tolist(), prices) for k in range(len(at))]
 
     def _drawn(self, stack: list[tuple[Array, Array]], at: list[int], prices: Prices) -> Candidates:

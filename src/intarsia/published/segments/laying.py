@@ -19,7 +19,7 @@ from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
 from ...draws import below, draw_many
 from ...exemplar import Exemplar, Exemplars
-from ...kernels import windows
+from ...kernels.windows import Grown
 from ...params import AUTO, extent
 from ...patches.growing_map import Pick
 from ...patches.growth import Growth, PatchSettings, Repeats
@@ -155,19 +155,16 @@ class SegmentSearch:
         """Windows are searched one by one."""
         return 32
 
-    def find(
-        self, variant: Array, yx: Array, at: Array, wrap: tuple[bool, bool], prices: Prices
-    ) -> list[Candidates]:
+    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         """Return the patches drawn for the windows that begin at `at` (n, 2), best first; repeats are priced later."""
-        n, (h, w) = len(at), self.patch
-        feats, known = np.empty((n, h, w, self.variants.channels), np.int16), np.empty((n, h, w), np.uint8)
-        windows.gather_all(windows.Grown(variant, yx, wrap), self.variants.posed, at, feats, known)
+        (h, w), variant = self.patch, grown.variant
+        feats, known = self.variants.windows(grown, at, self.patch)
         found = []
         for k, (y, x) in enumerate(at.tolist()):
             rows = np.zeros((0, 4), np.int64)
             if known[k].any():
                 index = np.ix_(np.arange(y, y + h) % variant.shape[0], np.arange(x, x + w) % variant.shape[1])
-                groups = np.where(variant[index] != HOLE, self.groups[yx[index][..., 0], yx[index][..., 1]], -1)
+                groups = np.where(variant[index] != HOLE, self.groups[*np.moveaxis(grown.yx[index], 2, 0)], -1)
                 rows = self.drawn(groups, known[k], (y, x))
                 rows[:, 0] = FAR
                 fourier_kernels.measure(feats[k], known[k], self.variants.posed, rows)
