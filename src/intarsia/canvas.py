@@ -49,13 +49,10 @@ class Canvas:
         object.__setattr__(self, "wrap", chosen(Wrap, "wrap", self.wrap))
         expect(self.start, (SourceMap, NoneType), "start", "a SourceMap")
         expect(self.guide, (Guide, NoneType), "guide", "a Guide")
-        if self.start is not None and (self.start.height, self.start.width) != (self.height, self.width):
-            raise InputError(self._unequal("start map", self.start.width, self.start.height))
         target = None if self.guide is None else self.guide.target
-        if target is not None and (target.height, target.width) != (self.height, self.width):
-            raise InputError(self._unequal("guide's target", target.width, target.height))
+        for what, its in (("start map", self.start), ("guide's target", target)):
+            if its is not None and (its.height, its.width) != (self.height, self.width):
+                size = f"{its.width}x{its.height} px"
+                raise InputError(f"the {what} is {size}, the canvas {self.width}x{self.height}; make them equal.")
         if self.rim is not None:
             object.__setattr__(self, "rim", whole_within("rim", self.rim, 0))
-
-    def _unequal(self, what: str, width: int, height: int) -> str:
-        return f"the {what} is {width}x{height} px, the canvas {self.width}x{self.height}; make them equal."

@@ -133,8 +133,7 @@ class Guide:
     def _check_labels(self) -> None:
         if self.target.channels != 1 or self.target.is_float:
             raise InputError("labels are whole numbers in one channel; number the colours first.")
-        there = set().union(*(np.unique(s.pixels).tolist() for s in self.sources))
-        missing = sorted(set(self.names) - there)
+        missing = sorted(set(self.names).difference(*(np.unique(s.pixels).tolist() for s in self.sources)))
         if missing:
             named = ", ".join(map(str, missing[:8])) + ("" if len(missing) <= 8 else ", ...")
             raise InputError(

@@ -178,9 +178,7 @@ class SourceMap:
     @property
     def holes(self) -> Mask:
         """True where no exemplar pixel is chosen."""
-        if self.which is None:
-            return np.zeros(self.yx.shape[:2], dtype=bool)
-        return np.asarray(self.which == HOLE)
+        return np.asarray(self.numbers == HOLE)
 
     @property
     def poses(self) -> tuple[int, ...]:

@@ -68,12 +68,12 @@ class Batch:
     def plan(cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None) -> Batch:
         """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
         batch = cls(request, report)
-        check_all([path for path in (request.sheet,) if path is not None], request.force, batch.named)
+        check_all(filter(None, (request.sheet,)), request.force, batch.named)
         if request.into_folder:
             batch.materials = materials_of(request, report)
         shelves = [] if batch.materials else shelves_of(request, report)
         batch.index = index_name(request, bool(batch.materials) or len(shelves) * len(request.seeds) > 1)
-        check_all([path for path in (batch.index,) if path is not None], request.force, batch.named)
+        check_all(filter(None, (batch.index,)), request.force, batch.named)
         for shelf in shelves:
             batch._plan(shelf, "", check)
             if len(shelves) > 1:
@@ -84,8 +84,7 @@ class Batch:
         """Plan what is made of some exemplars; what cannot fit into memory is refused, unless nothing is to be made."""
         request, orders = shelf.request, orders_of(shelf, self.index is None, check)
         if request.verb == "tile" and request.size is None:
-            for line in tileable.remarks(shelf.scene):
-                self.report.warn(line)
+            self.report.warn(*tileable.remarks(shelf.scene))
         check_all((p for order in orders for p, _ in order.files), request.force, self.named, bool(request.folder))
         for order in orders:
             if not request.dry_run:
@@ -193,8 +192,7 @@ class Batch:
     def _planned(self, order: Order) -> dict[str, Any]:
         """Tell a person what would be made, and return what JSON says of it."""
         plan, memory = order.shelf.plan, order.memory >> 20
-        for line in order.warnings:
-            self.report.warn(line)
+        self.report.warn(*order.warnings)
         about = self._about(order, None) | {
             "exemplars": recipe_exemplars(plan.scene.exemplars), "patches": plan.patches,
             "pixels_bytes": _bytes(order), "memory_mib": memory,
@@ -219,8 +217,7 @@ class Batch:
         more = {"inputs": inputs_of(request) or None, "depth": request.depth}
         said = {**request.said, **{name: value for name, value in more.items() if value is not None}}
         grown = replace(grown, recipe=grown.recipe | said)
-        for note in run.notes:
-            self.report.warn(note)
+        self.report.warn(*run.notes)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         about = self._about(order, grown) | seams
 
@@ -276,8 +273,7 @@ class Batch:
     def _tell(self) -> None:
         """Say that outputs are there."""
         for line, about, warnings in self.made:
-            for warning in warnings:
-                self.report.warn(warning)
+            self.report.warn(*warnings)
             self.report.note(line)
             explain(self.report, about, warnings)
         self.made = []

@@ -50,10 +50,21 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
         said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
         exemplar = reduced(exemplar, asked.scale, *said)
     if asked.flatten:
-        exemplar = even(exemplar, warn)
-    if asked.magnify != 1:
-        exemplar = enlarging(exemplar, asked.magnify, warn)
-    return exemplar
+        lit, exemplar = exemplar, light.flattened(exemplar)
+        share = light.clipped(lit.base, exemplar.base)
+        if share > MUCH:
+            warn(
+                f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
+                "an exemplar of floats (.exr) keeps it."
+            )
+    n = asked.magnify
+    if n == 1:
+        return exemplar
+    made = magnified(exemplar, n)
+    width, height = made.width * n, made.height * n
+    if (width, height) != (exemplar.width, exemplar.height):
+        warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
+    return made
 
 
 def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Exemplar:
@@ -89,27 +100,6 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
     return cut_out(exemplar, x, y, width, height)
 
 
-def enlarging(exemplar: Exemplar, n: int, warn: Warn) -> Exemplar:
-    """Grow at 1/n of the size and draw all pixels; tell what is cut off for it."""
-    made = magnified(exemplar, n)
-    width, height = made.width * n, made.height * n
-    if (width, height) != (exemplar.width, exemplar.height):
-        warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
-    return made
-
-
-def even(exemplar: Exemplar, warn: Warn) -> Exemplar:
-    """Take the slope of light off; warn where much of the picture becomes white by it."""
-    made = light.flattened(exemplar)
-    share = light.clipped(exemplar.base, made.base)
-    if share > MUCH:
-        warn(
-            f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
-            "an exemplar of floats (.exr) keeps it."
-        )
-    return made
-
-
 def _named(exemplar: Exemplar) -> str:
     return f"{exemplar.name} ({exemplar.width}x{exemplar.height} px)"
 
@@ -123,7 +113,7 @@ Set = dict[str, str]
 
 def sets_of(request: Request, report: Report) -> list[Set]:
     """Sort the files into exemplars, add what --map and --mask name, and tell how they were read."""
-    sets = _grouped(request.files, request.how)
+    sets = grouped(request.files, request.how)
     by_name: dict[str, list[str]] = {}
     for name, path in [*request.maps, *(("mask", path) for path in request.masks)]:
         by_name.setdefault(name, []).append(path)
@@ -147,12 +137,8 @@ def check_each(option: str, given: int, several: int) -> None:
         raise ParameterError(f"{option}: {number}; give it once for each, in the same order.")
 
 
-def donors_of(request: Request) -> list[Set]:
-    """Sort the files of --from into exemplars."""
-    return _grouped(request.donors, "auto")
-
-
-def _grouped(paths: tuple[str, ...], how: str) -> list[Set]:
+def grouped(paths: tuple[str, ...], how: str = "auto") -> list[Set]:
+    """Sort files into exemplars."""
     return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(paths, how)]
 
 

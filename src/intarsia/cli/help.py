@@ -31,17 +31,16 @@ else:  # older versions of click do not take the bracket
 
 def entries(*slugs: str) -> list[dict[str, Any]]:
     """What ``intarsia methods --json`` prints of these methods, or of all."""
-    return [_entry(method_class(slug)) for slug in slugs or METHODS]
-
-
-def _entry(cls: type[Any]) -> dict[str, Any]:
-    return {
-        "slug": cls.slug,
-        "paper": cls.paper,
-        "summary": cls.summary,
-        "supports": sorted(ability.value for ability in cls.supports),
-        "parameters": [p.as_dict() for p in parameters(cls)],
-    }
+    return [
+        {
+            "slug": cls.slug,
+            "paper": cls.paper,
+            "summary": cls.summary,
+            "supports": sorted(ability.value for ability in cls.supports),
+            "parameters": [p.as_dict() for p in parameters(cls)],
+        }
+        for cls in map(method_class, slugs or METHODS)
+    ]
 
 
 class ParameterOption(click.Option):

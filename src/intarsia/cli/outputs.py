@@ -31,12 +31,12 @@ FIELDS = ("stem", "seed", "method", "w", "h")
 
 
 def filled_name(template: str, values: Mapping[str, object]) -> str:
-    """Put values into {stem}, {seed}, {method}, {w} and {h} of a file name."""
+    """Put values into {stem}, {seed}, {method}, {w} and {h} of a file name, nothing where there is none."""
 
     def value(match: re.Match[str]) -> str:
         if match[1] not in FIELDS:
             raise ParameterError(f"{template}: {match[0]} is unknown; use {', '.join('{' + f + '}' for f in FIELDS)}.")
-        return str(values[match[1]])
+        return str(values.get(match[1], ""))
 
     return re.sub(r"\{([^{}]*)\}", value, template)
 
@@ -100,6 +100,15 @@ def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> dict[str, st
     planes = {name: exemplar.planes[name] for name in exemplar.drawn}
     files.check_layered(out, planes, depth)
     return dict.fromkeys(planes, out)
+
+
+def check_depths(pictures: Mapping[str, str], exemplar: Exemplar, size: Pair, request: Request) -> None:
+    """Refuse depths, channels and sides that the files cannot hold; `size`: width and height of the base plane."""
+    for name, path in pictures.items():
+        plane = exemplar.picture(name)
+        assert plane is not None
+        width, height = (side * plane.width // (exemplar.width * request.magnify) for side in size)
+        files.check_depth(path, plane, request.depth, (width, height))
 
 
 def by_file(pictures: Mapping[str, str]) -> dict[str, list[str]]:
@@ -243,10 +252,6 @@ def _with_recipe(staged: str, target: str) -> list[tuple[str, str]]:
     return pairs
 
 
-LIBRARIES, EACH = 64 << 20, 80
-"""Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
-
-
 def index_name(request: Request, many: bool) -> str | None:
     """Return the name of the one report on several outputs; None where each has its own, or none is asked for."""
     page = request.page
@@ -257,11 +262,6 @@ def index_name(request: Request, many: bool) -> str | None:
             f"--report {page}: it tells of several outputs; put {{stem}} or {{seed}} into its name, or no field."
         )
     return page
-
-
-def memory_of(size: Pair) -> int:
-    """Bytes that judging an output of this size takes, and drawing its report."""
-    return LIBRARIES + EACH * size[0] * size[1]
 
 
 def write_page(staging: Staging, path: str, found: scoring.Outcome | list[tuple[scoring.Outcome, Any]]) -> None:

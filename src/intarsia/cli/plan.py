@@ -24,16 +24,15 @@ from ..request.request import Request
 from ..request.verbs import DONE
 from ..synthesis import Scene
 from ..tasks.requested import small_of
-from .exemplars import Set, Shelf, check_each, donors_of, sets_of, stem_of
+from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of
 from .outputs import (
-    FIELDS,
     by_file,
     check_apart,
+    check_depths,
     check_place,
     filled_name,
     fitting_files,
     layer_files,
-    memory_of,
     plane_files,
     usual_name,
 )
@@ -43,6 +42,9 @@ if TYPE_CHECKING:
     from ..tasks import scoring
 else:  # only gates need it
     scoring = lazy("intarsia.tasks.scoring")
+
+LIBRARIES, EACH = 64 << 20, 80
+"""Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
 
 KEPT = {
     "save_map": "map", "st_map": "st map", "distance_map": "distances", "page": "report", "preview": "preview",
@@ -82,9 +84,9 @@ class Order:
     @property
     def memory(self) -> int:
         """Bytes that growing it takes, and judging it."""
-        request = self.shelf.request
-        judged = memory_of(self.shelf.size) if request.page is not None or request.gates else 0
-        return self.shelf.plan.memory(request.depth) + judged
+        request, (width, height) = self.shelf.request, self.shelf.size
+        judged = request.page is not None or bool(request.gates)
+        return self.shelf.plan.memory(request.depth) + (LIBRARIES + EACH * width * height) * judged
 
     def line(self, slug: str) -> str:
         """What a person wants to know of it, once it is known which method leads to the end."""
@@ -96,7 +98,7 @@ class Order:
 def materials_of(request: Request, report: Report) -> list[Material]:
     """Find the materials of folders, and of files that are named beside them; refuse what none could be made with."""
     out, masks = request.out or "", "--usable" if request.holes else "--mask"
-    filled_name(out, dict.fromkeys(FIELDS, ""))  # refuses unknown fields
+    filled_name(out, {})  # refuses unknown fields
     for option, given in (("--map", request.maps), (masks, request.masks)):
         if given:
             raise ParameterError(f"{option} names a file of one material; with -o FOLDER/ put it beside its planes.")
@@ -134,7 +136,7 @@ def check_folder(out: str, sources: tuple[str, ...]) -> None:
 
 def shelves_of(request: Request, report: Report) -> list[Shelf]:
     """Return the exemplars of each output, or of one for each seed, with the request of that; nothing is read yet."""
-    sets, donors, holes, labels = sets_of(request, report), donors_of(request), request.holes, request.labels
+    sets, donors, holes, labels = sets_of(request, report), grouped(request.donors), request.holes, request.labels
     each = "{stem}" in (request.out or "") or (not request.out and request.begun)
     if request.begun and len(sets) > 1 and not each:
         raise ParameterError(
@@ -166,7 +168,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     if request.size is not None and not request.begun:
         width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
-    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": request.chosen.slug, "seed": 0, "w": 0, "h": 0}
+    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
     if request.out and not request.layers:
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
     if check is not None:
@@ -228,11 +230,8 @@ def check_formats(order: Order) -> None:
     """Refuse depths, channels and sizes that the formats of the files cannot hold."""
     request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
     first = exemplars[0]
-    for name, path in order.pictures.items():
-        plane = first.picture(name)
-        assert plane is not None
-        width, height = (side * plane.width // (first.width * request.magnify) for side in size)
-        check_depth(path, plane, request.depth, (width, height))
+    check_depths(order.pictures, first, size, request)
+    for path in order.pictures.values():
         if path != "-" and not format_of(path).text:
             check_place(str(recipe_path(path)), request.force, bool(request.folder))
     if "map" in beside and _ending(beside["map"]) != ".npz":

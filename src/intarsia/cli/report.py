@@ -48,11 +48,12 @@ class Report:
         if not self.quiet:
             self.say(one_line(line))
 
-    def warn(self, line: str) -> None:
-        """Tell of something that may be wrong, once; the JSON result repeats it."""
-        if line not in self.warnings:
-            self.warnings.append(line)
-            self.note(f"intarsia: warning: {line}")
+    def warn(self, *lines: str) -> None:
+        """Tell of what may be wrong, in one line each, and once; the JSON result repeats it."""
+        for line in lines:
+            if line not in self.warnings:
+                self.warnings.append(line)
+                self.note(f"intarsia: warning: {line}")
 
     def result(self, result: dict[str, Any]) -> None:
         """Print the result, if JSON is wanted."""
@@ -160,7 +161,7 @@ def _compiling() -> None:
 
 
 def _troubled(line: str) -> None:
-    for report in {id(report): report for report in _listening}.values():
+    for report in _listening:
         report.warn(line)
 
 

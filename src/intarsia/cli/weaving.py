@@ -62,13 +62,12 @@ class Weaving:
                 f"{times}; give multiples of {times}."
             )
         seed, method = request.seed or 0, request.chosen
-        fields = {"seed": seed, "method": method.slug, "w": width, "h": height, "stem": ""}
-        filled_name(request.out or "", fields)  # refuses unknown fields before anything is read
+        filled_name(request.out or "", {})  # refuses unknown fields before anything is read
         sets = sets_of(request, report)
         exemplars = as_exemplars(list(Shelf(sets, request, report).exemplars))
         plan = with_joins(planned_windows(exemplars, method), request)
         texture, choice = woven(plan, seed), plan.choice
-        fields |= {"stem": stem_of(sets[0]), "method": texture.method.slug}
+        fields = {"stem": stem_of(sets[0]), "method": texture.method.slug, "seed": seed, "w": width, "h": height}
         out = filled_name(request.out, fields) if request.out else usual_name(sets, "woven") + USUAL
         stem, own = os.path.splitext(out)
         names = {name: f"{stem}_{name}{own}" if n else out for n, name in enumerate(texture.planes)}
@@ -102,7 +101,7 @@ class Weaving:
             "patches": None, "cells": sum(len(s.grid) for s in self.stores.values()),
             "pixels_bytes": raw, "memory_mib": memory >> 20, "seconds": round(seconds, 1),
         }  # fmt: skip
-        self._warn()
+        self.report.warn(*self.warnings)
         self.report.note(
             f"{', '.join(self.names.values())}: {self._line()}, {gigabytes(raw)} of pixels, about {memory >> 20} MiB "
             f"of memory, {_span(seconds)} with {workers} workers like this one; not written (--dry-run)"
@@ -119,7 +118,7 @@ class Weaving:
         began = time.perf_counter()
         self._make()
         spent = time.perf_counter() - began
-        self._warn()
+        self.report.warn(*self.warnings)
         self.report.note(f"{', '.join(self.names.values())}: {self._line()}, {spent:.1f} s")
         explain(self.report, self._about(), self.warnings)
         timings = {"read": self.read, "weave": spent, "total": self.read + spent}
@@ -144,10 +143,6 @@ class Weaving:
             with unbroken():
                 for store in stores:
                     store.close()
-
-    def _warn(self) -> None:
-        for line in self.warnings:
-            self.report.warn(line)
 
     def _line(self) -> str:
         return f"{self.size[0]}x{self.size[1]} px, {self.texture.method.slug}, seed {self.texture.seed}"

@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ..choosing.auto import AUTO_METHOD
-from ..methods.base import Method, keeps_lattice, method_class
-from ..params import KINDS, Parameter, parameters
+from ..methods.base import Method, keeps_lattice
+from ..params import KINDS, parameters
 from .field import Field
 from .kinds import FLAG, Pair
 from .request import FIELDS, Request, fields_of_verb
-from .verbs import known_parameters, usual_parameters
+from .verbs import known_parameters, parameters_of, usual_parameters
 
 
 def to_argv(request: Request, joined: bool = False) -> list[str]:
@@ -73,13 +72,9 @@ def _option(flag: str, text: str, joined: bool) -> list[str]:
 
 def parameter_words(request: Request, joined: bool = False) -> list[str]:
     """Return the options that give the method its parameters, but for those that are as the verb has them."""
-    slug, said = request.method, list[str]()
-    known: dict[str, Parameter] = {name: p for name, (p, _) in known_parameters().items()}
-    usual: dict[str, Any] = {}
-    if slug != AUTO_METHOD:
-        known |= {p.name: p for p in parameters(method_class(slug))}
-        usual = {p.name: p.default for p in parameters(method_class(slug))} | usual_parameters(request.verb, slug)
-    drawn = request.drawn
+    own, drawn, said = parameters_of(request.method), request.drawn, list[str]()
+    known = {name: p for name, (p, _) in known_parameters().items()} | own
+    usual = {name: p.default for name, p in own.items()} | usual_parameters(request.verb, request.method)
     for name, value in request.parameters.items():
         if name not in usual or value != usual[name]:
             text = drawn.get(name) or KINDS[known[name].kind].text(value)

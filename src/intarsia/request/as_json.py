@@ -7,13 +7,12 @@ from typing import Any
 
 from ..choosing.auto import AUTO_METHOD
 from ..errors import ParameterError
-from ..methods.base import METHODS, method_class
-from ..params import KINDS, parameters
+from ..params import KINDS
 from .field import Field
 from .kinds import FLAG
 from .pictures import value_of
 from .request import Request, fields_of_verb, parameters_of_verb
-from .verbs import known_parameters
+from .verbs import known_parameters, parameters_of
 
 
 def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
@@ -33,7 +32,7 @@ def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
 
 def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Read the parameters of methods among the options that are given, as the method `slug` has them."""
-    own = {p.name: p for p in parameters(method_class(slug))} if slug in METHODS else {}
+    own = parameters_of(slug)
     return {
         name: value_of(own.get(name, p), text_of(p.kind, given[name]))
         for name, (p, _) in parameters_of_verb(verb).items() if given.get(name) is not None

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .kinds import Kind
+from .kinds import FLAG, Kind
 
 HEADINGS = ("What goes where", "Output", "Look", "Exemplar", "Work")
 """What the options of a verb stand under in its help, in this order."""
@@ -70,14 +70,25 @@ class Field:
 
 
 def asked(
-    kind: Kind, flags: str, help: str, heading: str, verbs: Collection[str], default: Any = None, **facts: Any
-) -> Any:
-    """Declare a field of the request; `flags` are the names of its option, `facts` those of :class:`Field`."""
-    start = () if default is None and facts.get("many") else default
-    data = {"kind": kind, "flags": tuple(flags.split()), "help": help, "heading": heading, "verbs": verbs, **facts}
-    return dataclasses.field(default=start, metadata={"asked": data | {"default": start}})
+    kind: Kind, flags: str, help: str, verbs: Collection[str], marks: str = "", default: Any = None, **facts: Any
+) -> Any:  # fmt: skip
+    """Declare a field of the request; `flags` are the names of its option, `facts` those of :class:`Field`.
+
+    `marks` name what of :class:`Field` is true. A heading holds for the fields below, too, until the next.
+    """
+    facts |= dict.fromkeys(marks.split(), True)
+    if default is None:
+        default = () if "many" in facts else False if kind is FLAG else None
+    facts |= {"kind": kind, "flags": tuple(flags.split()), "help": help, "verbs": verbs, "default": default}
+    return dataclasses.field(default=default, metadata={"asked": facts})
 
 
 def fields_of(request: Any) -> tuple[Field, ...]:
     """List what may be asked for, in the order of a request's fields."""
-    return tuple(Field(f.name, **f.metadata["asked"]) for f in dataclasses.fields(request) if "asked" in f.metadata)
+    found, heading = list[Field](), ""
+    for f in dataclasses.fields(request):
+        if "asked" in f.metadata:
+            facts = {"heading": heading, **f.metadata["asked"]}
+            heading = facts["heading"]
+            found.append(Field(f.name, **facts))
+    return tuple(found)

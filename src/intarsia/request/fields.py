@@ -57,64 +57,63 @@ class Asked:
 
     verb: str
 
-    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", WHERE, {"extend"}, shown="N")
-    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", WHERE, {"extend"}, shown="N")
-    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", WHERE, {"extend"}, shown="N")
-    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", WHERE, {"extend"}, shown="N")
+    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", {"extend"}, heading=WHERE, shown="N")
+    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", {"extend"}, shown="N")
+    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", {"extend"}, shown="N")
+    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", {"extend"}, shown="N")
     axes: str = asked(
-        one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", WHERE, {"tile"}, "both",
-        tells_default=True,
+        one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", {"tile"}, "tells_default", "both",
     )  # fmt: skip
     band: int | None = asked(
         Whole(low=1, high=MOST_BAND), "--band",
         "Width of the band that is grown anew. Half lies at either border. Default: one and a half elements.",
-        WHERE, {"tile"}, recipe="tile.band", shown="PX",
+        {"tile"}, recipe="tile.band", shown="PX",
     )  # fmt: skip
     holes: tuple[str, ...] = asked(
         File(name="image", choices=("alpha",)), "--mask", "White is healed; with alpha what is transparent. As large "
         "as the picture; one for all pictures, or one for each.",
-        WHERE, {"heal"}, shown="HOLE|alpha", many=True, required=True,
+        {"heal"}, "many required", shown="HOLE|alpha",
     )  # fmt: skip
     grow: int | None = asked(
         Whole(high=MOST_GROWN, choices=("auto",)), "--grow",
         "Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside. Default: auto.",
-        WHERE, {"heal"}, recipe="heal.grow", shown="N|auto",
+        {"heal"}, recipe="heal.grow", shown="N|auto",
     )  # fmt: skip
     labels: tuple[str, ...] = asked(
         IMAGE, "--labels -l",
         "Which pixel of the exemplar is what. One colour for each label; once for each exemplar.",
-        WHERE, {"paint", "replay"}, shown="FILE", many=True, required=True,
+        {"paint", "replay"}, "many required", shown="FILE",
         otherwise={"replay": {"help": "What paint was given as --labels.", "required": False}},
     )  # fmt: skip
     target: str | None = asked(
         IMAGE, "--target -t", "Where each label shall be. In the same colours; the output has its size.",
-        WHERE, {"paint", "replay"}, shown="FILE", required=True,
+        {"paint", "replay"}, "required", shown="FILE",
         otherwise={"replay": {"help": "What paint was given as --target.", "required": False}},
     )  # fmt: skip
     weight: float = asked(
         Number(high=WEIGHTS), "--weight",
         "How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
-        WHERE, {"paint"}, WEIGHT, recipe="guide.weight", shown="F", tells_default=True,
+        {"paint"}, "tells_default", WEIGHT, recipe="guide.weight", shown="F",
     )  # fmt: skip
     window: tuple[int, int, int, int] | None = asked(
         Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
-        WHERE, {"render"},
+        {"render"},
     )  # fmt: skip
     origin: tuple[int, int] = asked(
         ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
-        WHERE, {"weave"}, (0, 0), shown="X,Y",
+        {"weave"}, default=(0, 0), shown="X,Y",
     )  # fmt: skip
     edge: int = asked(
         Whole(high=MOST_EDGE), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
-        WHERE, {"heal"}, 0, recipe="edge", shown="N", rare=True,
+        {"heal"}, "rare", 0, recipe="edge", shown="N",
     )  # fmt: skip
     reach: int = asked(
         Whole(high=REACHES), "--reach", "Pixels this near to a boundary count as partly of both labels.",
-        WHERE, {"paint"}, 0, recipe="guide.reach", shown="PX", rare=True, tells_default=True,
+        {"paint"}, "rare tells_default", 0, recipe="guide.reach", shown="PX",
     )  # fmt: skip
 
     out: str | None = asked(
-        WRITTEN, "-o --output", OUT, OUTPUT, DRAWN | {"weave"}, shown="OUT", local=True,
+        WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading=OUTPUT, shown="OUT",
         otherwise={
             **{verb: {"help": OUT + USUAL_OUT.format(DONE[verb])} for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
@@ -128,7 +127,7 @@ class Asked:
     )  # fmt: skip
     size: tuple[int, int] | None = asked(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
-        OUTPUT, {"grow", "tile", "weave"}, recipe="size",
+        {"grow", "tile", "weave"}, recipe="size",
         otherwise={
             "tile": {
                 "help": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
@@ -142,18 +141,18 @@ class Asked:
     )  # fmt: skip
     overlays: tuple[tuple[str, str], ...] = asked(
         Overlay(), "--overlay", f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
-        OUTPUT, {"analyze"}, many=True,
+        {"analyze"}, "many",
     )  # fmt: skip
     best_tile: str | None = asked(
         WRITTEN, "--best-tile",
         "Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
-        OUTPUT, {"analyze"},
+        {"analyze"},
     )  # fmt: skip
     wrap: str | None = asked(
         one_of(*(w.value for w in Wrap)), "--wrap",
         "Axes along which the output tiles. It continues in itself there; without a value along both.",
-        OUTPUT, (PLANNED - {"tile"}) | {"score"}, Wrap.NONE.value, recipe="wrap",
-        alone=Wrap.BOTH.value, tells_default=True,
+        (PLANNED - {"tile"}) | {"score"}, "tells_default", Wrap.NONE.value, recipe="wrap",
+        alone=Wrap.BOTH.value,
         otherwise={
             "heal": {"help": "Axes along which the picture continues in itself."},
             "score": {
@@ -163,59 +162,58 @@ class Asked:
         },
     )  # fmt: skip
     depth: str | None = asked(
-        one_of(*DEPTHS), "--depth", "Bits; by default exactly those of the exemplar.", OUTPUT, DRAWN, recipe="depth",
+        one_of(*DEPTHS), "--depth", "Bits; by default exactly those of the exemplar.", DRAWN, recipe="depth",
     )  # fmt: skip
     force: bool = asked(
-        FLAG, "--force", "Replace files that exist.", OUTPUT, EVERY, False, local=True,
+        FLAG, "--force", "Replace files that exist.", EVERY, "local",
         otherwise={"weave": {"help": "Begin anew where another texture or picture lies."}},
     )  # fmt: skip
     page: str | None = asked(
         WRITTEN, "--report", "A page or a picture on how good it is. What it is made of, and where it loses; of "
         "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
-        OUTPUT, PLANNED | {"replay", "score"}, shown="FILE.html|png", passing=True,
+        PLANNED | {"replay", "score"}, "passing", shown="FILE.html|png",
         otherwise={"score": {"help": "A page or a picture on how good it is. Also where it misses a gate."}},
     )  # fmt: skip
     preview: str | None = asked(
-        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", OUTPUT, {"tile"}, passing=True,
+        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", {"tile"}, "passing",
     )  # fmt: skip
     tiles: int = asked(
         Whole(low=1, high=MOST_TILES), "--preview-tiles",
         "How often the preview repeats it along each axis that continues. Default: 3.",
-        OUTPUT, {"tile"}, 3, shown="N", rare=True, passing=True,
+        {"tile"}, "rare passing", 3, shown="N",
     )  # fmt: skip
     offset: str | None = asked(
-        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", OUTPUT, {"tile"}, rare=True, passing=True,
+        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", {"tile"}, "rare passing",
     )  # fmt: skip
     layers: bool = asked(
-        FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", OUTPUT, DRAWN, False, rare=True,
+        FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", DRAWN, "rare",
     )  # fmt: skip
     save_map: str | None = asked(
         WRITTEN, "--save-map", "Save which exemplar pixel went where.",
-        OUTPUT, PLANNED | {"replay"}, shown="FILE.npz", rare=True, passing=True,
+        PLANNED | {"replay"}, "rare passing", shown="FILE.npz",
     )  # fmt: skip
     st_map: str | None = asked(
         WRITTEN, "--st-map", "Save the same as an ST map for compositing.",
-        OUTPUT, PLANNED | {"replay"}, shown="FILE.exr", rare=True, passing=True,
+        PLANNED | {"replay"}, "rare passing", shown="FILE.exr",
     )  # fmt: skip
     distance_map: tuple[tuple[int, int], str] | None = asked(
         Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
         "filled: .exr or .tif holds distances (-1: no patch there), .png stretches them, dark is near.",
-        OUTPUT, PLANNED | {"replay"}, shown="X,Y FILE", rare=True, passing=True,
+        PLANNED | {"replay"}, "rare passing", shown="X,Y FILE",
     )  # fmt: skip
     chunk: int | None = asked(
         Whole(low=16, high=8192), "--chunk",
         "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
-        OUTPUT, {"weave"}, shown="PX", rare=True,
+        {"weave"}, "rare", shown="PX",
     )  # fmt: skip
     keep: bool = asked(
-        FLAG, "--keep", "Write all the same what misses a --gate.", OUTPUT, PLANNED | {"replay"}, False, rare=True,
-        passing=True,
+        FLAG, "--keep", "Write all the same what misses a --gate.", PLANNED | {"replay"}, "rare passing",
     )  # fmt: skip
 
     method: str = asked(
         methods("grow"), "--method -m",
         "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
-        LOOK, MADE, AUTO_METHOD, tells_default=True,
+        MADE, "tells_default", AUTO_METHOD, heading=LOOK,
         otherwise={
             "paint": {"kind": methods("paint"), "help": "How to grow; `intarsia methods` tells of each."},
             "heal": {"kind": methods("heal"), "help": "How to fill the holes."},
@@ -229,48 +227,48 @@ class Asked:
     feather: int | None = asked(
         Whole(high=FEATHER), "--feather",
         "Soften seams over so many px; 0 copies exactly. By default as the method means it.",
-        LOOK, {"grow", "extend", "paint", "weave", "render"}, recipe="blend.feather", shown="PX",
+        {"grow", "extend", "paint", "weave", "render"}, recipe="blend.feather", shown="PX",
         otherwise={"render": {"help": "Soften the seams over so many px. By default as it was grown."}},
     )  # fmt: skip
     trials: int | None = asked(
         Whole(low=1, high=MOST_TRIALS), "--trials",
         "Make N variants and keep the best. With --method auto only; the best by what --by says. Default: 1.",
-        LOOK, {"grow", "extend"}, shown="N", passing=True,
+        {"grow", "extend"}, "passing", shown="N",
     )  # fmt: skip
     seed: int | None = asked(
-        Seed(), "--seed", "The same number gives the same picture. Default: 0.", LOOK, MADE, shown="N|random",
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", MADE, shown="N|random",
         recipe="seed",
     )  # fmt: skip
     document: str | None = asked(
         one_of(*PRESETS), "--as",
         "Set what a paper sets: method, its parameters and mixing. What is given besides wins.",
-        LOOK, {"grow", "extend"}, rare=True, local=True, passing=True,
+        {"grow", "extend"}, "rare local passing",
     )  # fmt: skip
     by: str | None = asked(
         one_of(*(by.value for by in By)), "--by", "What trials are compared by. How good people would find them, or "
         "what their seams cost: then only seeds are tried, and it is found sooner. Default: score.",
-        LOOK, {"grow", "extend"}, rare=True, passing=True,
+        {"grow", "extend"}, "rare passing",
     )  # fmt: skip
     repair: int = asked(
         Whole(high=MOST_PASSES), "--repair",
         "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
-        "Default: 0.", LOOK, PLANNED, 0, shown="N", rare=True, recipe="repair",
+        "Default: 0.", PLANNED, "rare", 0, shown="N", recipe="repair",
     )  # fmt: skip
     explain: bool = asked(
         FLAG, "--explain",
         "With --method auto: tell what was measured, which rule chose, and the command without auto.",
-        LOOK, MADE, False, rare=True, local=True, passing=True,
+        MADE, "rare local passing",
     )  # fmt: skip
     mixing: str | None = asked(
         one_of("mean", "variance", "source"), "--mixing",
         "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
-        LOOK, {"grow", "extend", "paint", "weave", "render"}, rare=True, recipe="blend.mixing",
+        {"grow", "extend", "paint", "weave", "render"}, "rare", recipe="blend.mixing",
         otherwise={"render": {"help": "How pieces mix within the feather; by default as it was grown."}},
     )  # fmt: skip
     level: int | None = asked(
         Whole(high=FEATHER), "--level", "Even out steps of light and colour at seams. So far to either side; 0 leaves "
         "them. By default 96 where the method is chosen, 0 where it is named.",
-        LOOK, {"grow", "paint", "weave", "render"}, shown="PX", rare=True,
+        {"grow", "paint", "weave", "render"}, "rare", shown="PX",
         otherwise={
             "render": {
                 "help": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
@@ -282,11 +280,11 @@ class Asked:
         Whole(low=1, high=TIMES), "--magnify", "Grow small, at 1/N, and draw at full size. All pixels of the exemplar "
         "are drawn: for large outputs. Sizes stay those of the pictures; all else, such as --patch and --feather (then "
         "1 if not given), counts px of 1/N.",
-        LOOK, {"grow", "weave", "render"}, 1, shown="N", rare=True, recipe="inputs.magnify",
+        {"grow", "weave", "render"}, "rare", 1, shown="N", recipe="inputs.magnify",
     )  # fmt: skip
 
     files: tuple[str, ...] = asked(
-        PICTURE, "", "", EXEMPLAR, EVERY, shown="EXEMPLAR...", many=True, required=True, local=True,
+        PICTURE, "", "", EVERY, "many required local", heading=EXEMPLAR, shown="EXEMPLAR...",
         otherwise={
             **{verb: {"shown": "IMAGE..."} for verb in BEGUN},
             **{
@@ -301,10 +299,10 @@ class Asked:
     maps: tuple[tuple[str, str], ...] = asked(
         NamedFile(), "--map",
         "A further plane, such as normal=normals.png. Once for each: height=h.exr, roughness=rough.png.",
-        EXEMPLAR, EVERY - {"score"}, many=True, local=True,
+        EVERY - {"score"}, "many local",
     )  # fmt: skip
     masks: tuple[str, ...] = asked(
-        IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EXEMPLAR, EVERY, many=True,
+        IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EVERY, "many",
         otherwise={
             "heal": {"flags": ("--usable",), "help": USABLE},
             "replay": {
@@ -314,25 +312,25 @@ class Asked:
         },
     )  # fmt: skip
     crop: tuple[int, int, int, int] | None = asked(
-        Rectangle(), "--crop", "Use this part of the exemplar only.", EXEMPLAR, EVERY - {"heal"}, recipe="inputs.crop",
+        Rectangle(), "--crop", "Use this part of the exemplar only.", EVERY - {"heal"}, recipe="inputs.crop",
     )  # fmt: skip
     flatten: bool = asked(
         FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
-        "analyze` tells where it helps.", EXEMPLAR, EVERY - {"extend", "heal"}, False, recipe="inputs.flatten",
+        "analyze` tells where it helps.", EVERY - {"extend", "heal"}, recipe="inputs.flatten",
     )  # fmt: skip
     several: bool = asked(
         FLAG, "--several",
         "Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
-        EXEMPLAR, EVERY - BEGUN - {"weave"}, False, local=True,
+        EVERY - BEGUN - {"weave"}, "local",
     )  # fmt: skip
     donors: tuple[str, ...] = asked(
         PICTURE, "--from", "Take new pixels from this picture, or these. By default from the picture itself.",
-        EXEMPLAR, BEGUN | {"replay"}, many=True,
+        BEGUN | {"replay"}, "many",
         otherwise={"replay": {"help": "What new pixels were taken from. By default the picture itself."}},
     )  # fmt: skip
-    usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, EXEMPLAR, {"replay"}, many=True)
+    usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, {"replay"}, "many")
     saved: str | None = asked(
-        WRITTEN, "", "", EXEMPLAR, {"render", "score"}, local=True,
+        WRITTEN, "", "", {"render", "score"}, "local",
         otherwise={
             "render": {"shown": "MAP.npz", "required": True},
             "score": {
@@ -342,71 +340,71 @@ class Asked:
             },
         },
     )  # fmt: skip
-    picture: str | None = asked(WRITTEN, "", "", EXEMPLAR, {"replay"}, required=True)
-    output: str | None = asked(WRITTEN, "", "", EXEMPLAR, {"score"}, shown="OUTPUT", required=True)
+    picture: str | None = asked(WRITTEN, "", "", {"replay"}, "required")
+    output: str | None = asked(WRITTEN, "", "", {"score"}, "required", shown="OUTPUT")
     packed: str | None = asked(
         Channels(), "--packed", "What the channels of the packed map hold (NAME_orm and the like, or --map "
-        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EXEMPLAR, EVERY - {"score"}, rare=True,
+        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EVERY - {"score"}, "rare",
         recipe="inputs.packed",
     )  # fmt: skip
     weights: tuple[tuple[str, float], ...] = asked(
         PLANE_WEIGHT, "--weight --plane-weight",
         "How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
-        EXEMPLAR, EVERY - {"score"}, many=True, rare=True, recipe="inputs.weights",
+        EVERY - {"score"}, "many rare", recipe="inputs.weights",
         otherwise={"paint": {"flags": ("--plane-weight",)}},  # --weight is that of the target
     )  # fmt: skip
     as_set: bool = asked(
-        FLAG, "--set", "All files are planes of one exemplar. Their names do not matter.", EXEMPLAR, EVERY, False,
-        rare=True, local=True, passing=True,
+        FLAG, "--set", "All files are planes of one exemplar. Their names do not matter.", EVERY,
+        "rare local passing",
     )  # fmt: skip
     scale: int = asked(
         Scale(), "--scale",
         "Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
-        EXEMPLAR, EVERY - {"heal"}, 1, rare=True, recipe="inputs.scale",
+        EVERY - {"heal"}, "rare", 1, recipe="inputs.scale",
     )  # fmt: skip
     alpha: str = asked(
         one_of(*ALPHAS), "--alpha", "Opacity is a channel to grow, or a mask of the pixels that may be used.",
-        EXEMPLAR, EVERY, "auto", rare=True, recipe="inputs.alpha", tells_default=True,
+        EVERY, "rare tells_default", "auto", recipe="inputs.alpha",
     )  # fmt: skip
     avoid: tuple[int, int, int] | None = asked(
-        Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EXEMPLAR, EVERY, rare=True,
+        Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EVERY, "rare",
         recipe="inputs.avoid",
     )  # fmt: skip
     toroidal: bool = asked(
-        FLAG, "--toroidal", "The exemplar continues across its borders.", EXEMPLAR, EVERY - {"tile"}, False, rare=True,
+        FLAG, "--toroidal", "The exemplar continues across its borders.", EVERY - {"tile"}, "rare",
         recipe="inputs.toroidal",
     )  # fmt: skip
     max_pixels: int | None = asked(
         Whole(low=1), "--max-pixels",
         f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
-        EXEMPLAR, EVERY, shown="N", rare=True, local=True, passing=True,
+        EVERY, "rare local passing", shown="N",
     )  # fmt: skip
     start: str | None = asked(
-        WRITTEN, "--start", "The map that was continued.", EXEMPLAR, {"replay"}, shown="MAP.npz", rare=True,
+        WRITTEN, "--start", "The map that was continued.", {"replay"}, "rare", shown="MAP.npz",
     )  # fmt: skip
     pictures: tuple[tuple[str, str], ...] = asked(
         NamedFile(), "--picture",
         "A picture that was given as a parameter, such as jitter_output=calm.png; once for each.",
-        EXEMPLAR, {"replay"}, shown="PARAMETER=FILE", many=True, rare=True,
+        {"replay"}, "many rare", shown="PARAMETER=FILE",
     )  # fmt: skip
 
     many: tuple[int, ...] | None = asked(
-        Seeds(), "--seeds", "One output for each seed. {seed} in -o tells them apart.", WORK, PLANNED, local=True,
-        passing=True,
+        Seeds(), "--seeds", "One output for each seed. {seed} in -o tells them apart.", PLANNED,
+        "local passing", heading=WORK,
     )  # fmt: skip
     dry_run: bool = asked(
-        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", WORK, MADE, False, local=True,
-        passing=True, otherwise={"weave": {"help": "Check everything, write nothing. Tells size, memory and time."}},
+        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", MADE, "local passing",
+        otherwise={"weave": {"help": "Check everything, write nothing. Tells size, memory and time."}},
     )  # fmt: skip
     dask: str | None = asked(
         Kind(), "--dask",
         "A dask cluster draws. One that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
-        WORK, {"weave"}, shown="local|ADDRESS", local=True,
+        {"weave"}, "local", shown="local|ADDRESS",
     )  # fmt: skip
     gates: tuple[tuple[str, float], ...] = asked(
         GATE, "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
         "1, see `intarsia score`; once for each.",
-        WORK, PLANNED | {"replay", "score"}, many=True, passing=True,
+        PLANNED | {"replay", "score"}, "many passing",
         otherwise={
             "score": {
                 "help": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
@@ -414,33 +412,32 @@ class Asked:
         },
     )  # fmt: skip
     as_json: bool = asked(
-        FLAG, "--json", "Print the result as a JSON object.", WORK, EVERY, False, local=True, passing=True,
+        FLAG, "--json", "Print the result as a JSON object.", EVERY, "local passing",
         otherwise={
             "analyze": {"help": "Print what was found as a JSON object on stdout."},
             "score": {"help": "Print the score as a JSON object on stdout."},
         },
     )  # fmt: skip
     quiet: bool = asked(
-        FLAG, "--quiet -q", "Say nothing but errors.", WORK, EVERY, False, local=True, passing=True,
+        FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local passing",
         otherwise={
             "analyze": {"help": "Print nothing; only write the pictures."},
             "score": {"help": "Print nothing; the exit code tells of the gates."},
         },
     )  # fmt: skip
     sheet: str | None = asked(
-        WRITTEN, "--sheet", "A contact sheet of all that is made.", WORK, PLANNED, shown="FILE.png", rare=True,
-        passing=True,
+        WRITTEN, "--sheet", "A contact sheet of all that is made.", PLANNED, "rare passing", shown="FILE.png",
     )  # fmt: skip
     threads: int | None = asked(
         Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
-        WORK, EVERY - {"analyze", "score"}, shown="N", rare=True, local=True, passing=True,
+        EVERY - {"analyze", "score"}, "rare local passing", shown="N",
     )  # fmt: skip
     executor: str | None = asked(
         one_of("threads", "processes"), "--executor",
         "Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
-        WORK, {"weave"}, rare=True, local=True,
+        {"weave"}, "rare local",
     )  # fmt: skip
     progress: str | None = asked(
-        one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", WORK, EVERY - {"analyze", "score"},
-        rare=True, local=True, passing=True,
+        one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", EVERY - {"analyze", "score"},
+        "rare local passing",
     )  # fmt: skip

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import Any
 
 from ..arguments import OVERLAYS, channels_of
 from ..draws import SEED_LIMIT
@@ -15,15 +14,17 @@ from ..errors import InputError
 MAX_SEEDS = 10_000
 
 
-@dataclass(frozen=True, kw_only=True)
 class Kind:
-    """Any text. `name` is what pages know the kind by, `shown` what help shows in place of a value."""
+    """Any text. `name` is what pages know the kind by, `shown` what help shows in place of a value.
 
-    name: str = "text"
-    shown: str = ""
+    `between` stands between the numbers of a list. What is said otherwise of one holds for it alone.
+    """
+
+    name, shown, between = "text", "", ","
     choices: tuple[str, ...] = ()
-    between: ClassVar[str] = ","
-    """What stands between the numbers of a list."""
+
+    def __init__(self, **own: Any) -> None:
+        vars(self).update(own)
 
     def read(self, text: str) -> Any:
         """Read a value; ValueError says what is wrong, and what to give."""
@@ -46,15 +47,13 @@ class Kind:
         return self.read(self.between.join(map(str, value)) if isinstance(value, list) else str(value))
 
 
-@dataclass(frozen=True, kw_only=True)
 class File(Kind):
     """The name of a file, or - ; whoever opens it says what is wrong with it.
 
     ``name`` says what a file is: an "exemplar" or an "image" of numbers that is read, or another that is "written".
     """
 
-    name: str = "written"
-    shown: str = "FILE"
+    name, shown = "written", "FILE"
 
     def read(self, text: str) -> Any:
         if "\0" in text:
@@ -77,13 +76,11 @@ def one_of(*choices: str) -> Kind:
     return Kind(name="choice", choices=choices)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Whole(Kind):
     """A whole number of a range; with `choices`, one of them stands for None, which is decided later."""
 
-    low: int = 0
+    name, low = "int", 0
     high: int | None = None
-    name: str = "int"
 
     def read(self, text: str) -> Any:
         if text in self.choices:
@@ -102,13 +99,10 @@ class Whole(Kind):
         return self.choices[0] if value is None and self.choices else str(value)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Number(Kind):
     """A number in a range, which NaN is not."""
 
-    low: float = 0
-    high: float = 0
-    name: str = "float"
+    name, low, high = "float", 0, 0
 
     def read(self, text: str) -> Any:
         try:
@@ -128,14 +122,10 @@ def _within(kind: Whole | Number, number: float) -> float:
     return number
 
 
-@dataclass(frozen=True, kw_only=True)
 class Size(Kind):
     """WIDTHxHEIGHT, or one number for a square; gives (width, height)."""
 
-    between: ClassVar[str] = "x"
-    most: int = 1 << 31
-    name: str = "size"
-    shown: str = "WIDTHxHEIGHT"
+    name, shown, between, most = "size", "WIDTHxHEIGHT", "x", 1 << 31
 
     def read(self, text: str) -> Any:
         parts = text.lower().split("x")
@@ -148,12 +138,10 @@ class Size(Kind):
         return width, height
 
 
-@dataclass(frozen=True, kw_only=True)
 class Rectangle(Kind):
     """X,Y,WIDTH,HEIGHT in px; gives the four numbers."""
 
-    name: str = "rectangle"
-    shown: str = "X,Y,WIDTH,HEIGHT"
+    name, shown = "rectangle", "X,Y,WIDTH,HEIGHT"
 
     def read(self, text: str) -> Any:
         parts = text.split(",")
@@ -168,12 +156,10 @@ class Rectangle(Kind):
         return list(value)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Scale(Kind):
     """1/2, 1/3, 0.25, ...; gives the whole number n of 1/n."""
 
-    name: str = "scale"
-    shown: str = "1/N"
+    name, shown = "scale", "1/N"
 
     def read(self, text: str) -> Any:
         try:
@@ -191,13 +177,10 @@ class Scale(Kind):
         return self.text(value)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Place(Kind):
     """A pixel as X,Y; gives (x, y)."""
 
-    shown: str = "X,Y"
-    one: str = "[0-9]{1,10}"
-    such_as: str = "the pixel's column and row such as 120,80"
+    shown, one, such_as = "X,Y", "[0-9]{1,10}", "the pixel's column and row such as 120,80"
 
     def read(self, text: str) -> Any:
         if not re.fullmatch(f"{self.one},{self.one}", text):
@@ -210,12 +193,10 @@ ENDLESS = Place(one="-?[0-9]{1,13}", such_as="column and row such as -4096,10000
 """A pixel of an endless plane, a negative or huge one, too."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class Colour(Kind):
     """#rrggbb; gives (red, green, blue)."""
 
-    name: str = "colour"
-    shown: str = "#RRGGBB"
+    name, shown = "colour", "#RRGGBB"
 
     def read(self, text: str) -> Any:
         if not re.fullmatch(r"#[0-9a-fA-F]{6}", text):
@@ -226,12 +207,10 @@ class Colour(Kind):
         return "#" + bytes(value).hex()
 
 
-@dataclass(frozen=True, kw_only=True)
 class Seed(Kind):
     """A whole number, or `random`, which draws one."""
 
-    name: str = "seed"
-    shown: str = "N|random"
+    name, shown = "seed", "N|random"
 
     def read(self, text: str) -> Any:
         if text == "random":
@@ -243,11 +222,10 @@ class Seed(Kind):
         return int(text)
 
 
-@dataclass(frozen=True, kw_only=True)
 class Seeds(Kind):
     """Ranges and numbers, as 1..9 or 1,4,7; gives a tuple of seeds."""
 
-    shown: str = "1..9|1,4,7"
+    shown = "1..9|1,4,7"
 
     def read(self, text: str) -> Any:
         seeds: list[int] = []
@@ -262,13 +240,10 @@ class Seeds(Kind):
         return tuple(dict.fromkeys(seeds))
 
 
-@dataclass(frozen=True, kw_only=True)
 class NamedFile(Kind):
     """NAME=FILE; gives the pair."""
 
-    between: ClassVar[str] = "="
-    name: str = "written"
-    shown: str = "NAME=FILE"
+    name, shown, between = "written", "NAME=FILE", "="
 
     def read(self, text: str) -> Any:
         name, equals, path = text.partition("=")
@@ -277,11 +252,10 @@ class NamedFile(Kind):
         return name, path
 
 
-@dataclass(frozen=True, kw_only=True)
 class Overlay(NamedFile):
     """FILE, or KIND=FILE; gives the pair."""
 
-    shown: str = "[KIND=]FILE"
+    shown = "[KIND=]FILE"
 
     def read(self, text: str) -> Any:
         kind, equals, path = File().read(text).partition("=")
@@ -292,26 +266,20 @@ class Overlay(NamedFile):
         return kind, path
 
 
-@dataclass(frozen=True, kw_only=True)
 class Channels(Kind):
     """R=NAME,G=NAME,...; gives the text."""
 
-    shown: str = "C=NAME,..."
+    shown = "C=NAME,..."
 
     def read(self, text: str) -> Any:
         channels_of(text)
         return text.replace(" ", "")
 
 
-@dataclass(frozen=True, kw_only=True)
 class NamedNumber(Kind):
     """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
 
-    between: ClassVar[str] = "="
-    name: str = "named"
-    shown: str = "NAME=F"
-    most: float = 1
-    remedy: str = ""
+    name, shown, between, most, remedy = "named", "NAME=F", "=", 1, ""
 
     def read(self, text: str) -> Any:
         name, _, number = text.partition("=")
@@ -324,9 +292,8 @@ class NamedNumber(Kind):
         return name, value
 
 
-@dataclass(frozen=True, kw_only=True)
 class Pair(Kind):
     """Two values behind one option."""
 
-    name: str = "written"
+    name = "written"
     kinds: tuple[Kind, Kind] = (Place(), File())

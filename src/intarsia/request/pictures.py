@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, ParameterError
-from ..methods.base import METHODS, method_class
-from ..params import OVER, Parameter, parameters, parse
+from ..params import OVER, Parameter, parse
+from .verbs import parameters_of
 
 if TYPE_CHECKING:
     from ..field import Field
@@ -55,16 +55,14 @@ def picture_of(p: Parameter, path: str) -> Field:
 
 def asked_pictures(recipe: dict[str, Any]) -> dict[str, Any]:
     """What a recipe says of parameters that were pictures, by their names: it knows them by their hashes."""
-    slug, values = recipe.get("method"), recipe.get("parameters")
-    known = {p.name: p for p in parameters(method_class(slug))} if isinstance(slug, str) and slug in METHODS else {}
+    known, values = parameters_of(recipe.get("method")), recipe.get("parameters")
     recorded = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
     return {k: v for k, v in recorded.items() if k in known and known[k].kind in OVER}
 
 
 def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str) -> dict[str, Any]:
     """Return the recipe of `name` with the pictures that it knows by their hashes, read again from their files."""
-    values, asked = recipe.get("parameters"), asked_pictures(recipe)
-    known = {p.name: p for p in parameters(method_class(recipe["method"]))} if asked else {}
+    values, asked, known = recipe.get("parameters"), asked_pictures(recipe), parameters_of(recipe.get("method"))
     for given in pictures:
         if given not in asked:
             raise ParameterError(f"{name} was made without a picture as {given}; drop --picture {given}=FILE.")

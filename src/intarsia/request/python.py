@@ -10,10 +10,10 @@ from typing import Any
 
 from ..errors import IntarsiaError
 from ..methods.base import make, method_class, recipe_settings
-from ..params import parameters
 from .argv import to_argv
 from .as_json import to_json
 from .request import Request
+from .verbs import parameters_of
 
 PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "level", "method", "output"})
 """What the call below says; a parameter of the method is another."""
@@ -34,11 +34,11 @@ def _call(request: Request, made: Mapping[str, Any]) -> str | None:
     slug, told = made["method"], made["parameters"]
     if set(to_json(request)) - PLAIN - set(told):
         return None
-    usual, kinds = _settings(slug, {}), {p.name: p.kind for p in parameters(method_class(slug))}
+    usual, known = _settings(slug, {}), parameters_of(slug)
     given = {}
     for name, value in told.items():
         if value != usual.get(name):
-            given[name] = _tuples(value[::-1] if kinds[name] == "extent" and isinstance(value, list) else value)
+            given[name] = _tuples(value[::-1] if known[name].kind == "extent" and isinstance(value, list) else value)
     try:
         if _settings(slug, given) != told:
             return None

@@ -15,6 +15,9 @@ from .argv import settings_of
 from .request import FIELDS, Request
 from .verbs import BEGUN
 
+MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
+"""Parameters that parallel-controllable had before they were those of correction-2008, and what it does instead."""
+
 VERBS = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
 """What a recipe holds -> the verb that it is of; `grow`, where it holds none of them."""
 
@@ -54,7 +57,11 @@ def from_recipe(recipe: Mapping[str, Any], given: Request, called: str) -> Reque
 
 def _read(recipe: Mapping[str, Any], given: Request) -> Request:
     verb = next((verb for word, verb in VERBS.items() if word in recipe), "grow")
-    method, joined = method_of(recipe["method"], {**recipe["parameters"]}), Blend.of(recipe["blend"])
+    slug, settings = recipe["method"], {**recipe["parameters"]}
+    for name, was in MOVED.items() if slug == "parallel-controllable" else ():
+        if settings.pop(name, was) != was:
+            raise ParameterError(f"{name} of {slug} is one of correction-2008 now; grow it again with that method.")
+    method, joined = method_of(slug, settings), Blend.of(recipe["blend"])
     told, names = _fields(recipe, given), [(str(e["sha256"]), e.get("name", ""))[1] for e in recipe["exemplars"]]
     (width, height), times = recipe["size"], told.get("magnify", given.magnify)
     if not names:

@@ -13,15 +13,12 @@ from ..blend import Finish, Levelling
 from ..choosing.auto import AUTO_METHOD, Auto, By
 from ..errors import ParameterError
 from ..geometry import Wrap
-from ..methods.base import Method, make, method_class
-from ..params import Parameter, parameters
+from ..methods.base import Method, make
+from ..params import Parameter
 from .field import Field, fields_of
 from .fields import Asked
 from .pictures import names_a_picture, picture_of
-from .verbs import BEGUN, MADE, able, known_parameters, usual_parameters
-
-PAGES = (".html", ".png")
-"""What the name of a report ends in."""
+from .verbs import BEGUN, MADE, able, known_parameters, parameters_of, usual_parameters
 
 
 @dataclass(frozen=True)
@@ -40,67 +37,47 @@ class Request(Asked):
     said: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._check_exemplars()
-        self._check_method()
-        self._check_files()
-        if self.verb == "extend" and not any(self.margins):
-            raise ParameterError(
-                "no side is extended; give at least one of --left, --right, --top and --bottom, in px."
-            )
-        if self.seed is not None and self.many is not None:
-            raise ParameterError("--seed and --seeds exclude each other; drop one.")
-        if self.executor is not None and self.dask is not None:
-            raise ParameterError("--executor and --dask exclude each other; drop one.")
-
-    def _check_exemplars(self) -> None:
-        if self.as_set and self.several:
-            raise ParameterError("--set and --several exclude each other; drop one.")
-        if self.toroidal and self.crop is not None:
-            raise ParameterError("--toroidal does not go with --crop: a part no longer continues in itself; drop one.")
-        if self.toroidal and self.flatten:
-            raise ParameterError(
-                "--flatten does not go with --toroidal: light that continues across the borders has no slope; drop one."
-            )
-
-    def _check_method(self) -> None:
-        if self.explain and self.method != AUTO_METHOD:
-            raise ParameterError("--explain belongs to --method auto; name that, or drop it.")
-        if self.by is not None and self.trials is None:
-            raise ParameterError(f"--by {self.by} says how trials are compared; give --trials N as well, or drop it.")
-        if self.trials is not None and self.method != AUTO_METHOD:
-            raise ParameterError("--trials belongs to --method auto; name that, or drop it.")
-
-    def _check_files(self) -> None:
-        """Refuse names that no such file can have, and the standard input in more than one place."""
-        if self.read.count("-") > 1:
-            raise ParameterError("the standard input (-) can be read once; name files for the others.")
-        for option, path in (("--map", self.saved if self.verb == "score" else None), ("--start", self.start)):
-            if path == "-":
-                raise ParameterError(f"a map is read from a file; give {option} the name of a .npz.")
+        """Refuse names that no such file can have, and what does not go together; the first that is wrong is told."""
         drawn = [*(path for _, path in self.overlays), self.best_tile]
-        if "" in drawn:
-            raise ParameterError("an empty file name was given; name the file to write.")
-        if drawn.count("-") > 1:
-            raise ParameterError("the standard output (-) holds one picture; name files for the others.")
-        if self.page is not None and not self.page.lower().endswith(PAGES):
-            raise ParameterError(
-                f"--report {self.page}: a report is a page or a picture; end its name in .html or .png."
-            )
-        if self.sheet is not None and not self.sheet.lower().endswith(".png"):
-            raise ParameterError(f"--sheet {self.sheet}: a contact sheet is a PNG; end its name in .png.")
-        if self.keep and not self.gates:
-            raise ParameterError("--keep keeps what misses a --gate, and none is given; give one, or drop it.")
-        if self.out == "":
-            able_to = "a .zarr, a .tif or a folder" if self.verb == "weave" else "a file, or - for the standard output"
-            raise ParameterError(f"-o: an empty name was given; name {able_to}.")
-        if self.out == "-" and self.verb == "weave":
-            raise ParameterError("-o -: a giant picture does not fit into a pipe; name a .zarr, a .tif or a folder.")
-        for option, path in (
+        maps = ("--map", self.saved if self.verb == "score" else None), ("--start", self.start)
+        beside = (
             ("--save-map", self.save_map), ("--st-map", self.st_map), ("--preview", self.preview),
             ("--distance-map", self.distance_map and self.distance_map[1]), ("--offset", self.offset),
+        )  # fmt: skip
+        able_to = "a .zarr, a .tif or a folder" if self.verb == "weave" else "a file, or - for the standard output"
+        for wrong, line in (
+            (self.as_set and self.several, "--set and --several exclude each other; drop one."),
+            (self.toroidal and self.crop is not None,
+             "--toroidal does not go with --crop: a part no longer continues in itself; drop one."),
+            (self.toroidal and self.flatten, "--flatten does not go with --toroidal: light that continues across the "
+             "borders has no slope; drop one."),
+            (self.explain and self.method != AUTO_METHOD, "--explain belongs to --method auto; name that, or drop it."),
+            (self.by is not None and self.trials is None,
+             f"--by {self.by} says how trials are compared; give --trials N as well, or drop it."),
+            (self.trials is not None and self.method != AUTO_METHOD,
+             "--trials belongs to --method auto; name that, or drop it."),
+            (self.read.count("-") > 1, "the standard input (-) can be read once; name files for the others."),
+            *((path == "-", f"a map is read from a file; give {option} the name of a .npz.") for option, path in maps),
+            ("" in drawn, "an empty file name was given; name the file to write."),
+            (drawn.count("-") > 1, "the standard output (-) holds one picture; name files for the others."),
+            (self.page is not None and not self.page.lower().endswith((".html", ".png")),
+             f"--report {self.page}: a report is a page or a picture; end its name in .html or .png."),
+            (self.sheet is not None and not self.sheet.lower().endswith(".png"),
+             f"--sheet {self.sheet}: a contact sheet is a PNG; end its name in .png."),
+            (self.keep and not self.gates,
+             "--keep keeps what misses a --gate, and none is given; give one, or drop it."),
+            (self.out == "", f"-o: an empty name was given; name {able_to}."),
+            (self.out == "-" and self.verb == "weave",
+             "-o -: a giant picture does not fit into a pipe; name a .zarr, a .tif or a folder."),
+            *((path in ("", "-"), f"{option} needs the name of a file.") for option, path in beside),
+            (self.verb == "extend" and not any(self.margins),
+             "no side is extended; give at least one of --left, --right, --top and --bottom, in px."),
+            (self.seed is not None and self.many is not None, "--seed and --seeds exclude each other; drop one."),
+            (self.executor is not None and self.dask is not None,
+             "--executor and --dask exclude each other; drop one."),
         ):  # fmt: skip
-            if path in ("", "-"):
-                raise ParameterError(f"{option} needs the name of a file.")
+            if wrong:
+                raise ParameterError(line)
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -119,8 +96,7 @@ class Request(Asked):
     @cached_property
     def chosen(self) -> Method | Auto:
         """The method that is named, or the choice among those that have the given parameters; pictures are read."""
-        own = {} if self.method == AUTO_METHOD else {p.name: p for p in parameters(method_class(self.method))}
-        values = dict(self.parameters)
+        own, values = parameters_of(self.method), dict(self.parameters)
         for name, value in values.items():
             p = own.get(name) or known_parameters()[name][0]
             if names_a_picture(p, value):

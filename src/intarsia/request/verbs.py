@@ -33,17 +33,22 @@ def able(verb: str) -> tuple[str, ...]:
     return tuple(slug for slug in METHODS if ABILITIES.get(verb, set()) <= method_class(slug).supports)
 
 
+def parameters_of(slug: Any) -> dict[str, Parameter]:
+    """The parameters of a method by name; none of the choice among methods, and of what is no method."""
+    known = isinstance(slug, str) and slug in METHODS
+    return {p.name: p for p in parameters(method_class(slug))} if known else {}
+
+
 @cache
 def known_parameters() -> dict[str, tuple[Parameter, list[str]]]:
     """Every parameter of a method by name, and the methods that have it."""
     found: dict[str, tuple[Parameter, list[str]]] = {}
     for slug in METHODS:
-        for p in parameters(method_class(slug)):
-            found.setdefault(p.name, (p, []))[1].append(slug)
+        for name, p in parameters_of(slug).items():
+            found.setdefault(name, (p, []))[1].append(slug)
     return found
 
 
 def usual_parameters(verb: str, slug: str) -> dict[str, Any]:
     """What a verb gives a method that is named if nothing else is said: around a hole the best patch is taken."""
-    exact = verb in ("heal", "tile") and any(p.name == "tolerance" for p in parameters(method_class(slug)))
-    return {"tolerance": 0.0} if exact else {}
+    return {"tolerance": 0.0} if verb in ("heal", "tile") and "tolerance" in parameters_of(slug) else {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ...errors import ParameterError
+from ...params import written
 from ...request.request import Request
 from ..exits import say, tell
 from ..help import HelpfulCommand
@@ -66,7 +67,7 @@ def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
     from ..exemplars import stem_of
     from ..outputs import check_all, filled_name, plane_files
 
-    fields = {"stem": stem_of(found), "seed": 0, "method": "", "w": "", "h": ""}
+    fields = {"stem": stem_of(found), "seed": 0}
     overlays = [(kind, filled_name(path, fields)) for kind, path in request.overlays]
     tile = {} if request.best_tile is None else plane_files(filled_name(request.best_tile, fields), found)
     paths = [path for _, path in overlays] + list(tile.values())
@@ -174,10 +175,7 @@ def _options(suggested: dict[str, Any]) -> list[str]:
     """The options of grow that follow the suggestion."""
     words = ["--method", suggested["method"]]
     for name, value in suggested["parameters"].items():
-        shown = value
-        if name == "lattice":
-            shown = '"' + " ".join(f"{x:.6g},{y:.6g}" for x, y in value) + '"'
-        words += [f"--{name.replace('_', '-')}", str(shown)]
+        words += [f"--{name.replace('_', '-')}", f'"{written(value)}"' if name == "lattice" else str(value)]
     return words + ["--flatten"] * suggested["flatten"]
 
 

@@ -18,9 +18,10 @@ from ..help import entries
 @click.option("--debug", is_flag=True, expose_value=False, hidden=True)
 def command(slug: str | None, as_json: bool) -> None:
     """List the methods, or the parameters of one METHOD."""
-    classes = [method_class(slug)] if slug is not None else [method_class(s) for s in METHODS]
+    slugs = tuple(METHODS) if slug is None else (slug,)
+    classes = list(map(method_class, slugs))
     if as_json:
-        say_json(entries(*(cls.slug for cls in classes)))
+        say_json(entries(*slugs))
     elif slug is not None:
         say(_page(classes[0]))
     else:

@@ -70,7 +70,7 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     from ...rendering.render import check_drawable, render
     from ...run import Run
     from ..exemplars import Shelf, sets_of, stem_of
-    from ..outputs import Staging, by_file, check_all, filled_name, layer_files, plane_files
+    from ..outputs import Staging, by_file, check_all, check_depths, filled_name, layer_files, plane_files
 
     began = time.perf_counter()
     sets = sets_of(request, report)
@@ -79,17 +79,13 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     n = request.magnify
     x, y, width, height = request.window or (0, 0, smap.width * n, smap.height * n)
     part = Box(y // n, x // n, (y + height) // n, (x + width) // n)
-    out = filled_name(request.out or "", {"stem": stem_of(sets[0]), "seed": "", "method": "", "w": width, "h": height})
+    out = filled_name(request.out or "", {"stem": stem_of(sets[0]), "w": width, "h": height})
     pictures = {} if request.layers else plane_files(out, sets[0])
     check_all(pictures.values() if pictures else [out], request.force, set())
     exemplars = Shelf(sets, request, report).exemplars
     pictures = pictures or layer_files(out, exemplars[0], request.depth)
     _check_sizes(smap, exemplars)
-    for name, path in pictures.items():
-        plane = exemplars[0].picture(name)
-        assert plane is not None
-        drawn = [side * plane.width // (exemplars[0].width * n) for side in (width, height)]
-        files.check_depth(path, plane, request.depth, (drawn[0], drawn[1]))
+    check_depths(pictures, exemplars[0], (width, height), request)
     blend = smap.blend.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
     check_drawable(exemplars, part.height, part.width, blend.feather)
     with report.watching(len(pictures)) as meter, Staging(request.force) as staging:

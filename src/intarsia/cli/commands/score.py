@@ -39,12 +39,12 @@ def judge(request: Request, report: Report) -> None:
     from ...sourcemap import SourceMap
     from ...tasks.scoring import check_gates, gated, misses, outcome_of
     from ..exemplars import Shelf, sets_of, stem_of
-    from ..outputs import FIELDS, check_all, filled_name
+    from ..outputs import check_all, filled_name
 
     check_gates(request.gates)
     sets, page, output, saved = sets_of(request, report), request.page, request.output, request.saved
     if page is not None:
-        page = filled_name(page, dict.fromkeys(FIELDS, "") | {"stem": stem_of(sets[0])})
+        page = filled_name(page, {"stem": stem_of(sets[0])})
         check_all([page], request.force, set())
     smap = None if saved is None or saved == RECIPE else SourceMap.load(saved)
     exemplars, made = Shelf(sets, request, report).exemplars, files.read(output, alpha=request.alpha)
