@@ -25,7 +25,8 @@ from intarsia.cli.app import cli
 from intarsia.exemplar import Exemplar
 from intarsia.files.read import sample
 from intarsia.judging.score import score_map
-from intarsia.lattice.lattice import Lattice, vectors_of
+from intarsia.lattice.lattice import vectors_of
+from intarsia.lattice.verdict import Lattice
 from intarsia.methods.base import METHODS, method_class
 from intarsia.request.argv import parameter_words, settings_of
 from intarsia.request.request import Request

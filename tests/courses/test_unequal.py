@@ -88,7 +88,7 @@ def test_stones_stay_whole_and_courses_straight(seed: int) -> None:
     inner = n - len(border - {0})
     assert pure >= 0.95 * inner
     assert cut <= 0.05 * inner
-    wall = Wall.unequal(None, Exemplar.of(pixels), Canvas(300, 420), seed)
+    wall = Wall.of(None, None, Exemplar.of(pixels), Canvas(300, 420), seed)
     for i in range(wall.rows.course_at(6, 0) + 1, wall.rows.course_at(293, 0)):
         bed = wall.rows.row(2 * i, 0)
         assert (shown[bed - 3 : bed + 3] == 0).any(axis=0).mean() > 0.95
@@ -97,7 +97,7 @@ def test_stones_stay_whole_and_courses_straight(seed: int) -> None:
 def test_stones_lie_in_courses_about_as_high_as_they_are() -> None:
     """Of those that are near enough; an oracle counts them one by one."""
     pixels, _ = rubble()
-    wall = Wall.unequal(None, Exemplar.of(pixels), Canvas(10, 10), 1)
+    wall = Wall.of(None, None, Exemplar.of(pixels), Canvas(10, 10), 1)
     found = found_in(pixels)
     for height, cards in zip(found.heights, wall.layout.cards, strict=True):
         assert cards == naive.stones_about(found.own.tolist(), height, LAYING, UNEQUAL.like)
@@ -113,7 +113,7 @@ def test_no_pair_returns_in_its_course_or_the_next_two(
     heights: tuple[int, ...], width: int, most: int, seed: int
 ) -> None:
     """Of about 95 pairs of 25 stones two at most, of 90 of eight 12; laid without that rule 4 to 8, and 24 to 36."""
-    wall = Wall.unequal(None, Exemplar.of(rubble(heights, width)[0]), Canvas(10, 10), seed)
+    wall = Wall.of(None, None, Exemplar.of(rubble(heights, width)[0]), Canvas(10, 10), seed)
     chains = [wall.layout.pieces(i, 0, 420) for i in range(12)]
     pairs = [Counter((a.brick, b.brick) for a, b in pairwise(chain)) for chain in chains]
     again = sum(n - 1 for own in pairs for n in own.values())
@@ -161,9 +161,9 @@ CASES = [rubble()[0], UPRIGHT, rubble(seed=4, joint=4)[0]]
 @pytest.mark.parametrize(("case", "corner"), [(0, (0, 0)), (1, (-150, 77)), (2, (2**40 - 3, -(2**40) - 11))])
 def test_a_window_is_a_crop(case: int, corner: tuple[int, int]) -> None:
     e, (y, x) = Exemplar.of(CASES[case]), corner
-    whole = Wall.unequal(None, e, Canvas(10, 10), 5).window(y, x, 150, 170)[0]
+    whole = Wall.of(None, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)[0]
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = Wall.unequal(None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)[0]
+        part = Wall.of(None, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)[0]
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -171,7 +171,7 @@ def test_a_window_is_a_crop(case: int, corner: tuple[int, int]) -> None:
 def test_a_wrapped_canvas_continues_in_itself(case: int, along: int) -> None:
     """The window one canvas further on shows the same."""
     height, width = (along, 260) if case == 1 else (260, along)
-    wall = Wall.unequal(None, Exemplar.of(CASES[case]), Canvas(height, width, ia.Wrap.BOTH), 3)
+    wall = Wall.of(None, None, Exemplar.of(CASES[case]), Canvas(height, width, ia.Wrap.BOTH), 3)
     here = wall.window(0, 0, height, width)[0]
     np.testing.assert_array_equal(wall.window(height, -width, height, width)[0], here)
     np.testing.assert_array_equal(wall.window(-100, 200, height, width)[0], np.roll(here, (100, -200), (0, 1)))

@@ -55,7 +55,7 @@ def test_whole_vectors_repeat_exactly(lattice: tuple) -> None:
 @pytest.mark.parametrize("lattice", WHOLE + REAL)
 def test_what_is_shown_lies_a_lattice_vector_away(lattice: tuple) -> None:
     """Real vectors, too: an output px and the px that it shows differ by a lattice point, to half a px."""
-    layout = Tiling.of(lattice, None, 4, ia.Exemplar.of(texture(100, 110, 1, 3))).layout()
+    layout = Tiling.of(lattice, None, 4, ia.Exemplar.of(texture(100, 110, 1, 3))).layout(Canvas(1, 1))
     for y0, x0 in ((0, 0), (-5000, 70000)):
         away = np.mgrid[y0 : y0 + 60, x0 : x0 + 60].transpose(1, 2, 0) - layout.window(y0, x0, 60, 60)[0]
         points = np.array([[v / 256 for v in row] for row in units(lattice)])
@@ -80,7 +80,8 @@ def test_a_wrapped_canvas_continues_in_itself(lattice: tuple, wrap: ia.Wrap) -> 
 def test_offsets_hold_all_that_is_read(vectors: tuple) -> None:
     """Of whole vectors exactly that; of real ones nothing is read beside them."""
     inside, (above, before) = read_offsets(vectors)
-    found = np.unique(TileLayout.of((0, 0), vectors).window(-400, -500, 800, 900)[0].reshape(-1, 2), axis=0)
+    layout = TileLayout.of((0, 0), vectors, Canvas(1, 1))
+    found = np.unique(layout.window(-400, -500, 800, 900)[0].reshape(-1, 2), axis=0)
     assert inside[found[:, 0] + above, found[:, 1] + before].all()
     if all(n % 256 == 0 for v in vectors for n in v):
         assert inside.sum() == len(found)

@@ -28,8 +28,8 @@ from ..errors import MethodError
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..image import Kind
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Lattice, Lattices, cell_of, lattices_of, vectors_of
-from ..lattice.verdict import told_by_peaks
+from ..lattice.lattice import cell_of, lattices_of, vectors_of
+from ..lattice.verdict import Lattice, Lattices, told_by_peaks
 from ..lazy import lazy
 from ..search.sizes import elements
 

@@ -7,8 +7,9 @@ half-way between, then the others: each knows those around it that came before, 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ from ..lattice.candidates import UNIT
 from . import wall_kernels
 from .brickwork import Bricks, Brickwork
 from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
-from .unequal import UNEQUAL, Masonry
+from .unequal import UNEQUAL
 from .wall_kernels import FACE
 
 
@@ -52,17 +53,37 @@ class Costs(NamedTuple):
 COSTS = Costs()
 
 
+class Laying(NamedTuple):
+    """Which stones lie in a course, and what pairs that return cost."""
+
+    near: float = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
+    fewest: int = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
+    twice: int = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
+    give: int = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
+    wider: int = 2  # px: a stone that is too long by more is a cut one
+    cut: int = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
+    rounds: int = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
+
+
+LAYING = Laying()
+
+
 class Chains(CourseLayout):
-    """Chains of bricks along the courses of an endless canvas."""
+    """Chains of bricks along the courses of an endless canvas; `own`: how high each is, where courses are unequal."""
 
-    give, cut = 1, COSTS.cut  # px by which a joint may be wider or narrower, and what a brick costs that is cut to fit
-
-    def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int) -> None:
+    def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int, own: Int64 | None = None) -> None:
         usual = max(bricks.usual, 1.0)
         super().__init__(rows, seed, round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT))  # whole bricks
         self.bricks = bricks
-        own = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
-        self.mean = np.array([own[k].mean() for k in bricks.table[:, 0]])
+        sizes = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
+        self.mean = np.array([sizes[k].mean() for k in bricks.table[:, 0]])
+        # Px by which a joint may be wider or narrower, what a brick costs that is cut to fit, times that a chain is
+        # laid, and which bricks each course of the exemplar may show.
+        self.give, self.cut, self.rounds = 1, COSTS.cut, 0
+        self.cards: list[Sequence[int]] = [range(len(bricks.table))]
+        if own is not None:
+            self.give, self.cut = min(max(work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
+            self.rounds, self.cards = LAYING.rounds, [_alike(bricks, own, height) for height in rows.heights]
 
     def _around(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
         """The chains around that came before: how many courses off, and their pieces."""
@@ -94,13 +115,9 @@ class Chains(CourseLayout):
                 total += table[np.minimum(np.minimum(left, right), len(table) - 1)]
         return total
 
-    def _cards(self, i: int) -> Sequence[int]:
-        """The bricks that a course may show."""
-        return range(len(self.bricks.table))
-
     def _hand(self, i: int, s: int) -> list[int]:
         """The bricks that a chain may show, the first one first: dealt from a shuffled deck, so all are shown."""
-        cards = self._cards(i)
+        cards = self.cards[self.rows.kind(i)]
         n = len(cards)
         held = min(HAND, n)
         number, hand = divmod(i, n // held)
@@ -117,9 +134,30 @@ class Chains(CourseLayout):
         return [first, *[e for e in mine if e != first]]
 
     def _chained(self, i: int, s: int) -> list[Piece]:
-        return self._linked(i, s, None)
+        """The cheapest chain, or of several the one in which the fewest pairs return."""
+        if not self.rounds:
+            return self._linked(i, s, {})
+        near = Counter[Pair]()
+        for _, chain in self._around(i, s):
+            near.update(neighbours(chain))
+        if s % 2:  # every other chain of a course knows those beside it
+            for beside in (s - 1, s + 1):
+                if self.named(i, beside)[1] % 2 == 0:
+                    near.update(neighbours(self.chain(i, beside)))
+        more = Counter({pair: LAYING.twice * n for pair, n in near.items()})
+        best, least = list[Piece](), math.inf
+        for _ in range(self.rounds):
+            chain = self._linked(i, s, more)
+            own = Counter(neighbours(chain))
+            again = sum(n - 1 for n in own.values()) + sum(n for pair, n in own.items() if pair in near)
+            if again < least:
+                best, least = chain, again
+            if not any(n > 1 for n in own.values()):
+                break
+            more.update({pair: LAYING.twice * (n - 1) for pair, n in own.items()})
+        return best
 
-    def _linked(self, i: int, s: int, more: dict[Pair, int] | None) -> list[Piece]:
+    def _linked(self, i: int, s: int, more: Mapping[Pair, int]) -> list[Piece]:
         """The cheapest chain; `more` is what some bricks cost one after another, besides."""
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
@@ -130,7 +168,7 @@ class Chains(CourseLayout):
         following = self._hand(n, t)[0]
         turn = hand.index(following) if following in hand else -1
         pair, follow = self._pairs(hand), self._pairs([*hand, following])[:-1, -1]
-        for (a, b), price in (more or {}).items():
+        for (a, b), price in more.items():
             if a in hand and b in hand:
                 pair[hand.index(a), hand.index(b)] += price
             if a in hand and b == following:
@@ -182,62 +220,12 @@ class Chains(CourseLayout):
         return np.ascontiguousarray(cost, np.int64)
 
 
-class Laying(NamedTuple):
-    """Which stones lie in a course, and what pairs that return cost."""
-
-    near: float = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
-    fewest: int = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
-    twice: int = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
-    give: int = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
-    wider: int = 2  # px: a stone that is too long by more is a cut one
-    cut: int = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
-    rounds: int = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
-
-
-LAYING = Laying()
-
-
-class Stones(Chains):
-    """Chains of whole stones along courses of unequal heights."""
-
-    def __init__(self, found: Masonry, rows: Rows, seed: int) -> None:
-        super().__init__(found.work, found.bricks, rows, seed)
-        self.give, self.cut = min(max(found.work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
-        self.cards = [self._alike(found, height) for height in found.heights]
-
-    @staticmethod
-    def _alike(found: Masonry, height: int) -> list[int]:
-        """The stones about as high as a course, those that fit best if they are few."""
-        off = np.abs(found.own - height)
-        beyond = np.maximum(off - int(LAYING.near * height), 0)  # px too high or too low
-        order = np.argsort(beyond, kind="stable")
-        near = int((off <= UNEQUAL.like * height).sum())
-        whole = int(np.flatnonzero(found.bricks.table[order, 3] != FACE)[0]) + 1
-        count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
-        return sorted(order[:count].tolist())
-
-    def _cards(self, i: int) -> Sequence[int]:
-        return self.cards[self.rows.kind(i)]
-
-    def _chained(self, i: int, s: int) -> list[Piece]:
-        """The chain in which the fewest pairs return."""
-        near = Counter[Pair]()
-        for _, chain in self._around(i, s):
-            near.update(neighbours(chain))
-        if s % 2:  # every other chain of a course knows those beside it
-            for beside in (s - 1, s + 1):
-                if self.named(i, beside)[1] % 2 == 0:
-                    near.update(neighbours(self.chain(i, beside)))
-        more = {pair: LAYING.twice * n for pair, n in near.items()}
-        best, least = list[Piece](), -1
-        for _ in range(LAYING.rounds):
-            chain = self._linked(i, s, more)
-            own = Counter(neighbours(chain))
-            again = sum(n - 1 for n in own.values()) + sum(n for pair, n in own.items() if pair in near)
-            if least < 0 or again < least:
-                best, least = chain, again
-            if not any(n > 1 for n in own.values()):
-                break
-            for pair, n in own.items():
-                more[pair] = more.get(pair, 0) + LAYING.twice * (n - 1)
-        return best
+def _alike(bricks: Bricks, own: Int64, height: int) -> list[int]:
+    """The stones about as high as a course, those that fit best if they are few."""
+    off = np.abs(own - height)
+    beyond = np.maximum(off - int(LAYING.near * height), 0)  # px too high or too low
+    order = np.argsort(beyond, kind="stable")
+    near = int((off <= UNEQUAL.like * height).sum())
+    whole = int(np.flatnonzero(bricks.table[order, 3] != FACE)[0]) + 1
+    count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
+    return sorted(order[:count].tolist())

@@ -104,10 +104,9 @@ def _layer(
     """What is laid, of what, so that the lattice of a start goes on; too small an exemplar gives one tile."""
     rectified = _rectified(method, exemplar)
     exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights
-    if method.heights == "unequal":
-        return rectified, Wall.unequal(weights, exemplar, canvas, seed)
     if len(lattice) == 1:
-        return rectified, Wall.of(lattice, weights, exemplar, canvas, seed)
+        given = None if method.heights == "unequal" else lattice
+        return rectified, Wall.of(given, weights, exemplar, canvas, seed)
     start = start if rectified.straight is None else None
     try:
         return rectified, Mosaic.of(method, exemplar, canvas, seed, start)

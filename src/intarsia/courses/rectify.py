@@ -14,6 +14,7 @@ remains is a polynomial of few numbers, rounded, so that no last bit of a transf
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -80,14 +81,8 @@ class Phase:
 
     def at(self, across: Array, along: Array) -> Floats:
         """The phase at places from -1 to 1, in 1 / TURN courses; products one by one, the same on every machine."""
-        total = np.zeros(np.broadcast_shapes(across.shape, along.shape))
-        for factor, (i, j) in zip(self.factors, TERMS, strict=True):
-            term = np.full_like(across, factor, np.float64)
-            for place, power in ((across, i), (along, j)):
-                for _ in range(power):
-                    term = term * place
-            total += term
-        return total
+        terms = zip(self.factors, TERMS, strict=True)
+        return np.asarray(sum(math.prod([across] * i + [along] * j, start=float(f)) for f, (i, j) in terms))
 
 
 def phases(prepared: CorrelatedPictures) -> list[Phase]:
@@ -108,12 +103,7 @@ def samples(n: int, seen: int | None = None) -> Floats:
 
 def _layers(prepared: CorrelatedPictures) -> Floats | None:
     """Colours and edges (C, H, W), each of variance 1 or nothing."""
-    edges = prepared.edges
-    known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner
-    if not known.any():
-        return None
-    edges = (edges - edges[known].mean()) * known[..., None]
-    stack = np.moveaxis(np.concatenate([prepared.colours, edges], axis=2), 2, 0)
+    stack = np.moveaxis(np.concatenate([prepared.colours, prepared.steps], axis=2), 2, 0)
     deviation = stack.std(axis=(1, 2))
     if not (deviation > 0).any():
         return None
@@ -154,9 +144,15 @@ def _waves(spectra: Spectra, shape: tuple[int, ...]) -> list[tuple[float, float]
             break
         y, x = float(rows[i, 0]), float(columns[j])
         found.append((y, x))
-        for sign in (1, -1):  # the half plane ends somewhere: both ends of a wave may be seen
-            total[np.hypot(rows - sign * y, columns - sign * x) < FOLLOWING.spread * length[i, j]] = 0
+        total[_near(spectra, (y, x))] = 0
     return found
+
+
+def _near(spectra: Spectra, wave: tuple[float, float]) -> Mask:
+    """The frequencies near a wave. The half plane ends somewhere: both ends of it may be seen."""
+    most = FOLLOWING.spread * np.hypot(*wave)
+    one, other = (np.hypot(spectra.rows - s * wave[0], spectra.columns - s * wave[1]) < most for s in (1, -1))
+    return np.asarray(one | other)
 
 
 def _followed(layers: Floats, spectra: Spectra, wave: tuple[float, float]) -> Phase | None:
@@ -185,9 +181,7 @@ def _from_windows(
 ) -> tuple[int, ...]:
     """The polynomial of second degree whose slopes are the waves of the windows."""
     length = float(np.hypot(*wave))
-    near = np.zeros(spectra.powers.shape[1:], bool)
-    for sign in (1, -1):
-        near |= np.hypot(spectra.rows - sign * wave[0], spectra.columns - sign * wave[1]) < FOLLOWING.spread * length
+    near = _near(spectra, wave)
     design, target, sure = [], [], []
     for power, (y, x) in zip(spectra.powers, spectra.middles, strict=True):
         part = np.where(near, power, 0)
@@ -195,11 +189,11 @@ def _from_windows(
         f = [float(spectra.rows[i, 0]), float(spectra.columns[j])]
         sign = 1 if f[0] * wave[0] + f[1] * wave[1] > 0 else -1
         place = [(2 * y + 1 - shape[0]) / shape[0], (2 * x + 1 - shape[1]) / shape[1]]
-        for axis in (0, 1):  # 0: across the courses
-            k = axis ^ upright
-            design.append([_slope(p, place[upright], place[1 - upright], axis) for p in TERMS[1:SQUARES]])
-            target.append(sign * f[k] * shape[k] / 2)
-            sure.append(float(part[i, j]) ** 0.5)
+        s, t = place[upright], place[1 - upright]
+        design.append([a * s ** max(a - 1, 0) * t**b for a, b in TERMS[1:SQUARES]])  # slopes across the courses,
+        design.append([b * s**a * t ** max(b - 1, 0) for a, b in TERMS[1:SQUARES]])  # and along them
+        target += [sign * f[k] * shape[k] / 2 for k in (upright, 1 - upright)]
+        sure += 2 * [float(part[i, j]) ** 0.5]
     a, b, base = np.array(design), np.array(target), np.rint(1000 * np.array(sure) / max(*sure, 1e-12))
     ridge = FOLLOWING.ridge * np.array([0.0, 0.0] + [1.0] * (SQUARES - 3))
     return (0, *_fit(a, b, base, ridge, FOLLOWING.doubt * length * min(shape) / 2), *([0] * (len(TERMS) - SQUARES)))
@@ -213,13 +207,6 @@ def _fit(a: Floats, b: Floats, sure: Floats, ridge: Floats, scale: float) -> lis
         factors = np.linalg.solve(left, np.einsum("ki,k,k->i", a, b, w))
         w = np.maximum(np.rint(sure / (1 + ((a @ factors - b) / scale) ** 2)), 1)
     return [int(v) for v in np.rint(factors * TURN)]
-
-
-def _slope(powers: Pair, s: float, t: float, axis: int) -> float:
-    i, j = powers
-    if axis == 0:
-        return i * s ** (i - 1) * t**j if i else 0.0
-    return j * s**i * t ** (j - 1) if j else 0.0
 
 
 def _advanced(layers: Floats, angle: Floats, step: int, fit: tuple[int, ...]) -> tuple[tuple[int, ...] | None, float]:
@@ -335,7 +322,7 @@ def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
         two = lattices_of(laid, weights).accepted
         if two is not None and (two.kind == "1-D" or plain is not None):
             return straight, _level(two, laid)
-    one = find_lattice(features([laid], weights).pictures[0], laid.usable, "courses").accepted
+    one = find_lattice(features([laid], weights).pictures[0], laid.usable, courses=True).accepted
     best = max((found for found in (one, two) if found is not None), key=lambda found: found.share, default=None)
     return None if best is None else (straight, _level(best, laid))
 

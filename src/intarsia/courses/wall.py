@@ -33,7 +33,7 @@ from ..params import Weights
 from ..run import Run
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
-from .chains import Chains, Stones
+from .chains import Chains
 from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
 from .unequal import masonry_of
 from .wall_kernels import OPEN
@@ -239,30 +239,22 @@ class Wall:
     def of(
         cls, lattice: Pairs, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
-        """Find courses and bricks; MethodError where no course is whole, ParameterError where rows cannot close."""
-        work, picture, usable, upright = courses_of(lattice, weights, exemplar)
-        rows = Rows.equal(work.line, canvas, upright)
-        bricks = bricks_of(work)
-        layout = Boards(picture, work, rows, seed) if bricks is None else Chains(work, bricks, rows, seed)
-        return cls._of(picture, usable, upright, work, layout, _weighted(picture, work, work.faces))
+        """Find courses and bricks, without a lattice courses of unequal heights by their lines.
 
-    @classmethod
-    def unequal(cls, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int) -> Wall:
-        """Find courses of unequal heights by lines; MethodError where there are none, ParameterError as above."""
-        found = masonry_of(exemplar, weights)
-        work = found.work
-        rows = Rows.stacked(found.heights, canvas, found.upright, seed)
-        layout = Stones(found, rows, seed)
-        rims = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
-        return cls._of(found.picture, found.usable, found.upright, work, layout, _weighted(found.picture, work, rims))
-
-    @classmethod
-    def _of(
-        cls, picture: Array, usable: Array, upright: bool, work: Brickwork, layout: Chains | Boards, wrong: Array
-    ) -> Wall:
+        MethodError where no course is whole, ParameterError where rows cannot close.
+        """
+        layout: Chains | Boards
+        if lattice is None:
+            picture, usable, upright, work, bricks, own, heights, _ = masonry_of(exemplar, weights)
+            layout = Chains(work, bricks, Rows.stacked(heights, canvas, upright, seed), seed, own)
+            shown = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
+        else:
+            work, picture, usable, upright = courses_of(lattice, weights, exemplar)
+            rows, some, shown = Rows.equal(work.line, canvas, upright), bricks_of(work), work.faces
+            layout = Boards(picture, work, rows, seed) if some is None else Chains(work, some, rows, seed)
         spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
         halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
-        scene = (picture, usable, wrong, work.beds, work.joints, halves)
+        scene = (picture, usable, _weighted(picture, work, shown), work.beds, work.joints, halves)
         return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
     def window(

@@ -199,9 +199,11 @@ BEYOND = 1 << 40  # px: beyond any exemplar
 
 
 @kernel
-def readable(usable: Any, y: int, x: int) -> bool:
-    """Say whether an exemplar pixel exists and may be used."""
-    return bool(0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x])
+def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
+    """What it costs to show an exemplar pixel, perhaps beyond what it is to be a part of."""
+    if not (0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x]):
+        return UNREADABLE
+    return int(faces[y, x]) + STEP if beyond else 0
 
 
 @kernel
@@ -214,17 +216,6 @@ def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
         d = np.int64(picture[a, b, c]) - np.int64(picture[y, x, c])
         total += d * d
     return int(np.sqrt(np.float64(total)))
-
-
-@kernel
-def astray(usable: Any, faces: Any, y: int, x0: int, low: int, high: int, costs: Any) -> None:
-    """What it costs to show the exemplar's (y, x0 ...) as part of a piece, beyond its columns low .. high - 1."""
-    for k in range(len(costs)):
-        x = x0 + k
-        if not readable(usable, y, x):
-            costs[k] = UNREADABLE
-        else:
-            costs[k] = np.int64(faces[y, x]) + STEP if x < low or x >= high else 0
 
 
 @kernel
@@ -249,13 +240,13 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
     picture, usable, faces, joints, halves = scene[0], scene[1], scene[2], scene[4], scene[5]
     for r in range(n):
         y, x = first + r, u - reach - 1  # columns u - reach - 1 .. u + reach
-        for k in range(2 * reach + 2):
-            gap[k] = apart(picture, y + left[3], x + k + left[2], y + right[3], x + k + right[2])
-        gaps[r] = gap[1 : 2 * reach + 1]
         high = border(joints, halves[1], left[6], left[8], 1, y + left[3])
-        astray(usable, faces, y + left[3], x + left[2], -BEYOND, high, wrong[0])
         low = border(joints, halves[0], right[5], right[7], 0, y + right[3])
-        astray(usable, faces, y + right[3], x + right[2], low, BEYOND, wrong[1])
+        for k in range(2 * reach + 2):
+            a, b, c, d = y + left[3], x + k + left[2], y + right[3], x + k + right[2]
+            gap[k] = apart(picture, a, b, c, d)
+            wrong[0, k], wrong[1, k] = amiss(usable, faces, a, b, b >= high), amiss(usable, faces, c, d, d < low)
+        gaps[r] = gap[1 : 2 * reach + 1]
         before, after = np.int64(0), np.int64(0)
         for k in range(1, 2 * reach + 2):
             after += wrong[1, k]
@@ -296,11 +287,9 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
                 k += 1
             a, b, course = y + pieces[k, 3], x + pieces[k, 2], pieces[k, 4]
             out[v, x, 0], out[v, x, 1] = a, b
-            if not readable(usable, a, b):
-                wrong[v, x] = UNREADABLE
-                continue
-            beyond = a < beds[course, b] or a >= beds[course + 1, b]
-            wrong[v, x] = faces[a, b] + STEP if beyond else 0
+            column = min(max(b, 0), beds.shape[1] - 1)
+            beyond = a < beds[course, column] or a >= beds[course + 1, column]
+            wrong[v, x] = amiss(usable, faces, a, b, beyond)
 
 
 @kernel

@@ -47,6 +47,12 @@ class CorrelatedPictures:
     usable: Mask | None  # (H, W): which pixels of the colours count,
     inner: Mask | None  # and of the edges: those with four usable neighbours
 
+    @property
+    def steps(self) -> Floats:
+        """The edges, less their mean."""
+        known = np.ones(self.edges.shape[:2], bool) if self.inner is None else self.inner
+        return (self.edges - self.edges[known].mean()) * known[..., None] if known.any() else self.edges
+
 
 @dataclass(frozen=True)
 class CorrelationMap:
@@ -279,9 +285,4 @@ def distinct(lattices: Int64, height: int, width: int) -> Int64:
 
 def waves_of(prepared: CorrelatedPictures) -> list[Floats]:
     """Find the waves of both pictures."""
-    edges = prepared.edges
-    if prepared.inner is None:
-        edges = edges - edges.mean()
-    elif prepared.inner.any():
-        edges = (edges - edges[prepared.inner].mean()) * prepared.inner[..., None]
-    return [spectral_peaks(prepared.colours), spectral_peaks(edges)]
+    return [spectral_peaks(prepared.colours), spectral_peaks(prepared.steps)]

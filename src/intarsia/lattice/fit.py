@@ -24,7 +24,7 @@ import numpy as np
 from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from ..lazy import ndimage
 from .candidates import UNIT, CorrelationMap, canonical, distinct
-from .scoring_kernels import NOTHING, best_shift, fit_step, means, rings
+from .scoring_kernels import NOTHING, best_shift, fit_step, means
 
 WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
 POINTS = 12  # lattice points looked at: two of each direction
@@ -86,12 +86,11 @@ def _least_squares(
         across = vectors[0] / math.hypot(*vectors[0])
         exact = ((a[:, 0] * (p @ across)).sum() / (a[:, 0] ** 2).sum()) * across[None]
     else:
-        aa, ab, bb = (a[:, 0] ** 2).sum(), (a[:, 0] * a[:, 1]).sum(), (a[:, 1] ** 2).sum()
-        determinant = aa * bb - ab * ab
-        if determinant < SPANNED:
+        (aa, ab), (_, bb) = a.T @ a  # whole numbers
+        t0, t1 = (a[:, :, None] * p[:, None]).sum(axis=0)
+        exact = _spanned(aa, ab, bb, t0, t1, SPANNED)
+        if exact is None:
             return None
-        t0, t1 = (a[:, 0, None] * p).sum(axis=0), (a[:, 1, None] * p).sum(axis=0)
-        exact = np.array([bb * t0 - ab * t1, aa * t1 - ab * t0]) / determinant
     whole: Int64 = np.rint(UNIT * exact).astype(np.int64)
     if np.abs(whole - vectors).max() > UNIT * factor:
         return None
@@ -100,6 +99,7 @@ def _least_squares(
     return whole
 
 
+POINT = np.array([(0, 0)])
 HALVES = np.array([(4, 0), (0, 4), (4, 4)])
 RING = np.array(
     [
@@ -196,17 +196,13 @@ class Scored:
 
 def score(found: CorrelationMap, vectors: Int64, phases: Int64) -> Scored:
     """Score lattices against the phases given."""
-    n = len(vectors)
-    mean, points = np.empty(n, np.int64), np.empty(n, np.int64)
-    means(found.values, found.weights, vectors, mean, points)
+    mean, points = means(found.values, found.weights, vectors, POINT)
     return _contrasted(found, vectors, mean, points, phases)
 
 
 def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
     """Keep the lattices worth a closer look: by their mean, then by contrast with their half cells."""
-    n = len(vectors)
-    mean, points = np.empty(n, np.int64), np.empty(n, np.int64)
-    means(found.values, found.weights, vectors, mean, points)
+    mean, points = means(found.values, found.weights, vectors, POINT)
     keep = np.flatnonzero((points >= 2) & (mean > 0))
     hope = mean[keep] * _few(points[keep]) // 1000
     keep = keep[np.argsort(-hope, kind="stable")[: RANKING.promising]]
@@ -222,8 +218,7 @@ def _few(points: Int64) -> Int64:
 def _contrasted(
     found: CorrelationMap, vectors: Int64, mean: Int64, points: Int64, phases: Int64
 ) -> Scored:
-    aside = np.empty(len(vectors), np.int64)
-    rings(found.values, found.weights, vectors, phases, aside)
+    aside, _ = means(found.values, found.weights, vectors, phases)
     known = (points > 0) & (aside > NOTHING)
     contrast = np.where(known, mean - aside, -1_000_000)
     return Scored(vectors, mean, contrast, contrast * _few(points) // 1000, points)
@@ -254,7 +249,9 @@ def fit(found: CorrelationMap, vectors: Int64, smooth: Int32 | None = None) -> F
     for most in (2, 5, 1 << 20):
         radius = max(FITTING.least, FITTING.radius * length)
         used, tried = fit_step(smooth, found.weights, current, most, radius, sums)
-        moved = _solved(sums, current)
+        aa, ab, bb = (float(n) for n in sums[:3])
+        least = 1e-6 * max(aa, bb) ** 2  # rounding: peaks in one line give 0
+        moved = _spanned(aa, ab, bb, sums[3:5], sums[5:7], least)
         if moved is None or 2 * used < tried:
             return None
         current = moved
@@ -294,15 +291,10 @@ def regularity(one: Fit) -> float:
     return min(1.0, one.residual * math.sqrt(2 * one.used / (one.used - 2)) / radius)
 
 
-def _solved(sums: Floats, current: Floats) -> Floats | None:
-    """Solve the normal equations; along what only one vector is known of, the other stays."""
-    aa, ab, bb = sums[0], sums[1], sums[2]
+def _spanned(aa: float, ab: float, bb: float, t0: Floats, t1: Floats, least: float) -> Floats | None:
+    """Solve the normal equations of two vectors; None where all points lie in a row."""
     determinant = aa * bb - ab * ab
-    if determinant > 1e-6 * max(aa, bb) ** 2:  # rounding: peaks in one line give 0
-        v1 = [(bb * sums[3 + k] - ab * sums[5 + k]) / determinant for k in (0, 1)]
-        v2 = [(aa * sums[5 + k] - ab * sums[3 + k]) / determinant for k in (0, 1)]
-        return np.array([v1, v2])
-    return None
+    return np.array([bb * t0 - ab * t1, aa * t1 - ab * t0]) / determinant if determinant > least else None
 
 
 def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, dict[tuple[int, ...], Fit]]:

@@ -19,7 +19,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -40,7 +39,7 @@ from .candidates import (
     waves_of,
 )
 from .fit import RING, fitted, refined, relatives, resolved, score, shortlist
-from .verdict import FAINT, SURE, Lattice, Lattices, courses, one_vector, two_vectors
+from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
 Vectors = tuple[Vector, Vector]
@@ -146,16 +145,12 @@ def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int 
     return min(first, key=lambda n: misfit(vectors, n, axis))
 
 
-__all__ = ["Lattice", "Lattices", "Rule", "find_lattice"]
-
-Rule = Literal["contrast", "courses"]
-
 LEAST_SIDE = 16  # px: four of the shortest vectors; a smaller exemplar has no room for a lattice
 SHOWN = 5  # candidates that are reported
 FAMILY = 6  # best lattices whose double and half cells are tried as well
 
 
-def find_lattice(features: Int16, usable: Mask | None = None, rule: Rule = "contrast") -> Lattices:
+def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = False) -> Lattices:
     """Find by which steps a texture repeats.
 
     Parameters
@@ -164,8 +159,8 @@ def find_lattice(features: Int16, usable: Mask | None = None, rule: Rule = "cont
         Any size. Above 512 px a side a box-reduced copy is searched, and the vectors are then refined.
     usable : bool array, shape (H, W), optional
         False where pixels do not count.
-    rule : "contrast" or "courses"
-        ``courses`` looks for one vector only.
+    courses : bool
+        Whether to look for one vector only.
 
     Returns
     -------
@@ -175,10 +170,8 @@ def find_lattice(features: Int16, usable: Mask | None = None, rule: Rule = "cont
     Raises
     ------
     ParameterError
-        where the rule or the mask does not fit.
+        where the mask does not fit.
     """
-    if rule not in ("contrast", "courses"):
-        raise ParameterError(f"rule={rule} is unknown; choose contrast or courses.")
     if usable is not None and usable.shape != features.shape[:2]:
         raise ParameterError(f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal.")
     if usable is not None and usable.all():
@@ -186,7 +179,7 @@ def find_lattice(features: Int16, usable: Mask | None = None, rule: Rule = "cont
     if min(features.shape[:2]) < LEAST_SIDE:
         return Lattices(None, (), f"Below {LEAST_SIDE} px a side nothing can repeat.")
     factor = factor_for(features.shape)
-    found = _found(*reduced(features, usable, factor), rule == "courses")
+    found = _found(*reduced(features, usable, factor), courses)
     return found if factor == 1 else _at_full_size(found, features, usable, factor)
 
 
@@ -201,7 +194,7 @@ def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
     ranked = [] if one else _two(found, candidates(found, waves, height, width), prepared)
     if ranked and ranked[0].verdict == SURE:
         return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
-    rows = [one_vector(c, prepared) for c in courses(found, waves)[:SHOWN]]
+    rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]
     if rows and rows[0].verdict == SURE:
         return Lattices(rows[0], (rows[0], *ranked[: SHOWN - 1]), rows[0].reasons[-1])
     if ranked and ranked[0].verdict == FAINT:

@@ -82,14 +82,8 @@ NOTHING = -(1 << 40)  # the mean of no point at all
 
 
 @kernel
-def sample_between(values: Int32, y: int, x: int) -> int:
-    """Read a map between its pixels, at (y, x) in 1/2048 px from its middle; bilinear, rounded down."""
-    return int(sample_at(values, y + ((values.shape[0] >> 1) << 11), x + ((values.shape[1] >> 1) << 11)))
-
-
-@kernel
 def sample_at(values: Int32, y: int, x: int) -> int:
-    """Read a map between its pixels, at (y, x) in 1/2048 px from its first."""
+    """Read a map between its pixels, at (y, x) in 1/2048 px from its first; bilinear, rounded down."""
     i, j = y >> 11, x >> 11
     fy, fx = y & 2047, x & 2047
     a, b = np.uint64(i), np.uint64(j)  # unsigned: places are not asked whether they lie before the first
@@ -102,14 +96,10 @@ def sample_at(values: Int32, y: int, x: int) -> int:
 @kernel
 def weight_at(weights: Int32, y: int, x: int) -> int:
     """Read the weight of the nearest offset; 0 outside of the map."""
-    height, width = weights.shape
-    i = ((y + 1024) >> 11) + (height >> 1)
-    j = ((x + 1024) >> 11) + (width >> 1)
-    if y < -((height >> 1) << 11) or x < -((width >> 1) << 11) or i >= height or j >= width:
+    high, wide = weights.shape[0] >> 1, weights.shape[1] >> 1
+    if abs(y) > high << 11 or abs(x) > wide << 11:
         return 0
-    if y > (height >> 1) << 11 or x > (width >> 1) << 11:
-        return 0
-    return int(weights[i, j])
+    return int(weights[((y + 1024) >> 11) + high, ((x + 1024) >> 11) + wide])
 
 
 @kernel
@@ -143,58 +133,37 @@ def lattice_mean(
             y, x = y0 + 8 * b * r, x0 + 8 * b * s
             w = weight_at(weights, y, x)
             if w > 0:
-                total += w * sample_between(values, y, x)
+                total += w * int(sample_at(values, y + (high << 3), x + (wide << 3)))
                 mass += w
                 count += 1
     return (total // mass if mass > 0 else NOTHING), count
 
 
 @kernel
-def means(
-    values: Int32,
-    weights: Int32,
-    lattices: Int64,
-    mean: Int64,
-    count: Int64,
-) -> None:
-    """Fill in the mean and the number of points of every lattice."""
+def means(values: Int32, weights: Int32, lattices: Int64, phases: Int64) -> Int64:
+    """Return the best mean of every lattice shifted by the phases (n, 2), in eighths of its vectors, and its points."""
+    best = np.zeros((2, len(lattices)), np.int64)
     for k in range(len(lattices)):
-        mean[k], count[k] = lattice_mean(values, weights, lattices[k], 0, 0)
-
-
-@kernel
-def rings(
-    values: Int32,
-    weights: Int32,
-    lattices: Int64,
-    phases: Int64,
-    best: Int64,
-) -> None:
-    """Fill in the best mean of every lattice shifted by the phases (n, 2), in eighths of its vectors."""
-    for k in range(len(lattices)):
-        best[k] = NOTHING
+        best[0, k] = NOTHING
         for m in range(len(phases)):
-            shifted, count = lattice_mean(values, weights, lattices[k], phases[m, 0], phases[m, 1])
-            if count > 0 and shifted > best[k]:
-                best[k] = shifted
+            mean, count = lattice_mean(values, weights, lattices[k], phases[m, 0], phases[m, 1])
+            if count > 0 and mean > best[0, k]:
+                best[0, k], best[1, k] = mean, count
+    return best
 
 
 @kernel
-def course_profile(
-    values: Int32,
-    weights: Int32,
-    direction: Int64,
-    mean: Int64,
-    mass: Int64,
-) -> None:
+def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) -> Int64:
     """Average the map along straight lines: entry s is the line s/2 px from the middle, 0 where none is seen.
 
-    `direction` (dy, dx) points across the lines and has length 65536; lines are read every px.
+    Also how much each weighs: (2, count). `direction` (dy, dx) points across the lines and has length 65536; lines are
+    read every px.
     """
     p, q = direction[0], direction[1]
     high, wide = (values.shape[0] >> 1) << 17, (values.shape[1] >> 1) << 17
     along = abs(p) * high >= abs(q) * wide
-    for s in range(len(mean)):
+    lines = np.zeros((2, count), np.int64)
+    for s in range(count):
         total, weight = 0, 0
         y0, x0 = s * p, s * q
         first, last = -(1 << 40), 1 << 40
@@ -213,15 +182,15 @@ def course_profile(
             if w > 0:
                 total += w * int(sample_at(values, y, x))
                 weight += w
-        mean[s] = total // weight if weight > 0 else 0
-        mass[s] = weight
+        if weight > 0:
+            lines[0, s], lines[1, s] = total // weight, weight
+    return lines
 
 
 @kernel
-def pitch_contrasts(
-    mean: Int64, mass: Int64, pitches: Int64, contrast: Int64
-) -> None:
-    """Fill in the mean of a profile at whole pitches minus that at half pitches; pitches in 1/256 of a step."""
+def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
+    """Return the mean of a profile at whole pitches minus that at half pitches; pitches in 1/256 of a step."""
+    contrast = np.full(len(pitches), NOTHING, np.int64)
     seen = len(mass) - 1
     while seen > 0 and mass[seen] == 0:
         seen -= 1
@@ -236,7 +205,9 @@ def pitch_contrasts(
                 weight += mass[low]
                 at += pitches[k]
             level[half] = total // weight if weight > 0 else NOTHING
-        contrast[k] = level[0] - level[1] if min(level) > NOTHING else NOTHING
+        if min(level) > NOTHING:
+            contrast[k] = level[0] - level[1]
+    return contrast
 
 
 @kernel

@@ -61,7 +61,7 @@ class RowPitch:
     residual: float  # how far the rows lie from whole pitches, rms, px
 
 
-def courses(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
+def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     """Try every wave as courses, the best ones turned and stretched; best first, nearly equal ones once."""
     vectors = [np.rint(UNIT * f / (f @ f)) for f in np.concatenate(waves)]
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
@@ -102,12 +102,10 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     direction = np.rint(np.array([y, x]) * 65536 / norm).astype(np.int64)
     high, wide = found.values.shape[0] // 2, found.values.shape[1] // 2
     n = 2 * int((high * abs(direction[0]) + wide * abs(direction[1])) >> 16)  # a line for every half px
-    mean, mass = np.empty(n, np.int64), np.empty(n, np.int64)
-    course_profile(found.values, found.weights, direction, mean, mass)
+    mean, mass = course_profile(found.values, found.weights, direction, n)
     stretched = 1 + np.arange(-TURNING.stretch, TURNING.stretch + 1) / TURNING.step
     lengths = np.rint(2 * UNIT * length * stretched).astype(np.int64)
-    contrasts = np.empty(len(lengths), np.int64)
-    pitch_contrasts(mean, mass, lengths, contrasts)
+    contrasts = pitch_contrasts(mean, mass, lengths)
     k = int(np.argmax(contrasts))
     pitch, residual, lines = _fit(mean, mass, float(lengths[k]) / (2 * UNIT))
     if lines < 1 or contrasts[k] <= 0:

@@ -17,7 +17,7 @@ from ..geometry import Wrap
 from ..image import Plane
 from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Lattice
+from ..lattice.verdict import Lattice
 from ..lazy import ndimage
 from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments

@@ -28,7 +28,7 @@ from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Kind, Plane
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Lattice, Lattices
+from ..lattice.verdict import Lattice, Lattices
 from ..methods.base import make
 from ..rendering.render import render
 from ..run import Run

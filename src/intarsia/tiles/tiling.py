@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -58,14 +59,13 @@ class TileLayout:
     rates: Rates
 
     @classmethod
-    def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas | None = None) -> TileLayout:
+    def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas) -> TileLayout:
         """Lay a tile out as its sides say; ParameterError where the canvas wraps at no whole number of them."""
         (p, q), (r, s) = vectors
         area = p * s - q * r
         free = Fraction(UNIT * s, area), Fraction(-UNIT * q, area)
         right = Fraction(-UNIT * r, area), Fraction(UNIT * p, area)
-        sides = [None, None] if canvas is None else [_once_around(vectors, canvas, axis) for axis in (0, 1)]
-        lengths = [1, 1] if canvas is None else [canvas.height, canvas.width]
+        sides, lengths = [_once_around(vectors, canvas, axis) for axis in (0, 1)], [canvas.height, canvas.width]
         down, across = (
             otherwise if side is None else (Fraction(side[0], n), Fraction(side[1], n))
             for side, n, otherwise in zip(sides, lengths, (free, right), strict=True)
@@ -270,7 +270,10 @@ class Tiling:
         first, second = cell_of(lattice, shape)
         pairs = [(first, second)] if second is not None else [(first, v) for v in _sides(first, shape)]
         while True:
-            found = [t for t in (_fitting(picture, pair, exemplar.usable, band) for pair in pairs) if t is not None]
+            found: list[Tiling] = []
+            for pair in pairs:
+                with suppress(MethodError):
+                    found.append(cls(best_tile(picture, pair, exemplar.usable, band), pair, band))
             if found:
                 return min(found, key=lambda t: t.tile.cost / sum(math.hypot(*v) for v in t.vectors))
             if band == 1:
@@ -281,7 +284,7 @@ class Tiling:
                 )
             band //= 2
 
-    def layout(self, canvas: Canvas | None = None) -> TileLayout:
+    def layout(self, canvas: Canvas) -> TileLayout:
         """The tile over the endless plane, or around a canvas that wraps."""
         return TileLayout.of(self.tile.anchor, self.vectors, canvas)
 
@@ -303,15 +306,6 @@ def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
 
         held = np.rint(fftconvolve((~mask).astype(np.float64), read[::-1, ::-1].astype(np.float64)))
         costs[held[below:, after:][:height, :width] > 0] = -1
-
-
-def _fitting(
-    picture: Int16, vectors: Vectors, usable: Mask | None, band: int
-) -> Tiling | None:
-    try:
-        return Tiling(best_tile(picture, vectors, usable, band), vectors, band)
-    except MethodError:
-        return None
 
 
 def _sides(vector: Vector, shape: Pair) -> list[Vector]:
