@@ -165,7 +165,7 @@ def test_places_that_overlap_are_read_so_that_what_few_show_is_shown_too() -> No
 
 def test_what_cannot_be_read_whole_is_no_move_of_a_gap() -> None:
     """A place at the edge of the exemplar moves inwards only; masked pixels are not read."""
-    from intarsia.blocks.gap_kernels import whole_moves
+    from intarsia.blocks.places import whole_moves
 
     core = np.zeros((6, 6), np.uint8)
     core[1:5, 1:5] = 1

@@ -48,8 +48,8 @@ def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[N
     """The plain twin's guide: full stacks, and scales that follow from the definition."""
     stack = exemplar_stack(e, Look.of(method))
     (source,), target = codes_of(guide, ia.Wrap.NONE)
-    beside = stack_of(without_gaps(source, e), stack.count, e.toroidal)
-    over = stack_of(target, stack.count, False)
+    beside = list(stack_of(without_gaps(source, e), stack.count, (e.toroidal, e.toroidal)))
+    over = list(stack_of(target, stack.count, (False, False)))
     unit = (min(source.shape[2], 2) if guide.is_labels else source.shape[2]) * FULL**2
     if guide.is_labels and not guide.reach:
         for picture in (beside, over):
@@ -99,11 +99,11 @@ def test_the_kernels_do_what_the_plain_twin_does(kind: str, method: Any, toroida
 def test_a_stack_is_read_where_it_is_needed(closed: bool) -> None:
     picture = texture(23, 30, 2, 1).astype(np.int16) * 4
     every = [np.arange(23), np.arange(30)]
-    for level, (a, b) in enumerate(zip(stacked(picture, [every] * 5, (closed, closed)), stack_of(picture, 5, closed),
-                                       strict=True)):  # fmt: skip
+    axes = closed, closed
+    for level, (a, b) in enumerate(zip(stacked(picture, [every] * 5, axes), stack_of(picture, 5, axes), strict=True)):
         assert np.array_equal(a, b), level
     some = [np.array([22, 0, 7, 7]), np.array([3])]
-    for a, b in zip(stacked(picture, [some] * 5, (closed, closed)), stack_of(picture, 5, closed), strict=True):
+    for a, b in zip(stacked(picture, [some] * 5, axes), stack_of(picture, 5, axes), strict=True):
         assert np.array_equal(a, b[np.ix_(*some)])
 
 

@@ -294,19 +294,19 @@ def to_all(table, level, size, closed, u, step, apart, toroidal):  # type: ignor
 def test_the_stack_is_blurred_more_and_more() -> None:
     """Any size, full size on every level; a torus is shifted with its picture."""
     picture = texture(23, 30, 2, 1).astype(np.int16)
-    stack = stack_of(picture, 4, True)
+    stack = list(stack_of(picture, 4, (True, True)))
     assert [s.shape for s in stack] == [(23, 30, 2)] * 4
     spreads = [s.astype(float).var() for s in stack]
     assert spreads == sorted(spreads, reverse=True)
-    moved = stack_of(np.roll(picture, (5, 7), (0, 1)), 4, True)
+    moved = list(stack_of(np.roll(picture, (5, 7), (0, 1)), 4, (True, True)))
     assert all((np.roll(a, (5, 7), (0, 1)) == b).all() for a, b in zip(stack, moved, strict=True))
-    flat = stack_of(np.full((9, 11, 1), 700, np.int16), 3, False)
+    flat = list(stack_of(np.full((9, 11, 1), 700, np.int16), 3, (False, False)))
     assert all((s == 700 << 4).all() for s in flat)
 
 
 def test_appearance_vectors_are_projections() -> None:
     """Whole projections of weighted 5 x 5 neighbourhoods, in plain numpy, with most of the energy."""
-    picture = stack_of(texture(24, 20, 3, 1).astype(np.int16) * 4, 2, False)[1]
+    _, picture = stack_of(texture(24, 20, 3, 1).astype(np.int16) * 4, 2, (False, False))
     got = transformed(picture, 2, False)
     assert got.dtype == np.int16
     assert np.abs(got).max() <= 1023

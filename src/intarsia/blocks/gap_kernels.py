@@ -52,41 +52,6 @@ def pair_sums(picture: Any, usable: Any, zone: Any, own: Any, near: Any, slack: 
 
 
 @kernel
-def box(core: Any) -> Any:
-    """First and last row and column of a block in its window: (top, left, bottom, right)."""
-    top, left, bottom, right = core.shape[0], core.shape[1], -1, -1
-    for y in range(core.shape[0]):
-        for x in range(core.shape[1]):
-            if core[y, x]:
-                top, left, bottom, right = min(top, y), min(left, x), y, max(right, x)
-    return top, left, bottom, right
-
-
-@kernel
-def move_within(usable: Any, core: Any, most: int, shift: Any) -> None:
-    """Move a `shift` (2,) by up to `most` px, so that a block rounded past the edges of a sheet is read whole."""
-    top, left, bottom, right = box(core)
-    y = min(max(shift[0], -top), usable.shape[0] - 1 - bottom)
-    x = min(max(shift[1], -left), usable.shape[1] - 1 - right)
-    shift[0] += min(max(y - shift[0], -most), most)
-    shift[1] += min(max(x - shift[1], -most), most)
-
-
-@kernel
-def whole_moves(usable: Any, core: Any, own: Any, slack: int) -> Any:
-    """Say for which moves of which places of a gap, (n, moves), its `core` can be read whole; `own` as for pairs."""
-    side, masked = 2 * slack + 1, not usable.all()
-    top, left, bottom, right = box(core)
-    out = np.zeros((len(own), side * side), np.bool_)
-    for n in range(len(own)):
-        for move in range(side * side):
-            v, u = own[n, 0] + move // side - slack, own[n, 1] + move % side - slack
-            if top + v >= 0 and left + u >= 0 and bottom + v < usable.shape[0] and right + u < usable.shape[1]:
-                out[n, move] = not masked or covers(usable, core, v, u)
-    return out
-
-
-@kernel
 def gap_costs(sums: Any, px: Any, barred: Any, around: Any, sampled: int, bar: int, costs: Any, moves: Any) -> None:
     """Write what each place costs in each gap at its best move, and that move: `costs`, `moves` (gaps, n).
 
@@ -247,12 +212,12 @@ def nearest_side(a: float, b: float, down: float, across: float) -> Any:
 
 
 @kernel
-def ring(frame: Any, at: Any, half: float, sides: Any, core: Any) -> None:
+def ring(frame: Any, half: float, sides: Any, core: Any) -> None:
     """Describe the window of a gap: `sides` (h, w) int8, the neighbour that a pixel of the seam zone lies
     towards or -1; `core` (h, w): 1 inside the gap.
 
     `frame` (8,): block sides (rows, columns; dy, dx) and corner in 1/256 px, relative to the window's first
-    pixel `at`; `half`: half the border, px.
+    pixel; `half`: half the border, px.
     """
     h, w = core.shape
     determinant = float(frame[0] * frame[3] - frame[1] * frame[2])
@@ -260,7 +225,7 @@ def ring(frame: Any, at: Any, half: float, sides: Any, core: Any) -> None:
     across = determinant / np.sqrt(float(frame[0]) ** 2 + float(frame[1]) ** 2) / UNIT
     for y in range(h):
         for x in range(w):
-            dy, dx = (y + at[0]) * UNIT - frame[4], (x + at[1]) * UNIT - frame[5]
+            dy, dx = y * UNIT - frame[4], x * UNIT - frame[5]
             a = float(dy * frame[3] - dx * frame[2]) / determinant * down
             b = float(dx * frame[0] - dy * frame[1]) / determinant * across
             core[y, x] = 0 <= a < down and 0 <= b < across
@@ -326,13 +291,13 @@ def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
 
 @kernel
 def best_fits(
-    picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int, out: Any
-) -> int:
-    """Find the best shifts for a gap: `out` (keep, 3): mismatch, shift; sorted. Returns how many.
+    picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int
+) -> Any:
+    """Find the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3), rising.
 
     All `shifts` (n, 2) are compared on a part of the zone, the best `keep` then moved by up to `tolerance` px.
     """
-    coarse = max(1, len(zone) // 300)
+    coarse, out = max(1, len(zone) // 300), np.empty((keep, 3), np.int64)
     fine = max(1, len(zone) // 1200)
     rough, rough_values = neighbours_of(picture, usable, zone, t, coarse)
     places, values = neighbours_of(picture, usable, zone, t, fine)
@@ -354,8 +319,7 @@ def best_fits(
         out[count, 0] = mismatch(picture, usable, places, values, many, by, bx, LIMIT)
         out[count, 1], out[count, 2] = by, bx
         count += 1
-    out[:count] = out[np.argsort(out[:count, 0], kind="mergesort")]
-    return count
+    return out[np.argsort(out[:count, 0], kind="mergesort")]
 
 
 @kernel

@@ -225,7 +225,8 @@ def block_vectors(
     """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
 
     `target`: wanted side in px (None: one period, or enough to reach 40 px); `wide`: width in px in a free
-    direction; `room`: rows and columns of the exemplar, of which a block takes at most half.
+    direction; `room`: rows and columns of the exemplar, of which a block takes at most half. The second is turned so
+    that they are right-handed.
     """
     if v2 is None:
         length = math.hypot(*v1)
@@ -243,7 +244,8 @@ def block_vectors(
         while n > 1 and n * length > available / 2:
             n -= 1
         sides.append((v[0] * n, v[1] * n))
-    return sides[0], sides[1]
+    (a, b), (c, d) = sides
+    return (a, b), ((c, d) if a * d >= b * c else (-c, -d))
 
 
 def best_phase(features: Int16, grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
@@ -282,8 +284,6 @@ def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
     Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
     """
     rows, columns = block_vectors(*cell, None, LEAST_SIDE, (int(picture.shape[0]), int(picture.shape[1])))
-    if rows[0] * columns[1] - rows[1] * columns[0] < 0:
-        columns = (-columns[0], -columns[1])
     grid, worst = BlockGrid(rows, columns, (0, 0), cell), 0.0
     for axis in (0, 1):
         costs = phase_costs(picture, grid, border, axis)
@@ -300,8 +300,6 @@ def phased(
 
     Also returns what these cuts cost, 1/16 of a feature unit a px along each axis.
     """
-    if rows[0] * columns[1] - rows[1] * columns[0] < 0:
-        columns = (-columns[0], -columns[1])
     grid = BlockGrid(rows, columns, (0, 0), cell)
     fixed = cell[1] is not None
     down = abs(cell[0][0]) >= abs(cell[0][1])

@@ -96,7 +96,7 @@ class LaidBlocks:
         (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
         frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
         sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
-        gap_kernels.ring(frame, np.zeros(2, np.int64), self.half, sides, core)
+        gap_kernels.ring(frame, self.half, sides, core)
         return at, sides, core
 
     def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
@@ -235,7 +235,7 @@ class Mosaic:
             own, shown = self._gap(i, j, at, sides, core)
             return np.argwhere(own) + at, shown[own]
         yx = np.argwhere(core) + at
-        return yx, yx + self._shift(i, j, self._place(i, j))
+        return yx, yx + self._shifts(i, j, self._place(i, j))
 
     def _write(self, block: tuple[Array, Array], out: Array, y0: int, x0: int) -> None:
         """Write what of a block lies in a window."""
@@ -248,7 +248,7 @@ class Mosaic:
 
     def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Array, Array]:
         near = beside(i, j)
-        t = np.array([self._shift(*block, self._place(*block)) for block in near], np.int64) + at
+        t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         if self.start is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
@@ -267,10 +267,12 @@ class Mosaic:
             order, costs, moves = table.ranked([self._random(a, b) for a, b in beside(i, j)])
             bits = draw(self.seed, STAGE, 1, *self.laid.number(i, j))
             near = min(self.settings.slack, 1)
+            inside = np.argwhere(core)  # a block rounded past the edges of the sheet is moved back, and read whole
+            room = -inside.min(axis=0), np.subtract(self.sheet.usable.shape, 1) - inside.max(axis=0)
             for k in _tried(costs, bits):
-                wanted = shifts[order[k : k + 1]] + moves[k]
-                gap_kernels.move_within(self.sheet.usable, core, near, wanted[0])
-                for _, ty, tx in self._best(core, zone, t, wanted, near, 1).tolist():
+                wanted = shifts[order[k]] + moves[k]
+                wanted += np.clip(np.clip(wanted, *room) - wanted, -near, near)
+                for _, ty, tx in self._best(core, zone, t, wanted[None], near, 1).tolist():
                     return ty, tx
         found = self._best(core, zone, t, shifts, self.settings.slack)
         if not len(found):
@@ -280,9 +282,8 @@ class Mosaic:
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array, slack: int, keep: int = KEPT) -> Array:
         """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
-        found = np.empty((keep, 3), np.int64)
         picture, usable = self.sheet.picture, self.sheet.usable
-        return found[: gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, keep, found)]
+        return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, keep))
 
     def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Pair:
         """Draw among the good shifts of many places.
@@ -333,14 +334,8 @@ class Mosaic:
         found = self._best(core, zone, there, self._shifts(i, j) + at, self.settings.slack)
         return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
-    def _shift(self, i: int, j: int, place: Array) -> Pair:
-        """What to add to canvas px of block (i, j) to read the block at a place."""
-        y, x = self.laid.origin(i, j)
-        py, px = place
-        return (int(py) - y + UNIT // 2) // UNIT, (int(px) - x + UNIT // 2) // UNIT
-
     def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
-        """What to add to read block (i, j) at each of some places (n, 2); None: those for gaps."""
+        """What to add to canvas px of block (i, j) to read it at places (..., 2); None: those for gaps."""
         places = self.sparse[i % 2, j % 2] if places is None else places
         return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)
 

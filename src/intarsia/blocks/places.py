@@ -248,19 +248,19 @@ class GapTable:
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         zone = zone[:: max(1, len(zone) // ZONE)]
-        pairs, barred = [], []
-        for side, (there, here, _) in enumerate(neighbours):
+        pairs, barred, around, order = [], [], [], _orders(max(LEAST_GAPS, GAPS * count))
+        for side, (there, here, each) in enumerate(neighbours):
+            ends = np.cumsum(each)  # each place lies beside exactly as many imagined gaps as its share says
+            around.append(np.searchsorted(ends, order[:, side] * ends[-1] // len(order), side="right"))
             pairs.append(gap_kernels.pair_sums(picture, usable, zone[zone[:, 2] == side], places, there, slack))
             alike, next_to = (np.abs(places - given[:, None]).sum(axis=2) <= 2 * slack for given in (here, there))
             barred.append(np.where(next_to, 2, alike).astype(np.uint8))
         sums, px = zip(*pairs, strict=True)
-        cut = ~gap_kernels.whole_moves(usable, core, places, slack)
+        cut = ~whole_moves(usable, core, places, slack)
         for each in px:
             each[:, cut] = 0  # not read, as if not there: what a real gap refuses must not be counted on
         table = cls(sums, px, tuple(barred), len(zone), slack, np.zeros(count, np.int64))
-        order = _orders(max(LEAST_GAPS, GAPS * count))
-        around = np.stack([_dealt(order[:, k], each) for k, (_, _, each) in enumerate(neighbours)], axis=1)
-        gap_kernels.auction(table.costs(around)[0], shares, BIDS, EVEN, BAR, table.prices)
+        gap_kernels.auction(table.costs(np.stack(around, axis=1))[0], shares, BIDS, EVEN, BAR, table.prices)
         return table
 
     def costs(self, around: Int64) -> tuple[Int64, Int64]:
@@ -286,10 +286,10 @@ def _orders(gaps: int) -> Int64:
     return np.argsort(bits.reshape(gaps, 4), axis=0, kind="stable").astype(np.int64)
 
 
-def _dealt(order: Int64, shares: Int64) -> Int64:
-    """A neighbour's place for each imagined gap: each exactly as often as its share says, as in a real mosaic."""
-    ends = np.cumsum(shares)
-    return np.asarray(np.searchsorted(ends, order * ends[-1] // len(order), side="right"), np.int64)
+def whole_moves(usable: Mask, core: UInt8, places: Shifts, slack: int) -> Mask:
+    """Say for which moves of which places of a gap, (n, moves), its `core` can be read whole; `places` as for pairs."""
+    moves = np.stack(np.divmod(np.arange((2 * slack + 1) ** 2), 2 * slack + 1), axis=1) - slack
+    return np.array([[gap_kernels.covers(usable, core, *to) for to in place + moves] for place in places])
 
 
 SAMPLES = 16  # px of a block along each side that are looked at
@@ -315,7 +315,7 @@ def grid_and_places(
     wide = min(max(1.5 * element, 48.0), min(room) / 2.5)
     target = float(settings.block) if settings.block is not None else None
     down, across = block_vectors(*cell, 1.0, wide, room)  # one period
-    periods = down[0] / UNIT, across[1] / UNIT
+    periods = down[0] / UNIT, abs(across[1]) / UNIT
     for wanted in (target, 1.0):
         rows, columns = block_vectors(*cell, wanted, wide, room)
         grid, costs = phased(picture, rows, columns, cell, settings.border)

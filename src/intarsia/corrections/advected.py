@@ -17,8 +17,7 @@ from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..lazy import ndimage
 from ..run import Run
-from .correction_kernels import as_positions, pixels
-from .descent import REACH, RULES, Corrections, subpass
+from .descent import REACH, Corrections, subpass
 from .stack import ExemplarStack
 
 STAGE = 200610  # keeps these draws apart from those of others
@@ -126,20 +125,16 @@ class TornPlaces:
         if not where.any():
             return yx
         place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
-        arrays, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        arrays = place.ready()
         yx = np.array(yx, np.int32)
-        padded = np.empty((yx.shape[0] + 2 * REACH, yx.shape[1] + 2 * REACH), np.int32)
         kinds = [(i, j) for i in range(side) for j in range(side)]
         with run.pool() as each:
             for i, j in kinds * self.rules.passes:
                 rows, columns = i + side * np.flatnonzero(where[i::side].any(axis=1)), np.arange(j, yx.shape[1], side)
                 if not len(rows) or not len(columns):
                     continue
-                as_positions(self._padded(yx, place.h, closed), place.border, place.stride, padded)
-                at = rows + REACH, columns + REACH
-                found = subpass(padded, at, arrays, rule, None, place.stride, run, each)
-                better = np.empty((*found.shape, 2), np.int32)
-                pixels(found, 0, place.border, place.stride, better)
+                padded, at = place.positions(self._padded(yx, place.h, closed)), (rows + REACH, columns + REACH)
+                better = place.pixels(subpass(padded, at, arrays, self.rules, None, place.stride, run, each))
                 index = np.ix_(rows, columns)
                 yx[index] = np.where(where[index][..., None], better, yx[index])
         return yx

@@ -11,6 +11,7 @@ Wu and Yu 2004). Outlines are drawn by hand, or are the strong ridges of the gra
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -105,7 +106,8 @@ def edges(picture: Array, toroidal: bool) -> Array:
     """
     levels = BLUR + 1 if min(picture.shape[:2]) > 4 * BLUR else 1
     mode: Literal["wrap", "edge"] = "wrap" if toroidal else "edge"
-    blurred = np.pad(stack_of(picture, levels, toroidal)[-1].astype(np.int64), ((1, 1), (1, 1), (0, 0)), mode=mode)
+    *_, coarsest = stack_of(picture, levels, (toroidal, toroidal))
+    blurred = np.pad(coarsest.astype(np.int64), ((1, 1), (1, 1), (0, 0)), mode=mode)
     down, across = blurred[2:, 1:-1] - blurred[:-2, 1:-1], blurred[1:-1, 2:] - blurred[1:-1, :-2]
     xx, yy, xy = ((a * b).sum(axis=2) for a, b in ((across, across), (down, down), (across, down)))
     steep, straight, turned = xx + yy, xx - yy, 2 * xy
@@ -145,20 +147,19 @@ def bordered(picture: Array, border: int, toroidal: bool) -> Array:
     return np.pad(picture, [(border, border)] * 2 + [(0, 0)] * (picture.ndim - 2), mode=mode)
 
 
-def stack_of(picture: Array, levels: int, toroidal: bool) -> list[Array]:
-    """Return the Gaussian stack of features (H, W, C): levels of spacing 1, 2, 4, ... px, int32 in 1 / 16.
+def stack_of(picture: Array, levels: int, closed: tuple[bool, bool]) -> Iterator[Array]:
+    """Return the Gaussian stack of a picture (H, W, ...): levels of spacing 1, 2, 4, ... px, int32 in 1 / 16.
 
-    From one level to the next the pixels at 0, +-h/2, +-h px are weighted 6, 4, 1 along either axis.
+    From one level to the next the pixels at 0, +-h/2, +-h px are weighted 6, 4, 1 along either axis; `closed`: which of
+    them go on in themselves.
     """
-    stack = [np.asarray(picture, np.int32) << BITS]
-    for level in range(1, levels):
-        spacing, out = 1 << (level - 1), stack[-1]
-        for axis in (0, 1):
+    out = np.asarray(picture, np.int32) << BITS
+    for level in range(levels):
+        for axis, around in enumerate(closed if level else ()):
             n = out.shape[axis]
-            taps = [np.take(out, places_along(n, t * spacing, toroidal), axis) for t in (-2, -1, 0, 1, 2)]
+            taps = [np.take(out, places_along(n, (t << level) // 2, around), axis) for t in (-2, -1, 0, 1, 2)]
             out = (taps[0] + taps[4] + 4 * (taps[1] + taps[3]) + 6 * taps[2] + 8) >> 4
-        stack.append(out)
-    return stack[:levels]
+        yield out
 
 
 def places_along(n: int, move: int, toroidal: bool) -> Array:
@@ -177,8 +178,9 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
     halved = halved - halved.reshape(-1, channels).astype(np.int64).sum(axis=0) // (height * width)
     planes = np.ascontiguousarray(np.moveaxis(bordered(halved.astype(np.int32), 2 * h, toroidal), 2, 0))
     every = max(1, height * width // SAMPLE)
-    some = np.empty((-(-height * width // every), 25 * channels))
-    kernels.sample_neighbourhoods(planes, h, every, some)
+    (y, x), (down, across) = np.divmod(np.arange(0, height * width, every), width), np.divmod(np.arange(25), 5)
+    taps = planes[:, y[:, None] + h * down, x[:, None] + h * across]
+    some = np.moveaxis(taps, 0, 2).reshape(len(y), -1).astype(np.float64)
     weights = np.repeat(WEIGHTS, channels) / 256
     covariance = whole_products(some) / len(some) * weights[:, None] * weights
     axes = principal_axes(covariance, AXES)[1] * weights

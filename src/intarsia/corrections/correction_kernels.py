@@ -25,7 +25,7 @@ UNIT = 12  # bits after the point of a frame
 UPRIGHT = 1 << UNIT
 AROUND = 3  # px that tell what whole coordinates leave out
 CLOSE, ONE_PX = 6144, 4096  # a pixel and a half
-HEIGHT, WIDTH, TOROIDAL = range(3)
+TOROIDAL = 2  # of a size
 
 
 @kernel
@@ -41,20 +41,6 @@ def toward(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
     oy = (1 if vy > 0 else -1) if 3 * vy * vy >= vx * vx else 0
     ox = (1 if vx > 0 else -1) if 3 * vx * vx >= vy * vy else 0
     return oy, ox
-
-
-@kernel
-def handed_down(parents: Any, rows: Any, cols: Any, frame: Any, out: Any) -> None:
-    """Write the coordinates of a level from those of the coarser one: S[p] = S_coarse[parent] + J(p) step.
-
-    ``out`` (H, W, 2) int64, not yet brought into the exemplar.
-    """
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            y, x = rows.parent[i], cols.parent[j]
-            for axis in range(2):
-                a, b = np.int64(frame[i, j, 2 * axis]), np.int64(frame[i, j, 2 * axis + 1])
-                out[i, j, axis] = parents[y, x, axis] + stepped(a, b, rows.step[i], cols.step[j])
 
 
 @kernel
@@ -86,24 +72,22 @@ def remainders(coords: Any, frame: Any, size: Any, out: Any) -> None:
     Coordinates (H + 4, W + 4, 2) are whole; where a piece lies turned or scaled they are rounded. The mean of all that
     continue to within a pixel and a half, (H, W, 2) in 1 / 4096 px, takes most of that off.
     """
-    torus, height, width = size[TOROIDAL], size[HEIGHT], size[WIDTH]
+    off, total = np.empty(2, np.int64), np.empty(2, np.int64)
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            yy, yx = np.int64(frame[i, j, 0]), np.int64(frame[i, j, 1])
-            xy, xx = np.int64(frame[i, j, 2]), np.int64(frame[i, j, 3])
-            total_y, total_x, count = np.int64(0), np.int64(0), np.int64(0)
+            total[:], count = 0, 0
             for oy in range(-AROUND, AROUND + 1):
                 for ox in range(-AROUND, AROUND + 1):
-                    dy = np.int64(coords[i + AROUND + oy, j + AROUND + ox, 0]) - coords[i + AROUND, j + AROUND, 0]
-                    dx = np.int64(coords[i + AROUND + oy, j + AROUND + ox, 1]) - coords[i + AROUND, j + AROUND, 1]
-                    if torus:
-                        dy = (dy + height // 2) % height - height // 2
-                        dx = (dx + width // 2) % width - width // 2
-                    y, x = (dy << UNIT) - yy * oy - yx * ox, (dx << UNIT) - xy * oy - xx * ox
-                    if max(abs(y), abs(x)) <= CLOSE:
-                        total_y, total_x, count = total_y + y, total_x + x, count + 1
-            out[i, j, 0] = min(max(total_y // count, -ONE_PX), ONE_PX)
-            out[i, j, 1] = min(max(total_x // count, -ONE_PX), ONE_PX)
+                    for a in range(2):
+                        d = np.int64(coords[i + AROUND + oy, j + AROUND + ox, a]) - coords[i + AROUND, j + AROUND, a]
+                        if size[TOROIDAL]:
+                            d = (d + size[a] // 2) % size[a] - size[a] // 2
+                        off[a] = (d << UNIT) - frame[i, j, 2 * a] * oy - frame[i, j, 2 * a + 1] * ox
+                    if max(abs(off[0]), abs(off[1])) <= CLOSE:
+                        total += off
+                        count += 1
+            for a in range(2):
+                out[i, j, a] = min(max(total[a] // count, -ONE_PX), ONE_PX)
 
 
 BELOW, ACROSS, SPACING = range(3)
@@ -344,31 +328,6 @@ def correct(
                         if cost < best:
                             best, kept = cost, u
             out[i, j] = kept
-
-
-@kernel
-def put_positions(coords: Any, rows: Any, cols: Any, found: Any) -> None:
-    """Write what a subpass found into the map."""
-    for i in range(len(rows)):
-        for j in range(len(cols)):
-            coords[rows[i], cols[j]] = found[i, j]
-
-
-@kernel
-def as_positions(coords: Any, border: int, stride: int, out: Any) -> None:
-    """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
-    for i in range(coords.shape[0]):
-        for j in range(coords.shape[1]):
-            out[i, j] = (coords[i, j, 0] + border) * stride + coords[i, j, 1] + border
-
-
-@kernel
-def pixels(work: Any, low: int, border: int, stride: int, out: Any) -> None:
-    """Turn positions back into exemplar pixels (H, W, 2), all but `low` px at each side of the map."""
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            u = np.uint32(work[low + i, low + j])
-            out[i, j, 0], out[i, j, 1] = u // np.uint32(stride) - border, u % np.uint32(stride) - border
 
 
 @kernel

@@ -31,12 +31,8 @@ from .correction_kernels import (
     Axis,
     LevelArrays,
     Room,
-    as_positions,
     correct,
     descend,
-    handed_down,
-    pixels,
-    put_positions,
     remainders,
     scatter,
 )
@@ -263,8 +259,8 @@ class Descent:
             step = place_of(span.at, span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
             axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
         if frame is not None:
-            parents, coords = coords, np.empty((*frame.shape[:2], 2), np.int64)
-            handed_down(parents, axes[0], axes[1], frame, coords)
+            rows, cols = axes
+            coords = coords[rows.parent][:, cols.parent] + stepped(frame, rows.step[:, None], cols.step)
             axes = [at_rest(span) for span in spans[level]]
         coords = self._descended(coords, axes, level, places_of(level, spans))
         return self._pinned(self._guided(coords, level, spans[level]), level, spans, frame)
@@ -317,44 +313,34 @@ class Descent:
     ) -> Array:
         """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
         place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
-        arrays, rule = place.ready(), np.array([*RULES[self.rules.rule], self.rules.factor], np.int64)
+        arrays = place.ready()
         if self.wanted is not None:
             arrays = self.wanted.beside(arrays, level)
-        work: Array = np.empty(coords.shape[:2], np.int32)
-        as_positions(coords, place.border, place.stride, work)
+        work = place.positions(coords)
         classes, still = [span.at % side for span in spans[level]], self._still(coords, level, spans)
-
-        def whole() -> Array:
-            now: Array = np.empty((*work.shape, 2), np.int32)
-            pixels(work, 0, place.border, place.stride, now)
-            return now
-
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
-                run.tick(number, self.rules.passes * self.rules.subpasses, whole)
+                run.tick(number, self.rules.passes * self.rules.subpasses, partial(place.pixels, work))
                 here, edge = divmod(number % self.rules.subpasses, side), REACH * (number + 1)
                 rows, cols = (
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                found = subpass(work, (rows, cols), arrays, rule, frame, place.stride, run, each)
-                if still is not None:
-                    where = np.ix_(rows, cols)
-                    found = np.where(still[where], work[where], found)
-                put_positions(work, rows, cols, found)
+                found = subpass(work, (rows, cols), arrays, self.rules, frame, place.stride, run, each)
+                where = np.ix_(rows, cols)
+                work[where] = found if still is None else np.where(still[where], work[where], found)
         margin = self._margin(level)
-        out: Array = np.empty((len(work) - 2 * margin, work.shape[1] - 2 * margin, 2), np.int32)
-        pixels(work, margin, place.border, place.stride, out)
-        return out
+        return place.pixels(work[margin : len(work) - margin, margin : work.shape[1] - margin])
 
 
 def subpass(
-    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rule: Array, frame: Array | None, long: int, run: Run,
-    each: Any,
+    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rules: Corrections, frame: Array | None, long: int,
+    run: Run, each: Any,
 ) -> Array:  # fmt: skip
     """Find better positions for the pixels of some rows and columns, in bands; nothing is written."""
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
+    rule = np.array([*RULES[rules.rule], rules.factor], np.int64)
 
     def band(low: int) -> None:
         run.check()
@@ -362,6 +348,13 @@ def subpass(
 
     each(band, range(0, len(rows), BAND))
     return found
+
+
+def stepped(frame: Array, down: Array, across: Array) -> Array:
+    """J, the frame of each pixel, times a step, in whole px: (H, W, 2)."""
+    j = frame.astype(np.int64)
+    rows = ((j[..., n] * down + j[..., n + 1] * across + (1 << (UNIT - 1))) >> UNIT for n in (0, 2))
+    return np.stack(tuple(rows), axis=2)
 
 
 def pinned(
@@ -381,9 +374,7 @@ def pinned(
     dy, dx = np.meshgrid(away[0][rows], away[1][cols], indexing="ij")
     inside = dy * dy + dx * dx <= pin.radius**2
     if frame is not None:
-        j = frame[np.ix_(rows, cols)].astype(np.int64)
-        half = 1 << (UNIT - 1)
-        dy, dx = ((j[..., n] * dy + j[..., n + 1] * dx + half) >> UNIT for n in (0, 2))
+        dy, dx = np.moveaxis(stepped(frame[np.ix_(rows, cols)], dy, dx), 2, 0)
     y, x = pin.sy + dy, pin.sx + dx
     inside &= (y >= 0) & (x >= 0) & (y < exemplar.height) & (x < exemplar.width)
     if exemplar.usable is not None:

@@ -15,9 +15,9 @@ from ..arrays import Array, Pair
 from ..canvas import Canvas
 from ..draws import seed_state
 from ..search.guide import ONE, codes_of
-from .appearance import BITS, bordered, places_along, without_gaps
+from .appearance import BITS, bordered, stack_of, without_gaps
 from .correction_kernels import LevelArrays
-from .guide_kernels import GuideOrder, begin_again, blur, scale_values
+from .guide_kernels import GuideOrder, begin_again
 from .stack import ExemplarStack
 
 TRIES = 8  # hashed places of which the best is taken
@@ -86,11 +86,11 @@ class StackGuide:
         exemplar, table = self._stack.exemplar, arrays.table.reshape(len(arrays.inner), -1)
         counts = self._weight * math.sqrt(2 * _variance(table[arrays.open > 0]) / self.unit)
         scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
-        shown: Array = np.empty(choice.shown.shape, np.int32)
-        scale_values(choice.shown, scale, shown)
+        shown, under = (
+            np.asarray((values.astype(np.int64) * scale + (1 << (FINE - 1))) >> FINE, np.int32)
+            for values in (choice.shown, asked)
+        )
         shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._stack.levels[level].border, False)
-        under: Array = np.empty(asked.shape, np.int32)
-        scale_values(asked, scale, under)
         return arrays._replace(shown=shown.ravel(), asked=under.ravel())
 
 
@@ -103,12 +103,10 @@ def _variance(vectors: Array) -> float:
 
 def _open(stack: ExemplarStack, level: int) -> Array:
     """Where candidates of a level may lie: (H, W), 1 or 0; on levels that are not corrected that of the coarsest."""
-    exemplar = stack.exemplar
-    height, width = exemplar.height, exemplar.width
     if not stack.levels:
-        return np.ones((height, width), np.uint8) if exemplar.usable is None else exemplar.usable.astype(np.uint8)
+        return stack.exemplar.free.astype(np.uint8)
     place = stack.levels[min(level, len(stack.levels) - 1)]
-    rows, cols = (slice(place.border, place.border + n) for n in (height, width))
+    rows, cols = (slice(place.border, place.border + n) for n in (stack.exemplar.height, stack.exemplar.width))
     return np.ascontiguousarray(place.arrays.open.reshape(-1, place.stride)[rows, cols])
 
 
@@ -129,25 +127,17 @@ def _choice(shown: Array, may: Array) -> GuideOrder:
 def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool], edge: int = 0) -> list[Array]:
     """Read the Gaussian stack of a picture (H, W, C) at places (rows, columns) of each level: int16 in 1 / 16.
 
-    As :func:`.appearance.stack_of`, but a channel at a time, so that no level is kept whole; ``closed``: which axes
-    go on in themselves. Levels finer than ``edge`` hold its channels, too. They tell how far away a boundary is: what
-    lies along it in the exemplar, a rim or a shadow, comes to lie along the new one, and the sharp ones keep it in its
-    place.
+    A channel at a time, so that no level is kept whole; ``closed``: which axes go on in themselves. Levels finer than
+    ``edge`` hold its channels, too. They tell how far away a boundary is: what lies along it in the exemplar, a rim or
+    shadow, comes to lie along the new one, and the sharp ones keep it in its place.
     """
     sharp: list[list[Array]] = []
     soft: list[list[Array]] = []
     for channel in np.moveaxis(picture, 2, 0):
-        blurred: Array = np.ascontiguousarray(channel.astype(np.int16) << BITS)
         sharp.append([])
-        for level, at in enumerate(places):
-            if level:
-                step, before = 1 << (level - 1), blurred
-                rows, cols = (np.array([places_along(n, t * step, on) for t in (-2, -1, 0, 1, 2)])
-                              for n, on in zip(channel.shape, closed, strict=True))  # fmt: skip
-                blurred = np.empty_like(before)
-                blur(before, rows, cols, blurred)
-            sharp[-1].append(blurred[np.ix_(*at)])
+        for level, blurred in enumerate(stack_of(channel, len(places), closed)):
+            sharp[-1].append(blurred[np.ix_(*places[level])])
             if level == edge:
                 soft.append([blurred[np.ix_(*finer)] for finer in places[:edge]])
-    return [np.stack([c[level] for c in (sharp + soft if level < edge else sharp)], axis=2)
+    return [np.stack([c[level] for c in (sharp + soft if level < edge else sharp)], axis=2).astype(np.int16)
             for level in range(len(places))]  # fmt: skip

@@ -26,29 +26,6 @@ class GuideOrder(NamedTuple):
 
 
 @kernel
-def blur(picture: Any, rows: Any, cols: Any, out: Any) -> None:
-    """Weight five places along each axis by 1, 4, 6, 4, 1 (H, W); ``rows`` (5, H), ``cols`` (5, W) say which."""
-    height, width = picture.shape
-    line = np.empty(width, np.int32)
-    for y in range(height):
-        a, b, c, d, e = rows[0, y], rows[1, y], rows[2, y], rows[3, y], rows[4, y]
-        for x in range(width):
-            outer, inner = picture[a, x] + picture[e, x], picture[b, x] + picture[d, x]
-            line[x] = (outer + 4 * inner + 6 * picture[c, x] + 8) >> 4
-        for x in range(width):
-            outer, inner = line[cols[0, x]] + line[cols[4, x]], line[cols[1, x]] + line[cols[3, x]]
-            out[y, x] = (outer + 4 * inner + 6 * line[cols[2, x]] + 8) >> 4
-
-
-@kernel
-def scale_values(values: Any, scale: Any, out: Any) -> None:
-    """Multiply whole values (N, G) by `scale`, 2**32 = 1."""
-    for n in range(values.shape[0]):
-        for c in range(values.shape[1]):
-            out[n, c] = (np.int64(values[n, c]) * scale + 2147483648) >> 32
-
-
-@kernel
 def guide_difference(shown: Any, u: Any, target: Any, p: Any) -> Any:
     """Return the squared difference of what is shown under a number and what is wanted at an output pixel."""
     total = np.int64(0)

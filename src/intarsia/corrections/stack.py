@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,6 @@ from ..exemplar import Exemplar
 from ..kernels import kd_tree
 from ..lazy import ndimage
 from ..search.sizes import elements
-from . import appearance_kernels as kernels
 from .appearance import (
     AXES,
     SAMPLE,
@@ -65,6 +65,14 @@ class StackLevel:
     stride: int
     arrays: LevelArrays
 
+    def positions(self, coords: Array) -> Int32:
+        """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
+        return np.asarray((coords[..., 0] + self.border) * self.stride + coords[..., 1] + self.border, np.int32)
+
+    def pixels(self, positions: Int32) -> Int32:
+        """Turn positions back into exemplar pixels (H, W, 2)."""
+        return np.stack(np.divmod(positions, np.int32(self.stride)), axis=2) - np.int32(self.border)
+
     def ready(self) -> LevelArrays:
         """Return the site with its table, which may be too large to be kept."""
         return self.arrays if len(self.arrays.table) else self.arrays._replace(table=table_of(self).ravel())
@@ -72,15 +80,18 @@ class StackLevel:
 
 def table_of(level: StackLevel) -> Array:
     """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
-    arrays, positions = level.arrays, len(level.arrays.inner)
-    if len(arrays.packed):
-        table = np.zeros((positions, 4 * AXES), np.int16)
-        kernels.diagonal_table(unpacked_words(arrays.packed, level.stride), level.h, level.border, table)
-    else:
-        table = np.zeros((positions, 25 * arrays.values.shape[1]), np.int16)
-        values = arrays.values.reshape(-1, level.stride, arrays.values.shape[1])
-        kernels.colour_table(values, level.h, level.border, arrays.roots, table)
-    return table
+    arrays, edge = level.arrays, level.border
+    shown, taps, roots = arrays.values.reshape(-1, level.stride, arrays.values.shape[1]), range(-2, 3), arrays.roots
+    if len(arrays.packed):  # four diagonal points, each foretold three times
+        shown, taps, roots = unpacked_words(arrays.packed, level.stride), range(-1, 2, 2), np.full(4, 3 * 256)
+    height, width, channels = shown.shape
+    table = np.zeros((height, width, len(roots), channels), np.int16)
+    inside = table[edge : height - edge, edge : width - edge]
+    for k, (down, across) in enumerate(product(taps, taps)):
+        y, x = edge + level.h * down, edge + level.h * across
+        part = shown[y : y + inside.shape[0], x : x + inside.shape[1]].astype(np.int32)
+        inside[:, :, k] = (part * roots[k]) >> 8
+    return table.reshape(height * width, -1)
 
 
 @dataclass(frozen=True)
@@ -135,16 +146,14 @@ def _stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
     far, levels, cloudy = depths(exemplar), [], is_cloudy(exemplar)
-    for number, blurred in enumerate(stack_of(picture, corrected, torus)):
+    for number, blurred in enumerate(stack_of(picture, corrected, (torus, torus))):
         h = 1 << number
         closed = far <= left_out(h, far, cloudy)
         level = _compared(blurred, h, torus, look, closed)
         table = table_of(level)
-        jumps = np.full((len(table), look.k - 1), -1, np.int32)
         search = partial(similar_places, table, (height, width, torus), level.border, h, closed, look.k - 1)
         cells = exemplar.memo(("jumps", replace(look, reach=0), h), search)
-        inner = level.arrays.inner.reshape(-1, level.stride)
-        kernels.spread_jumps(cells, px_apart(h, height, width), level.border, inner, jumps)
+        jumps = spread_jumps(cells, px_apart(h, height, width), level)
         keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
         levels.append(replace(level, arrays=level.arrays._replace(table=keep, jumps=jumps)))
     return ExemplarStack(exemplar, count, tuple(levels), _home(exemplar))
@@ -191,8 +200,8 @@ def _cloudy(exemplar: Exemplar) -> bool:
     if min(exemplar.height, exemplar.width) < 4 * CLOUDS:
         return False
     picture = without_gaps(features([exemplar], None).pictures[0], exemplar)
-    stack = stack_of(picture, CLOUDS.bit_length(), exemplar.toroidal)
-    fine, coarse = (sum(spreads(stack[n].reshape(-1, picture.shape[2]))) for n in (0, -1))
+    first, *_, last = stack_of(picture, CLOUDS.bit_length(), (exemplar.toroidal, exemplar.toroidal))
+    fine, coarse = (sum(spreads(level.reshape(-1, picture.shape[2]))) for level in (first, last))
     return CLOUDY[1] * coarse >= CLOUDY[0] * fine > 0
 
 
@@ -238,6 +247,19 @@ def px_apart(h: int, height: int, width: int) -> int:
     return max(min(least, 2 * h + 1), h // 2)
 
 
+def spread_jumps(cells: Array, step: int, level: StackLevel) -> Int32:
+    """Hand the jumps of every step-th pixel (rows, columns, k - 1, 2) to all pixels, as positions (positions, k - 1).
+
+    A pixel between takes what lies beside the jump; -1 where that is outside.
+    """
+    edge, inner = level.border, level.arrays.inner.reshape(-1, level.stride)
+    y, x = (np.arange(n - 2 * edge) for n in inner.shape)
+    to, jumps = cells[y // step][:, x // step], np.full((*inner.shape, cells.shape[2]), -1, np.int32)
+    found = inner[to[..., 0] + (y % step + edge)[:, None, None], to[..., 1] + (x % step + edge)[:, None]]
+    jumps[edge : edge + len(y), edge : edge + len(x)] = np.where(to[..., 0] < 0, -1, found)
+    return jumps.reshape(inner.size, -1)
+
+
 def similar_places(
     table: Array, size: tuple[int, int, bool], border: int, h: int, closed: Array, count: int
 ) -> Array:
@@ -274,6 +296,4 @@ def _points(vectors: Array) -> Array:
     """Project neighbourhoods (N, n) on their main axes: (N, D) int32."""
     some = vectors[:: max(1, len(vectors) // SAMPLE)].astype(np.float64)
     axes = principal_axes(whole_products(some) / len(some), min(AXES, some.shape[1]))[1]
-    points = np.empty((len(vectors), len(axes)), np.int32)
-    kernels.project_rows(vectors, np.rint(axes * 4096).astype(np.int32, order="C"), points)
-    return points
+    return np.asarray(np.floor(vectors @ (np.rint(axes * 4096) / 4096).T), np.int32)  # sums in 1 / 4096, exact
