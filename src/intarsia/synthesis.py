@@ -28,7 +28,6 @@ from .image import Plane
 from .lazy import lazy
 from .methods.base import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .methods.memory import memory_of
-from .rendering.magnification import as_meant
 from .rendering.render import render
 from .run import Run, run_of
 from .seams.cost import energy
@@ -181,9 +180,11 @@ class Plan:
 
     @property
     def joined(self) -> Blend:
-        """How the pieces will be joined."""
-        meant = self.method.blend if self.choice is None else self.choice.blend
-        return self.blend or as_meant(meant, self.scene.exemplars[0])
+        """How the pieces will be joined; magnified, at least over one px of the map, or its px would show as squares."""
+        if self.blend is not None:
+            return self.blend
+        own = self.method.blend if self.choice is None else self.choice.blend
+        return replace(own, feather=max(own.feather, 1)) if self.scene.exemplars[0].times > 1 else own
 
     @property
     def patches(self) -> int | None:

@@ -19,7 +19,6 @@ import numpy as np
 
 from ..arguments import TIMES, expect, whole_within
 from ..arrays import Array
-from ..blend import Blend
 from ..errors import InputError, ParameterError
 from ..exemplar import REDUCED, Exemplar
 from .mixing import averaged
@@ -67,11 +66,6 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
             f"the mask of {exemplar.name} leaves no whole block of {times}x{times} px to use; magnify by less."
         )
     return replace(exemplar, planes={REDUCED: small, **exemplar.planes}, usable=usable)
-
-
-def as_meant(own: Blend, exemplar: Exemplar) -> Blend:
-    """How a method joins its pieces; magnified, at least over one px of the map, or its px would show as squares."""
-    return replace(own, feather=max(own.feather, 1)) if exemplar.times > 1 else own
 
 
 def reduced(exemplar: Exemplar, n: int, said: str = "the reduction", *remedies: str) -> Exemplar:

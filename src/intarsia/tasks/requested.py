@@ -76,7 +76,7 @@ def plan_of(request: Request, scene: Scene) -> Plan:
         plan = planned_for_holes(scene, request.chosen, request.edge)
     else:
         plan = planned(scene, request.chosen)
-    if plan.choice is None:
+    if plan.choice is None and request.repair:
         check_repair(plan.method, request.repair)
     return with_joins(plan, request)
 
