@@ -124,9 +124,17 @@ class Served:
         assert job["state"] == "done", job
         return self.get(f"/api/results/{job['result']}")
 
+    def file(self, result: Any, entry: Any) -> str:
+        """Where a file of a result lies."""
+        return f"/api/results/{result['id']}/files/{entry['name']}"
+
+    def plane(self, row: Any, number: int = 0) -> bytes:
+        """What is seen of a plane of an exemplar."""
+        return self.bytes(f"/api/exemplars/{row['id']}/{row['planes'][number]['name']}.png")
+
     def files(self, result: Any) -> dict[str, bytes]:
         """The files of a result."""
-        return {entry["name"]: self.bytes(entry["url"]) for entry in result["files"]}
+        return {entry["name"]: self.bytes(self.file(result, entry)) for entry in result["files"]}
 
     def events(self) -> Iterator[tuple[str, Any]]:
         """What is told, one event after another."""

@@ -39,7 +39,7 @@ def taken(store: Store, *names: str) -> Bin:
         kind = "exemplars" if name == EXEMPLAR else "jobs"
         row = store.get(kind, name)
         assert row is not None
-        held.take(kind, row)
+        held.take(kind, row["id"])
     return held
 
 

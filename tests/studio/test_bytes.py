@@ -194,7 +194,7 @@ def test_the_command_makes_the_same_bytes_beside_what_the_archive_holds(case: st
     result = served.done(verb, [served.exemplar(**files_sent)["id"]], **options)
     with zipfile.ZipFile(io.BytesIO(served.bytes(f"/api/results/{result['id']}/all.zip"))) as archive:
         archive.extractall()
-    assert set(result["needs"]) == {path.name for path in Path().iterdir()} - {"made", "command.txt"}
+    assert set(result["inputs"]) == {path.name for path in Path().iterdir()} - {"made", "command.txt"}
     env = os.environ | {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
     done = subprocess.run(["sh", "command.txt"], capture_output=True, text=True, env=env, check=False)
     assert done.returncode == 0, done.stderr

@@ -37,19 +37,18 @@ def ended_processes(pids: list[int]) -> bool:
 class TestStates:
     def test_what_is_told_of_a_job_from_first_to_last(self, served: Served, small: str) -> None:
         heard = list[tuple[str, Any]]()
+        options = QUICK | {"size": "300x260", "seed": 3}
 
         def listen() -> None:
             for kind, said in served.events():
                 heard.append((kind, said))
-                if kind == "job" and said["label"] == "a wall" and said["state"] == "done":
+                if kind == "job" and said["options"] == options and said["state"] == "done":
                     return
 
         ear = threading.Thread(target=listen)
         ear.start()
         time.sleep(0.3)
-        options = QUICK | {"size": "300x260", "seed": 3}
-        given = {"verb": "grow", "exemplars": [small], "options": options, "label": "a wall"}
-        job = served.post("/api/jobs", given, 202)
+        job = served.job("grow", [small], **options)
         ear.join(60)
         mine = [said for kind, said in heard if kind == "job" and said["id"] == job["id"]]
         assert heard[0][0] == "warm"

@@ -58,7 +58,7 @@ def test_the_exemplar_is_cropped(found: Desk) -> None:
         found.page.wait_for_timeout(100)
     new = next(e for e in after if e["id"] not in [b["id"] for b in before])
     old = next(e for e in before if e.get("sample") == "tiles")
-    whole, part = (opened(found.served.bytes(f"{e['planes'][0]['view']}?side=4096")) for e in (old, new))
+    whole, part = (opened(found.served.plane(e)) for e in (old, new))
     assert np.array_equal(part, whole[ay:by, ax:bx])
     found.page.wait_for_timeout(500)
     assert (found.told()["width"], found.told()["height"]) == (bx - ax, by - ay)

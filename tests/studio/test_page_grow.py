@@ -25,7 +25,7 @@ def test_a_sample_is_opened_and_one_button_grows_it(page: Desk) -> None:
     with page.page.expect_download() as got:
         page.page.get_by_role("link", name="Download", exact=True).click()
     picture = next(e for e in result["files"] if e["holds"] == "albedo")
-    assert got.value.path().read_bytes() == page.served.bytes(picture["url"])
+    assert got.value.path().read_bytes() == page.served.bytes(page.served.file(result, picture))
 
 
 def test_the_stage_shows_the_very_pixels_of_the_result(page: Desk) -> None:
@@ -36,7 +36,8 @@ def test_the_stage_shows_the_very_pixels_of_the_result(page: Desk) -> None:
     page.button("100 %").click()
     how, seen = page.told(), page.seen()
     assert how["scale"] == 1
-    whole = opened(page.served.bytes(next(e["url"] for e in result["files"] if e["holds"] == "albedo")))
+    picture = next(e for e in result["files"] if e["holds"] == "albedo")
+    whole = opened(page.served.bytes(page.served.file(result, picture)))
     assert whole.shape == (80, 96, 3)
     assert np.array_equal(seen[how["y"] : how["y"] + 80, how["x"] : how["x"] + 96, :3], whole)
     page.button("3 × 3").click()

@@ -147,7 +147,7 @@ def test_softness_only_draws_again(pieced: Desk) -> None:
     assert line == "intarsia render map.npz -o stones_rendered.png --feather=12 --exemplar=sample:stones"
     with pieced.page.expect_download() as got:
         pieced.page.get_by_role("link", name="Download", exact=True).click()
-    assert got.value.path().read_bytes() == pieced.served.bytes(made["files"][0]["url"])
+    assert got.value.path().read_bytes() == pieced.served.bytes(pieced.served.file(made, made["files"][0]))
 
 
 def test_softness_goes_by_keys_to_exact_copies_and_back(pieced: Desk) -> None:

@@ -73,7 +73,8 @@ def test_a_picture_is_made_to_tile(mend: Desk) -> None:
 
 def made(page: Desk) -> np.ndarray:
     """The picture of the result that is on the stage, once it is another one than before."""
-    return opened(page.served.bytes(page.served.get(f"/api/results/{page.grown()}")["files"][-1]["url"]))
+    result = page.served.get(f"/api/results/{page.grown()}")
+    return opened(page.served.bytes(page.served.file(result, result["files"][-1])))
 
 
 def test_each_step_acts_on_what_is_seen(mend: Desk) -> None:

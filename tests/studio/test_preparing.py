@@ -77,7 +77,7 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
         jobs.prepare("0" * 15 + "2")
         await settled(lambda: trials() == ["fine.png", "slow.png"])
         job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
-        await settled(lambda: jobs.get(job["id"])["state"] == "failed")
+        await settled(lambda: jobs.now(jobs.store.row("jobs", job["id"]))["state"] == "failed")
         assert worker.stopped.is_set()
         assert not list((tmp_path / "exemplars").glob(".under-way-*"))
         await jobs.end()
@@ -105,7 +105,7 @@ def test_a_job_goes_before_warming_which_goes_on_afterwards(tmp_path: Path) -> N
         await settled(lambda: jobs.warmth == {"done": 1, "total": 3})
         worker.cold = False
         job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
-        await settled(lambda: jobs.get(job["id"])["state"] == "failed")
+        await settled(lambda: jobs.now(jobs.store.row("jobs", job["id"]))["state"] == "failed")
         await settled(lambda: not jobs.busy)
         assert [do for do, _ in worker.asked] == ["warm", "command", "warm"]
         await jobs.end()
@@ -142,15 +142,15 @@ def test_a_method_that_takes_minutes_comes_after_all_that_waits_and_holds_up_not
         first, second = add("efros-leung"), add("efros-leung")
         add("image-quilting")
         add("graphcut")
-        await settled(lambda: jobs.get(first)["state"] == "running")
+        await settled(lambda: jobs.now(jobs.store.row("jobs", first))["state"] == "running")
         assert asked() == ["image-quilting", "graphcut", "efros-leung"]
         third = add("patch-sampling")
-        await settled(lambda: jobs.get(third)["state"] == "failed")
-        assert (jobs.get(first)["state"], jobs.get(second)["state"]) == ("running", "queued")
+        await settled(lambda: jobs.now(jobs.store.row("jobs", third))["state"] == "failed")
+        assert [jobs.store.row("jobs", name)["state"] for name in (first, second)] == ["running", "queued"]
         await settled(lambda: not jobs.busy)
         jobs.cancel(first)
-        await settled(lambda: jobs.get(second)["state"] != "queued")
-        assert jobs.get(first)["state"] == "cancelled"
+        await settled(lambda: jobs.now(jobs.store.row("jobs", second))["state"] != "queued")
+        assert jobs.now(jobs.store.row("jobs", first))["state"] == "cancelled"
         assert slow.ended  # it keeps no memory when it has nothing to do
         assert not worker.stopped.is_set()
         await jobs.end()
@@ -209,8 +209,8 @@ def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use
         await asyncio.sleep(0.2)
         assert not worker.ended  # what is found out serves this job
         jobs.add({"verb": "tile", "exemplars": [slow], "options": {}})
-        await settled(lambda: worker.ended and jobs.get(first["id"])["state"] == "failed")
-        assert jobs.get(first["id"])["stage"] is None
+        await settled(lambda: worker.ended and jobs.now(jobs.store.row("jobs", first["id"]))["state"] == "failed")
+        assert jobs.now(jobs.store.row("jobs", first["id"]))["stage"] is None
         await jobs.end()
         jobs.store.close()
 

@@ -164,7 +164,7 @@ class TestNames:
         for path in (
             f"/api/results/{result}/files/{name}", f"/api/results/{name}", f"/api/exemplars/{name}",
             f"/api/exemplars/{small}/{name}.png", f"/static/{name}", f"/api/samples/{name}.png", f"/{name}",
-            f"/api/results/{result}/view/{name}.png", f"/api/jobs/{name}", f"/api/weaves/{name}/0/0.png",
+            f"/api/results/{result}/view/{name}.png", f"/api/jobs/{name}", f"/api/weaves/{name}/0/0/0.png",
         ):  # fmt: skip
             raw = httpx.URL(served.address).copy_with(raw_path=path.encode())
             answer = served.client.request("GET", raw)

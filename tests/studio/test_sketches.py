@@ -56,8 +56,8 @@ class Slow:
     def __init__(self) -> None:
         self.noted, self.stopped = list[str](), asyncio.Event()
 
-    async def ask(self, do: str, wanted: Any, **given: Any) -> Any:
-        if not await wanted():
+    async def ask(self, do: str, gone: Any, **given: Any) -> Any:
+        if await gone():
             raise FailedError("nobody waits for this any more.")
         self.noted.append("begun")
         if self.noted.count("begun") == 1:
@@ -74,14 +74,14 @@ class Slow:
 def test_a_sketch_that_is_under_way_gives_way_to_a_job_and_is_made_anew_after_it() -> None:
     slow, busy = Slow(), False
 
-    async def wanted() -> bool:
-        return True
+    async def gone() -> bool:
+        return False
 
     async def asked() -> None:
         nonlocal busy
         sketches = Sketches(cast(Any, SimpleNamespace(paths_of=lambda row: [])), Pictures(), lambda: busy)
         sketches.process = cast(Any, slow)
-        answer = asyncio.ensure_future(sketches.get({"id": "0"}, "repeat", wanted))
+        answer = asyncio.ensure_future(sketches.get({"id": "0"}, "repeat", gone))
         while not slow.noted:
             await asyncio.sleep(0.01)
         busy = True

@@ -170,10 +170,10 @@ class TestTiles:
         weaves.weaver, weaves._known["w"] = Quiet(), ({}, {})
 
         async def drawn(x: int, wanted: bool) -> Any:
-            async def waits() -> bool:
-                return wanted
+            async def gone() -> bool:
+                return not wanted
 
-            return await weaves.tile("w", [0, 0, x], waits)
+            return await weaves.tile("w", [0, 0, x], gone)
 
         assert asyncio.run(drawn(1, True)) == b"tile"
         with pytest.raises(FailedError, match="nobody waits"):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from inspect import isawaitable
 from pathlib import Path
 from typing import Any
 
 from starlette.applications import Starlette
 from starlette.background import BackgroundTask
-from starlette.convertors import IntegerConvertor, register_url_convertor
+from starlette.convertors import IntegerConvertor, StringConvertor, register_url_convertor
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
@@ -21,22 +22,24 @@ from starlette.staticfiles import StaticFiles
 
 from ..arguments import SAMPLES
 from ..errors import IntarsiaError, ParameterError
-from . import jobs, uploads
+from . import uploads
 from .jobs import Jobs
-from .processes import Process, Wanted
+from .processes import Process
 from .safety import Safety, error
-from .showing import FOUND, LABELS, Showing, Sketches
-from .store import Bin, Events, Store
+from .showing import Showing, Sketches
+from .store import Bin, Events, Row, Store
 from .weaves import Weaves
-from .words import LIMITS, result_told, schema
+from .words import LIMITS, schema
 
 STATIC = Path(__file__).parent / "static"
 LENGTH = re.compile("[0-9]{1,8}")
 SIDE = 4096  # px: no picture for a page is larger
+EVENTS = "text/event-stream"
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 """What is named by its contents does not change."""
 
-Handler = Callable[[Request], Awaitable[Response]]
+Answer = Callable[..., Any]
+"""Given a request and the parts of its path: JSON, bytes of a PNG that is named by its contents, or a response."""
 
 
 class Whole(IntegerConvertor):
@@ -45,7 +48,14 @@ class Whole(IntegerConvertor):
     regex = "-?[0-9]{1,15}"
 
 
+class Taken(StringConvertor):
+    """What can be taken away, and brought back."""
+
+    regex = "exemplars|jobs"
+
+
 register_url_convertor("whole", Whole())
+register_url_convertor("taken", Taken())
 
 
 class Studio:
@@ -78,32 +88,17 @@ class Studio:
             self.bin.empty()
             self.store.close()
 
-    def row(self, request: Request, kind: str, word: str = "id") -> dict[str, Any]:
-        """The row that a request names."""
-        row = self.store.get(kind, request.path_params[word])
-        if row is None:
-            raise HTTPException(404, f"there is no such {kind[:-1]}.")
-        return row
+    # exemplars
 
-    # routes
-
-    async def page(self, request: Request) -> Response:
-        return FileResponse(STATIC / "index.html", media_type="text/html")
-
-    async def schema(self, request: Request) -> Response:
-        return JSONResponse(schema())
-
-    async def sample_view(self, request: Request) -> Response:
-        name = request.path_params["name"]
+    async def sample(self, request: Request, name: str) -> bytes:
         if name not in SAMPLES:
             raise HTTPException(404, "there is no such sample.")
-        return picture(await self.showing.sample(name, side_of(request)))
+        return await self.showing.seen([f"sample:{name}"], "albedo", sight_of(request))
 
-    async def put_exemplar(self, request: Request) -> Response:
+    async def bring(self, request: Request) -> Row:
         if request.headers.get("content-type", "").startswith("multipart/form-data"):
-            form = await request.form(max_files=LIMITS["files"], max_fields=8)
-            parts = [(f.filename or "", await f.read()) for f in form.getlist("files") if not isinstance(f, str)]
-            await form.close()
+            async with request.form(max_files=LIMITS["files"], max_fields=8) as form:
+                parts = [(f.filename or "", await f.read()) for f in form.getlist("files") if not isinstance(f, str)]
             if not parts:
                 raise ParameterError("no file came; send them as the field files.")
             return self._opened(await self.uploads.exemplar(parts))
@@ -114,204 +109,143 @@ class Studio:
             return self._opened(await self.uploads.result(given["result"]))
         raise ParameterError("send files, or the name of a sample, or the id of a result.")
 
-    def _opened(self, row: dict[str, Any]) -> Response:
+    def _opened(self, row: Row) -> Row:
         self.events.tell("exemplar", row)
         self.jobs.prepare(row["id"])
-        return JSONResponse(row, 201)
+        return row
 
-    async def exemplars(self, request: Request) -> Response:
-        return JSONResponse([uploads.told(row) for row in self.store.all("exemplars")])
+    async def seen(self, request: Request, name: str, plane: str) -> bytes:
+        return await self.showing.exemplar(self.store.row("exemplars", name), plane, sight_of(request))
 
-    async def exemplar(self, request: Request) -> Response:
-        return JSONResponse(uploads.told(self.row(request, "exemplars")))
+    async def edit(self, request: Request, name: str) -> Row:
+        return self._opened(await self.showing.edited(self.store.row("exemplars", name), await said(request)))
 
-    async def drop_exemplar(self, request: Request) -> Response:
-        self.bin.take("exemplars", self.row(request, "exemplars"))
-        return Response(status_code=204)
+    async def found(self, request: Request, name: str) -> Row:
+        row = self.store.row("exemplars", name)
+        self.jobs.prepare(name)
+        return await self.showing.found(row)
 
-    async def exemplar_back(self, request: Request) -> Response:
-        row = uploads.told(self.bin.back("exemplars", request.path_params["id"]))
-        self.events.tell("exemplar", row)
-        return JSONResponse(row)
+    async def overlay(self, request: Request, name: str, kind: str) -> bytes:
+        return await self.showing.overlay(self.store.row("exemplars", name), kind)
 
-    async def exemplar_view(self, request: Request) -> Response:
-        row = self.row(request, "exemplars")
-        return picture(await self.showing.exemplar(row, request.path_params["plane"], sight_of(request)))
+    async def rim(self, request: Request, name: str, image: str) -> Response:
+        grow, data = await self.showing.rim(self.store.row("exemplars", name), self.store.row("images", image))
+        return Response(data, headers=KEPT | {"X-Grow": str(grow)}, media_type="image/png")
 
-    async def edit(self, request: Request) -> Response:
-        row = self.row(request, "exemplars")
-        return self._opened(await self.showing.edited(row, await said(request)))
+    async def sketch(self, request: Request, name: str, method: str) -> bytes:
+        return await self.sketches.get(self.store.row("exemplars", name), method, request.is_disconnected)
 
-    async def found(self, request: Request) -> Response:
-        row = self.row(request, "exemplars")
-        self.jobs.prepare(row["id"])
-        return JSONResponse(await self.showing.found(row))
+    async def put_image(self, request: Request) -> Row:
+        return await self.uploads.image(await request.body())
 
-    async def overlay(self, request: Request) -> Response:
-        kind = request.path_params["kind"]
-        if kind not in (*FOUND, LABELS):
-            raise HTTPException(404, f"there is no such overlay; give {', '.join(FOUND)}.")
-        return picture(await self.showing.overlay(self.row(request, "exemplars"), kind))
+    def image(self, request: Request, name: str) -> Response:
+        return FileResponse(self.store.place("images", self.store.row("images", name)["id"]), headers=KEPT)
 
-    async def rim(self, request: Request) -> Response:
-        row, image = self.row(request, "exemplars"), self.row(request, "images", "image")
-        grow, data = await self.showing.rim(row, image)
-        return picture(data, KEPT | {"X-Grow": str(grow)})
+    # jobs, and what they made
 
-    async def sketch(self, request: Request) -> Response:
-        row, method = self.row(request, "exemplars"), request.path_params["method"]
-
-        data = await self.sketches.get(row, method, wanted_by(request))
-        return picture(data) if data else Response(status_code=204, headers=KEPT)
-
-    async def put_image(self, request: Request) -> Response:
-        return JSONResponse(await self.uploads.image(await request.body()), 201)
-
-    async def image(self, request: Request) -> Response:
-        row = self.row(request, "images", "image")
-        return FileResponse(self.store.image(row["id"]), media_type="image/png", headers=KEPT)
-
-    async def kept(self, request: Request) -> Response:
-        return JSONResponse({row["id"]: row["value"] for row in self.store.all("kept")})
-
-    async def keep(self, request: Request) -> Response:
-        key = request.path_params["key"]
+    async def keep(self, request: Request, key: str) -> None:
         if key != "page" and self.store.get("exemplars", key) is None:
             raise HTTPException(404, "there is no such exemplar; give its id, or page.")
         self.store.put("kept", {"id": key, "value": await said(request)})
-        return Response(status_code=204)
 
-    async def put_job(self, request: Request) -> Response:
-        return JSONResponse(self.jobs.add(await said(request)), 202)
+    async def put_job(self, request: Request) -> Row:
+        return self.jobs.add(await said(request))
 
-    async def all_jobs(self, request: Request) -> Response:
-        return JSONResponse([self.jobs.get(row["id"]) for row in self.store.all("jobs")])
-
-    async def job(self, request: Request) -> Response:
-        return JSONResponse(self.jobs.get(request.path_params["id"]))
-
-    async def cancel(self, request: Request) -> Response:
-        return JSONResponse(self.jobs.cancel(request.path_params["id"]))
-
-    async def again(self, request: Request) -> Response:
-        return JSONResponse(self.jobs.again(request.path_params["id"]), 202)
-
-    async def drop_job(self, request: Request) -> Response:
-        self.bin.take("jobs", self.row(request, "jobs"))
-        return Response(status_code=204)
-
-    async def job_back(self, request: Request) -> Response:
-        row = jobs.told(self.bin.back("jobs", request.path_params["id"]))
-        self.events.tell("job", row)
-        return JSONResponse(row)
-
-    async def preview(self, request: Request) -> Response:
-        job = self.jobs.get(request.path_params["id"])
-        number, data = self.jobs.previews.get(job["id"], (0, b""))
+    def preview(self, request: Request, name: str) -> Response:
+        number, data = self.jobs.previews.get(self.store.row("jobs", name)["id"], (0, b""))
         return Response(data, media_type="image/png") if number else Response(status_code=204)  # it may just have ended
 
-    async def listen(self, request: Request) -> Response:
-        return StreamingResponse(self.events.heard(self.jobs.now), media_type="text/event-stream")
-
-    async def result(self, request: Request) -> Response:
-        return JSONResponse(result_told(self.row(request, "results")))
-
-    async def result_file(self, request: Request) -> Response:
-        row, name = self.row(request, "results"), request.path_params["name"]
-        if name not in [entry["name"] for entry in row["files"]]:
+    def file(self, request: Request, name: str, file: str) -> Response:
+        if file not in [entry["name"] for entry in self.store.row("results", name)["files"]]:
             raise HTTPException(404, "there is no such file.")
-        path = self.store.folder / "results" / row["id"] / name
-        return FileResponse(path, filename=name, headers=KEPT)
+        return FileResponse(self.store.place("results", name) / file, filename=file, headers=KEPT)
 
-    async def view(self, request: Request) -> Response:
-        row = self.row(request, "results")
-        return picture(await self.showing.result(row, request.path_params["kind"], sight_of(request)))
+    async def view(self, request: Request, name: str, kind: str) -> bytes:
+        return await self.showing.result(self.store.row("results", name), kind, sight_of(request))
 
-    async def origins(self, request: Request) -> Response:
-        width, height, data = await self.showing.origins(self.row(request, "results"), box_of(request))
+    async def origins(self, request: Request, name: str) -> Response:
+        width, height, data = await self.showing.origins(self.store.row("results", name), box_of(request))
         headers = KEPT | {"X-Size": f"{width}x{height}"}
         return Response(data, media_type="application/octet-stream", headers=headers)
 
-    async def archive(self, request: Request) -> Response:
-        row = self.row(request, "results")
+    async def archive(self, request: Request, name: str) -> Response:
+        row = self.store.row("results", name)
         path = await self.showing.archive(row)
-        name = f"{Path(row['pictures'][0]).stem if row['pictures'] else 'result'}.zip"
-        return FileResponse(path, filename=name, background=BackgroundTask(shutil.rmtree, path.parent, True))
+        called = f"{Path(row['pictures'][0]).stem if row['pictures'] else 'result'}.zip"
+        return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
-    async def report(self, request: Request) -> Response:
-        row = self.row(request, "results")
-        page, name = await self.showing.report(row), f"{Path(row['pictures'][0]).stem}_report.html"
-        headers = KEPT | {"Content-Disposition": f'attachment; filename="{name}"'}
+    async def report(self, request: Request, name: str) -> Response:
+        row = self.store.row("results", name)
+        page, called = await self.showing.report(row), f"{Path(row['pictures'][0]).stem}_report.html"
+        headers = KEPT | {"Content-Disposition": f'attachment; filename="{called}"'}
         return Response(page, media_type="text/html", headers=headers)
 
-    async def put_weave(self, request: Request) -> Response:
-        return JSONResponse(await self.weaves.begin(await said(request)), 201)
+    async def put_weave(self, request: Request) -> Row:
+        return await self.weaves.begin(await said(request))
 
-    async def window(self, request: Request) -> Response:
-        return JSONResponse(self.weaves.window(request.path_params["id"], await said(request)))
+    async def window(self, request: Request, name: str) -> Row:
+        return self.weaves.window(name, await said(request))
 
-    async def tile(self, request: Request) -> Response:
-        name, place = request.path_params["id"], [request.path_params[part] for part in ("level", "y", "x")]
-        return picture(await self.weaves.tile(name, place, wanted_by(request)))
+    async def tile(self, request: Request, name: str, level: int, y: int, x: int) -> bytes:
+        return await self.weaves.tile(name, [level, y, x], request.is_disconnected)
 
     @property
-    def table(self) -> list[tuple[str, str, Handler]]:
-        """Method, path, handler."""
+    def table(self) -> list[tuple[str, str, int, Answer]]:
+        """Method, path, status, and what is answered."""
+        store, jobs = self.store, self.jobs
         return [
-            ("GET", "/", self.page),
-            ("GET", "/api/schema", self.schema),
-            ("GET", "/api/samples/{name}.png", self.sample_view),
-            ("POST", "/api/exemplars", self.put_exemplar),
-            ("GET", "/api/exemplars", self.exemplars),
-            ("GET", "/api/exemplars/{id}", self.exemplar),
-            ("DELETE", "/api/exemplars/{id}", self.drop_exemplar),
-            ("POST", "/api/exemplars/{id}/back", self.exemplar_back),
-            ("GET", "/api/exemplars/{id}/{plane}.png", self.exemplar_view),
-            ("POST", "/api/exemplars/{id}/edit", self.edit),
-            ("GET", "/api/exemplars/{id}/found", self.found),
-            ("GET", "/api/exemplars/{id}/found/{kind}.png", self.overlay),
-            ("GET", "/api/exemplars/{id}/rim/{image}.png", self.rim),
-            ("GET", "/api/exemplars/{id}/methods/{method}.png", self.sketch),
-            ("POST", "/api/images", self.put_image),
-            ("GET", "/api/images/{image}.png", self.image),
-            ("GET", "/api/kept", self.kept),
-            ("POST", "/api/kept/{key}", self.keep),
-            ("POST", "/api/jobs", self.put_job),
-            ("GET", "/api/jobs", self.all_jobs),
-            ("GET", "/api/jobs/{id}", self.job),
-            ("DELETE", "/api/jobs/{id}", self.drop_job),
-            ("POST", "/api/jobs/{id}/back", self.job_back),
-            ("POST", "/api/jobs/{id}/cancel", self.cancel),
-            ("POST", "/api/jobs/{id}/again", self.again),
-            ("GET", "/api/jobs/{id}/preview.png", self.preview),
-            ("GET", "/api/events", self.listen),
-            ("GET", "/api/results/{id}", self.result),
-            ("GET", "/api/results/{id}/files/{name}", self.result_file),
-            ("GET", "/api/results/{id}/all.zip", self.archive),
-            ("GET", "/api/results/{id}/report.html", self.report),
-            ("GET", "/api/results/{id}/view/{kind}.png", self.view),
-            ("GET", "/api/results/{id}/map.bin", self.origins),
-            ("POST", "/api/weaves", self.put_weave),
-            ("POST", "/api/weaves/{id}/window", self.window),
-            ("GET", "/api/weaves/{id}/{level:whole}/{y:whole}/{x:whole}.png", self.tile),
+            ("GET", "/", 200, lambda _: FileResponse(STATIC / "index.html")),
+            ("GET", "/api/schema", 200, lambda _: schema()),
+            ("GET", "/api/samples/{name}.png", 200, self.sample),
+            ("POST", "/api/exemplars", 201, self.bring),
+            ("GET", "/api/{kind:taken}", 200, lambda _, kind: [jobs.now(row) for row in store.all(kind)]),
+            ("GET", "/api/{kind:taken}/{name}", 200, lambda _, kind, name: jobs.now(store.row(kind, name))),
+            ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: self.bin.take(kind, name)),
+            ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: self.bin.back(kind, name)),
+            ("GET", "/api/exemplars/{name}/{plane}.png", 200, self.seen),
+            ("POST", "/api/exemplars/{name}/edit", 201, self.edit),
+            ("GET", "/api/exemplars/{name}/found", 200, self.found),
+            ("GET", "/api/exemplars/{name}/found/{kind}.png", 200, self.overlay),
+            ("GET", "/api/exemplars/{name}/rim/{image}.png", 200, self.rim),
+            ("GET", "/api/exemplars/{name}/methods/{method}.png", 200, self.sketch),
+            ("POST", "/api/images", 201, self.put_image),
+            ("GET", "/api/images/{name}.png", 200, self.image),
+            ("GET", "/api/kept", 200, lambda _: {row["id"]: row["value"] for row in store.all("kept")}),
+            ("POST", "/api/kept/{key}", 204, self.keep),
+            ("POST", "/api/jobs", 202, self.put_job),
+            ("POST", "/api/jobs/{name}/cancel", 200, lambda _, name: jobs.cancel(name)),
+            ("POST", "/api/jobs/{name}/again", 202, lambda _, name: jobs.again(name)),
+            ("GET", "/api/jobs/{name}/preview.png", 200, self.preview),
+            ("GET", "/api/events", 200, lambda _: StreamingResponse(self.events.heard(jobs.open), media_type=EVENTS)),
+            ("GET", "/api/results/{name}", 200, lambda _, name: store.row("results", name)),
+            ("GET", "/api/results/{name}/files/{file}", 200, self.file),
+            ("GET", "/api/results/{name}/all.zip", 200, self.archive),
+            ("GET", "/api/results/{name}/report.html", 200, self.report),
+            ("GET", "/api/results/{name}/view/{kind}.png", 200, self.view),
+            ("GET", "/api/results/{name}/map.bin", 200, self.origins),
+            ("POST", "/api/weaves", 201, self.put_weave),
+            ("POST", "/api/weaves/{name}/window", 200, self.window),
+            ("GET", "/api/weaves/{name}/{level:whole}/{y:whole}/{x:whole}.png", 200, self.tile),
         ]
 
 
-def picture(data: bytes, headers: Mapping[str, str] = KEPT) -> Response:
-    """A PNG that is named by its contents."""
-    return Response(data, media_type="image/png", headers=headers)
+def answered(answer: Answer, status: int) -> Callable[[Request], Awaitable[Response]]:
+    """A handler that writes what is answered; an empty picture is none."""
+
+    async def handler(request: Request) -> Response:
+        found = answer(request, **request.path_params)
+        if isawaitable(found):
+            found = await found
+        if isinstance(found, bytes):
+            return Response(found, status if found else 204, KEPT, "image/png")
+        if found is None:
+            return Response(status_code=status)
+        return found if isinstance(found, Response) else JSONResponse(found, status)
+
+    return handler
 
 
-def wanted_by(request: Request) -> Wanted:
-    """Whether who asks still waits for the answer."""
-
-    async def wanted() -> bool:
-        return not await request.is_disconnected()
-
-    return wanted
-
-
-async def said(request: Request) -> dict[str, Any]:
+async def said(request: Request) -> Row:
     """The JSON object of a request."""
     try:
         given = json.loads(await request.body())
@@ -320,14 +254,6 @@ async def said(request: Request) -> dict[str, Any]:
     if not isinstance(given, dict):
         raise ParameterError("send a JSON object.")
     return given
-
-
-def side_of(request: Request) -> int:
-    """How large a picture shall be at most."""
-    text = request.query_params.get("side", "1024")
-    if not (LENGTH.fullmatch(text) and 1 <= int(text) <= SIDE):
-        raise ParameterError(f"side: give 1 to {SIDE} px.")
-    return int(text)
 
 
 def box_of(request: Request) -> list[int] | None:
@@ -341,10 +267,12 @@ def box_of(request: Request) -> list[int] | None:
     return found
 
 
-def sight_of(request: Request) -> dict[str, Any]:
-    """What of a picture is seen: all of it, reduced, or a part of it, pixel for pixel."""
-    box = box_of(request)
-    return {"side": side_of(request)} if box is None else {"box": box}
+def sight_of(request: Request) -> Row:
+    """What of a picture is seen: all of it, of at most `side` px, or a part of it, pixel for pixel."""
+    box, side = box_of(request), request.query_params.get("side", "1024")
+    if not (LENGTH.fullmatch(side) and 1 <= int(side) <= SIDE):
+        raise ParameterError(f"side: give 1 to {SIDE} px.")
+    return {"side": int(side)} if box is None else {"box": box}
 
 
 async def refused(request: Request, e: Exception) -> Response:
@@ -361,6 +289,6 @@ HANDLERS: dict[Any, Any] = dict.fromkeys((IntarsiaError, HTTPException, Exceptio
 
 def app_of(studio: Studio, token: str | None = None) -> Safety:
     """Return the application, with the safety layer around it."""
-    routes: list[Any] = [Route(path, handler, methods=[method]) for method, path, handler in studio.table]
+    routes: list[Any] = [Route(path, answered(does, status), methods=[way]) for way, path, status, does in studio.table]
     routes.append(Mount("/static", StaticFiles(directory=STATIC)))
     return Safety(Starlette(routes=routes, exception_handlers=HANDLERS, lifespan=studio.living), token)

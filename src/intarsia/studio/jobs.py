@@ -25,12 +25,6 @@ CANCELLED = 130  # exit code
 LOOKING = "the exemplar is looked at"
 PATIENCE = 3.0  # s: a worker that does not stop within them is ended
 
-JOB = (
-    "id", "verb", "exemplars", "options", "state", "fraction", "stage", "error", "created", "began", "ended", "result",
-    "label", "score", "ready",
-)  # fmt: skip
-"""What clients are told of a job."""
-
 
 class Jobs:
     """All jobs, and the processes that carry them out."""
@@ -70,14 +64,9 @@ class Jobs:
     def add(self, given: dict[str, Any]) -> Row:
         """Check a job and queue it."""
         verb, exemplars, options = given.get("verb"), given.get("exemplars", []), given.get("options", {})
-        label = given.get("label")
-        if unknown := set(given) - {"verb", "exemplars", "options", "label"}:
-            listed = ", ".join(sorted(unknown))[:100]
-            raise ParameterError(f"{listed} is unknown; a job has a verb, exemplars, options and a label.")
-        if not isinstance(verb, str) or not isinstance(exemplars, list) or not isinstance(options, dict):
-            raise ParameterError("a job has a verb, exemplars (a list of ids) and options (an object).")
-        if label is not None and (not isinstance(label, str) or len(label) > 200 or not label.isprintable()):
-            raise ParameterError("the label is a text of at most 200 characters.")
+        whole = isinstance(exemplars, list) and isinstance(options, dict)
+        if set(given) - {"verb", "exemplars", "options"} or not whole:
+            raise ParameterError("a job has a verb, exemplars (a list of ids) and options (an object), no more.")
         if sum(job["state"] == "queued" for job in self.store.all("jobs")) >= LIMITS["queue"]:
             raise HTTPException(429, f"{LIMITS['queue']} jobs wait already; wait for some, or cancel them.")
         asked = {"verb": verb, "exemplars": exemplars, "options": options}
@@ -87,7 +76,7 @@ class Jobs:
         stage = LOOKING if self._preparing and not _is_slow(asked) else None
         job = {
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
-            "label": label or " ".join([verb, *names]), "stage": stage,
+            "label": " ".join([str(verb), *names]), "stage": stage,
         }  # fmt: skip
         if not _is_slow(job):
             self._go_first(job)
@@ -100,12 +89,9 @@ class Jobs:
             self._to_prepare = name
             self._wake.set()
 
-    def get(self, name: str) -> Row:
-        """Return a job."""
-        job = self.store.get("jobs", name)
-        if job is None:
-            raise HTTPException(404, "there is no such job.")
-        return told(job | self._live.get(name, {}))
+    def now(self, row: Row) -> Row:
+        """A row, of a job that runs with how far it is."""
+        return row | self._live.get(row["id"], {})
 
     @property
     def busy(self) -> bool:
@@ -114,7 +100,7 @@ class Jobs:
 
     def cancel(self, name: str) -> Row:
         """Stop a job that waits or runs."""
-        job = self.get(name)
+        job = self.store.row("jobs", name)
         if job["state"] == "queued":
             return self._tell(job | {"state": "cancelled", "ended": time.time()})
         if job["state"] != "running":
@@ -123,26 +109,26 @@ class Jobs:
             self._cancelled.add(name)
             self._running[name].cancel()
             asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
-        return job
+        return self.now(job)
 
     def again(self, name: str) -> Row:
         """Queue the same job anew."""
-        job = self.get(name)
-        return self.add({key: job[key] for key in ("verb", "exemplars", "options", "label")})
+        job = self.store.row("jobs", name)
+        return self.add({key: job[key] for key in ("verb", "exemplars", "options")})
 
-    def now(self) -> list[tuple[str, Any]]:
+    def open(self) -> list[tuple[str, Any]]:
         """How things are, for one who begins to listen."""
-        jobs = [("job", self.get(job["id"])) for job in self.store.all("jobs") if job["state"] in OPEN]
+        jobs = [("job", self.now(job)) for job in self.store.all("jobs") if job["state"] in OPEN]
         return [("warm", self.warmth), *jobs]
 
     # the work
 
     def _tell(self, job: Row) -> Row:
         self.store.put("jobs", job)
-        self.events.tell("job", told(job))
+        self.events.tell("job", job)
         self._wake.set()
         self._wake_slow.set()
-        return told(job)
+        return job
 
     def _go_first(self, job: Row) -> None:
         """Have the worker leave what nobody asked for, at once or, where it serves this job, at its next step."""
@@ -263,7 +249,7 @@ class Jobs:
                 if "ready" in said:
                     said = {"ready": time.time() + said["ready"]}
                 self._live[name] |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
-                self.events.tell("job", told(job | self._live[name]))
+                self.events.tell("job", job | self._live[name])
 
         return heard
 
@@ -294,8 +280,3 @@ class Jobs:
 
 def _is_slow(job: Row) -> bool:
     return job["options"].get("method") in SLOW
-
-
-def told(job: Row) -> Row:
-    """What clients are told of a job."""
-    return {key: job.get(key) for key in JOB}

@@ -14,7 +14,8 @@ from ..errors import IntarsiaError
 
 Heard = Callable[[dict[str, Any], bytes], None]
 
-Wanted = Callable[[], Awaitable[bool]]
+Gone = Callable[[], Awaitable[bool]]
+"""Whether nobody waits for an answer any more."""
 
 LONGEST = 1 << 28  # bytes of a line
 
@@ -44,16 +45,16 @@ class Process:
         return None if self._process is None else self._process.pid
 
     async def ask(
-        self, do: str, heard: Heard | None = None, within: float | None = None, wanted: Wanted | None = None,
+        self, do: str, heard: Heard | None = None, within: float | None = None, gone: Gone | None = None,
         **given: Any,
     ) -> tuple[Any, bytes]:  # fmt: skip
         """Have it do something: what it answers, as (JSON, bytes). FailedError where that fails.
 
         `heard` is called with what it tells meanwhile; after `within` seconds it is ended, and that is a failure.
-        When its turn comes, nothing is done that is no longer `wanted`.
+        When its turn comes, nothing is done that nobody waits for (`gone`).
         """
         async with self._turn:
-            if wanted is not None and not await wanted():
+            if gone is not None and await gone():
                 raise FailedError("nobody waits for this any more.", 1)
             try:
                 return await asyncio.wait_for(self._ask(do, heard, given), within)

@@ -13,14 +13,11 @@ from typing import Any
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
 from ..methods.base import METHODS
-from .processes import FailedError, Process, Wanted
+from ..request.as_json import from_json
+from .processes import FailedError, Gone, Process
 from .store import Row, Store
 from .uploads import Uploads
 from .words import MAP, words_of
-
-FOUND = ("lattice", "courses", "elements", "striking", "segments")
-LABELS = "labels"
-"""What is proposed to paint with: numbers, and nothing to lay over a picture."""
 
 VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
@@ -58,7 +55,8 @@ class Showing:
     def __init__(self, store: Store, uploads: Uploads, beside: Process) -> None:
         self.store, self.uploads, self.beside, self.pictures = store, uploads, beside, Pictures()
 
-    async def _drawn(self, key: tuple[Any, ...], process: Process, do: str, **given: Any) -> bytes:
+    async def _drawn(self, process: Process, do: str, **given: Any) -> bytes:
+        key = (do, str(given))  # files are named by their contents
         found = self.pictures.get(key)
         if found is None:
             _, data = await process.ask(do, within=WITHIN, **given)
@@ -71,50 +69,44 @@ class Showing:
         """What can be seen of a plane of an exemplar."""
         if plane not in [known["name"] for known in row["planes"]]:
             raise InputError(f"this exemplar has no plane {said(plane)}.")
-        key, paths = ("exemplar", row["id"], plane, str(sight)), self.uploads.paths_of(row)
-        return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=plane, **sight)
+        return await self.seen(self.uploads.paths_of(row), plane, sight)
 
-    async def sample(self, name: str, side: int) -> bytes:
-        """What a built-in exemplar looks like."""
-        given = {"paths": [f"sample:{name}"], "plane": "albedo", "side": side}
-        return await self._drawn(("sample", name, side), self.uploads.looker, "see", **given)
+    async def seen(self, paths: list[str], plane: str, sight: Row) -> bytes:
+        """What can be seen of a plane, if the files have it."""
+        return await self._drawn(self.uploads.looker, "see", paths=paths, plane=plane, **sight)
 
     async def found(self, row: Row) -> Row:
-        """What was found in an exemplar; kept in its row."""
-        if "found" not in row:
+        """What was found in an exemplar; kept, as looking for it takes long."""
+        known = self.store.get("found", row["id"])
+        if known is None:
             answer, _ = await self.beside.ask("find", within=WITHIN, paths=self.uploads.paths_of(row))
-            row = (self.store.get("exemplars", row["id"]) or row) | {"found": answer}
-            self.store.put("exemplars", row)
-        found: Row = row["found"]
-        return found
+            known = self.store.put("found", answer | {"id": row["id"]})
+        return known
 
     async def overlay(self, row: Row, kind: str) -> bytes:
         """What was found, as a picture to lay over the exemplar."""
-        given = {"paths": self.uploads.paths_of(row), "kind": kind}
-        return await self._drawn(("overlay", row["id"], kind), self.beside, "overlay", **given)
+        return await self._drawn(self.beside, "overlay", paths=self.uploads.paths_of(row), kind=kind)
 
     async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
         """By how many px a hole would grow to cover a rim of the defect, and what that is, to lay over the exemplar."""
-        given: dict[str, Any] = {"paths": self.uploads.paths_of(row), "mask": str(self.store.image(image["id"]))}
-        told, data = await self.beside.ask("rim", within=WITHIN, **given)
+        paths, mask = self.uploads.paths_of(row), str(self.store.place("images", image["id"]))
+        told, data = await self.beside.ask("rim", within=WITHIN, paths=paths, mask=mask)
         return told["grow"], data
 
     async def edited(self, row: Row, given: dict[str, Any]) -> Row:
-        """Cut, straighten or flatten an exemplar: a new one."""
-        crop, flags = given.get("crop"), {name: given.get(name, False) for name in ("straighten", "flatten")}
-        if set(given) - {"crop", *flags} or not all(isinstance(flag, bool) for flag in flags.values()):
+        """Cut, straighten or flatten an exemplar: a new one. All but `straighten` is what the command `grow` has."""
+        straighten = given.get("straighten", False)
+        if set(given) - {"crop", "straighten", "flatten"} or not isinstance(straighten, bool):
             raise ParameterError("give crop (x, y, width, height), straighten and flatten (true or false).")
-        if crop is not None:
-            whole = isinstance(crop, list) and len(crop) == 4 and all(type(v) is int for v in crop)
-            if not whole or min(crop) < 0 or min(crop[2:]) < 1:
-                raise ParameterError("crop: give x, y, width and height in px, inside the exemplar.")
-        if crop is None and not any(flags.values()):
+        asked = from_json("grow", given)
+        if not (asked.crop or asked.flatten or straighten):
             raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
-        paths, stem = self.uploads.paths_of(row), row["name"]
+        does = {"crop": asked.crop, "flatten": asked.flatten, "straighten": straighten}
 
         async def write(folder: Path) -> list[str]:
-            asked = {"paths": paths, "stem": stem, "folder": str(folder), "crop": crop, **flags}
-            answer, _ = await self.beside.ask("edit", within=WITHIN, **asked)
+            paths, stem = self.uploads.paths_of(row), row["name"]
+            given = {"paths": paths, "stem": stem, "folder": str(folder), **does}
+            answer, _ = await self.beside.ask("edit", within=WITHIN, **given)
             names: list[str] = answer["names"]
             return names
 
@@ -126,10 +118,9 @@ class Showing:
         """What can be seen of a result: a plane, or a part of it, or a view of its map."""
         place = self.store.folder / "results" / row["id"]
         planes = {e["holds"]: e["name"] for e in row["files"] if e["name"] in row["pictures"]}
-        key = ("result", row["id"], kind, str(sight))
-        if isinstance(kind, str) and kind in planes:
+        if kind in planes:
             paths = [str(place / name) for name in row["pictures"]]
-            return await self._drawn(key, self.uploads.looker, "see", paths=paths, plane=kind, **sight)
+            return await self.seen(paths, kind, sight)
         if "box" in sight or kind not in VIEWS or not (place / MAP).is_file():
             raise InputError(f"this result has no view {said(kind)}.")
         given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, **sight}
@@ -138,7 +129,7 @@ class Showing:
                 raise InputError("this result cannot be judged.")
             words = [w.replace("../../exemplars/", f"{self.store.folder / 'exemplars'}/") for w in row["score_words"]]
             given |= {"words": words, "picture": str(place / row["pictures"][0])}
-        return await self._drawn(key, self.beside, "view", **given)
+        return await self._drawn(self.beside, "view", **given)
 
     async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
         """Where each pixel of a part comes from; with the width and height of the whole."""
@@ -197,16 +188,16 @@ class Sketches:
         self._asked = 0
         self._rest: asyncio.TimerHandle | None = None
 
-    async def get(self, row: Row, method: str, wanted: Wanted) -> bytes:
+    async def get(self, row: Row, method: str, gone: Gone) -> bytes:
         """Return the sketch of a method as PNG, empty where it cannot serve this exemplar.
 
-        FailedError where it is no longer wanted.
+        FailedError where nobody waits for it any more.
         """
         if method not in (AUTO_METHOD, *METHODS):
             raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
         key = ("sketch", row["id"], method)
         while (found := self.pictures.get(key)) is None:
-            grown = await self._grown(row, method, wanted)
+            grown = await self._grown(row, method, gone)
             if grown is not None:
                 return self.pictures.keep(key, grown)
         return found
@@ -217,21 +208,21 @@ class Sketches:
             self._rest.cancel()
         await self.process.end()
 
-    async def _grown(self, row: Row, method: str, wanted: Wanted) -> bytes | None:
+    async def _grown(self, row: Row, method: str, gone: Gone) -> bytes | None:
         """A sketch; none where it gave way to something else, which may have ended since."""
         watch: list[asyncio.Task[None]] = []
 
-        async def free() -> bool:
-            """Whether it is still wanted, once there is nothing else to do."""
-            while self.busy() and await wanted():
+        async def in_vain() -> bool:
+            """Whether nobody waits for it, once there is nothing else to do."""
+            while self.busy() and not await gone():
                 await asyncio.sleep(AGAIN)
             watch.append(asyncio.create_task(self._give_way()))
-            return await wanted()
+            return await gone()
 
         self._asked += 1
         try:
             paths = self.uploads.paths_of(row)
-            _, data = await self.process.ask("sketch", within=WITHIN, wanted=free, paths=paths, method=method)
+            _, data = await self.process.ask("sketch", within=WITHIN, gone=in_vain, paths=paths, method=method)
             return data
         except FailedError:
             if any(task.done() for task in watch):

@@ -26,9 +26,9 @@ from ..errors import ParameterError, ResourceError, printable
 Row = dict[str, Any]
 
 FILED = ("exemplars", "images", "results")
-"""What is files; jobs, and what is kept for the page, are rows alone."""
+"""What is files; jobs, what is kept for the page, and what was found in exemplars, are rows alone."""
 
-KINDS = (*FILED, "jobs", "kept")
+KINDS = (*FILED, "jobs", "kept", "found")
 MARKER = ".intarsia-studio"
 """A folder is the studio's own if this file lies in it."""
 
@@ -139,6 +139,13 @@ class Store:
         row: Row | None = None if found is None else json.loads(found[0])
         return row if row is not None and ("gone" in row) == gone else None
 
+    def row(self, kind: str, name: str) -> Row:
+        """Return the row of this id, which a client named."""
+        row = self.get(kind, name)
+        if row is None:
+            raise HTTPException(404, f"there is no such {kind[:-1]}.")
+        return row
+
     def all(self, kind: str, gone: bool = False) -> list[Row]:
         """Return all rows, in the order in which they came; or those that were taken away."""
         rows = [json.loads(about) for (about,) in self._rows.execute(f"SELECT about FROM {kind} ORDER BY number")]
@@ -164,10 +171,6 @@ class Store:
     def place(self, kind: str, name: str) -> Path:
         """Where the files of this id lie: a folder; an image is one file."""
         return self.folder / kind / (f"{name}.png" if kind == "images" else name)
-
-    def image(self, name: str) -> Path:
-        """Where the image of this id lies."""
-        return self.place("images", name)
 
     def _note(self, kind: str, name: str) -> Path:
         return self.folder / kind / (f"{name}{TOLD}" if kind == "images" else f"{name}/{TOLD}")
@@ -279,15 +282,16 @@ class Bin:
     def __init__(self, store: Store, events: Events) -> None:
         self.store, self.events = store, events
 
-    def take(self, kind: str, row: Row) -> None:
+    def take(self, kind: str, name: str) -> None:
         """Take a job or an exemplar away, unless it is needed just now."""
+        row = self.store.row(kind, name)
         if kind == "jobs" and row["state"] in OPEN:
             raise HTTPException(409, f"this job is {row['state']}; cancel it first.")
         under_way = [job["exemplars"] for job in self.store.all("jobs") if job["state"] in OPEN]
-        if kind == "exemplars" and any(row["id"] in names for names in under_way):
+        if kind == "exemplars" and any(name in names for names in under_way):
             raise HTTPException(409, "a job with this exemplar is under way; cancel it first.")
         gone = self.store.put(kind, row | {"gone": time.time()})
-        self.events.tell("gone", {kind[:-1]: row["id"]})
+        self.events.tell("gone", {kind[:-1]: name})
         asyncio.get_running_loop().call_later(WHILE, self._forget, kind, gone)
 
     def back(self, kind: str, name: str) -> Row:
@@ -296,6 +300,7 @@ class Bin:
         if row is None:
             raise HTTPException(404, f"no such {kind[:-1]} was taken away a moment ago.")
         del row["gone"]
+        self.events.tell(kind[:-1], row)
         return self.store.put(kind, row)
 
     def empty(self) -> None:
@@ -311,6 +316,7 @@ class Bin:
             return
         if kind == "exemplars":
             self.store.drop(kind, name)
+            self.store.drop_row("found", name)
             return
         others = [j for gone in (False, True) for j in self.store.all("jobs", gone) if j["id"] != name]
         if row["result"] is not None and all(other["result"] != row["result"] for other in others):

@@ -33,8 +33,6 @@ MAGIC = {
 }
 """Formats that may come in: their first bytes, and what their names end in."""
 
-EXEMPLAR = ("id", "name", "width", "height", "planes", "depth", "channels", "created")
-
 
 def ending_of(data: bytes, name: str) -> str:
     """Return what the name of a file shall end in, by its first bytes. InputError where they are of no known format."""
@@ -80,7 +78,7 @@ class Uploads:
             raise InputError(f"{said(name)} is no built-in exemplar; give one of {', '.join(SAMPLES)}.")
         row = await self._looked([f"sample:{name}"])
         row |= {"id": digest((), f"sample:{name}"), "files": [], "sample": name}
-        return told(self.store.keep("exemplars", self.store.begun("exemplars"), row))
+        return self.store.keep("exemplars", self.store.begun("exemplars"), row)
 
     async def result(self, name: Any) -> Row:
         """Take a result as an exemplar; normals whose green points down stay so, which the name of their file tells."""
@@ -89,7 +87,7 @@ class Uploads:
             raise InputError(f"{said(name)} is not the id of a result.")
         place = self.store.folder / "results" / row["id"]
         source = self.store.get("exemplars", row["exemplars"][0]) if row["exemplars"] else None
-        down = source is not None and any(plane.get("normals") == "dx" for plane in source["planes"])
+        down = source is not None and any(plane["normals"] == "dx" for plane in source["planes"])
         normals = [entry["name"] for entry in row["files"] if down and entry["holds"] == "normal"]
         called = {name: f"{Path(name).stem.removesuffix('_normal')}_normal_dx{Path(name).suffix}" for name in normals}
         return await self.exemplar([(called.get(name, name), (place / name).read_bytes()) for name in row["pictures"]])
@@ -105,10 +103,10 @@ class Uploads:
         with self._folder("images") as folder:
             path = folder / "image.png"
             path.write_bytes(data)
-            seen, _ = await self.looker.ask("look", within=WITHIN, paths=[str(path)], labels=True)
-            row = {**seen, "id": digest([path])}
+            await self.looker.ask("labels", within=WITHIN, path=str(path))
+            row = {"id": digest([path])}
             self.store.put("images", row)  # first, as an image without a note is nobody's
-            path.replace(self.store.image(row["id"]))
+            path.replace(self.store.place("images", row["id"]))
             return row
 
     async def made(self, write: Callable[[Path], Awaitable[list[str]]]) -> Row:
@@ -117,7 +115,7 @@ class Uploads:
             names = await write(folder)
             row = await self._looked([str(folder / name) for name in names])
             row |= {"id": digest(folder.iterdir()), "files": names}
-            return told(self.store.keep("exemplars", folder, row))
+            return self.store.keep("exemplars", folder, row)
 
     @contextmanager
     def _folder(self, kind: str) -> Iterator[Path]:
@@ -132,9 +130,3 @@ class Uploads:
         """The files of an exemplar."""
         place = self.store.folder / "exemplars" / row["id"]
         return [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]
-
-
-def told(row: Row) -> Row:
-    """What clients are told of an exemplar."""
-    planes = [plane | {"view": f"/api/exemplars/{row['id']}/{plane['name']}.png"} for plane in row["planes"]]
-    return {key: row[key] for key in EXEMPLAR} | {"planes": planes, "sample": row.get("sample")}

@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError
 from ..request.argv import to_argv, to_line
-from .processes import Process, Wanted
+from .processes import Gone, Process
 from .showing import WITHIN, Pictures
 from .store import Row, Store, digest
 from .words import options as options_of
@@ -57,7 +57,7 @@ class Weaves:
         self._known.move_to_end(name)
         return self._known[name]
 
-    async def tile(self, name: str, place: list[int], wanted: Wanted) -> bytes:
+    async def tile(self, name: str, place: list[int], gone: Gone) -> bytes:
         """Draw a tile (level, row, column) as PNG, unless nobody waits for it any more."""
         level, y, x = place
         _, drawn = self._get(name)
@@ -66,7 +66,7 @@ class Weaves:
         key = ("tile", name, *place)
         found = self.pictures.get(key)
         while not found:
-            _, found = await self.weaver.ask("tile", within=WITHIN, wanted=wanted, place=place, **drawn)
+            _, found = await self.weaver.ask("tile", within=WITHIN, gone=gone, place=place, **drawn)
         return self.pictures.keep(key, found)
 
     def window(self, name: str, given: Row) -> Row:

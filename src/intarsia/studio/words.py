@@ -11,18 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import SAMPLES
-from ..cli.app import COMMANDS
 from ..cli.help import entries
 from ..disk.limits import DEFAULT_PIXELS
 from ..errors import InputError, ParameterError, said
-from ..params import OVER, Parameter
+from ..params import OVER
 from ..request.argv import to_argv, to_line
 from ..request.as_json import from_json, text_of
 from ..request.field import Field
 from ..request.python import to_python
 from ..request.request import Request, fields_of_verb, parameters_of_verb
-from ..request.verbs import known_parameters
-from ..version import VERSION
 from .store import ID, Row, Store
 
 VERBS = ("grow", "paint", "extend", "heal", "tile", "weave", "render")
@@ -43,27 +40,22 @@ MAP = "map.npz"
 """The file of a result that holds its map."""
 
 
-PUBLIC = (
-    "id", "job", "verb", "exemplars", "options", "size", "files", "told", "command", "python", "needs", "made", "score",
-)  # fmt: skip
-
-
 Option = dict[str, Any]
 
 
 @cache
 def options(verb: str) -> dict[str, Option]:
     """The options of a verb by name: the fields of a job, and the parameters of methods."""
-    fields = [f for f in fields_of_verb(verb) if not f.local and f.flags and f.kind.name != "written"]
-    own = [_of_parameter(p) for p, _ in parameters_of_verb(verb).values()]
-    return {option["name"]: option for option in [*map(_of_field, fields), *own]}
+    fields = [_of_field(f) for f in fields_of_verb(verb) if not f.local and f.flags and f.kind.name != "written"]
+    own = [p.as_dict() | {"parameter": True, "image": p.kind in OVER} for p, _ in parameters_of_verb(verb).values()]
+    return {option["name"]: option for option in [*fields, *own]}
 
 
 @cache
 def schema() -> dict[str, Any]:
-    """All of it, as JSON."""
-    verbs = {v: {"summary": COMMANDS[v], "options": list(options(v).values())} for v in VERBS}
-    return {"version": VERSION, "verbs": verbs, "methods": entries(), "samples": list(SAMPLES), "limits": LIMITS}
+    """What the page asks with, as JSON: the fields of verbs, and methods with their parameters."""
+    verbs = {v: [option for option in options(v).values() if not option["parameter"]] for v in VERBS}
+    return {"verbs": verbs, "methods": entries(), "samples": list(SAMPLES)}
 
 
 def _of_field(f: Field) -> Option:
@@ -72,20 +64,9 @@ def _of_field(f: Field) -> Option:
     if default is None and (f.kind.choices or f.default is not None) and not f.many and f.kind.name != "choice":
         default = f.kind.text(f.default)
     return {
-        "name": f.key, "flag": f.flag, "kind": f.kind.name, "help": f.help, "default": default,
-        "low": getattr(f.kind, "low", None), "high": getattr(f.kind, "high", None), "unit": "",
-        "choices": list(f.kind.choices), "multiple": f.many, "required": f.required, "parameter": False,
-    }  # fmt: skip
-
-
-def _of_parameter(p: Parameter) -> Option:
-    """What is told of a parameter, and of the methods that have it."""
-    told = p.as_dict()
-    if p.kind == "extent" and isinstance(told["default"], list):
-        told["default"].reverse()
-    return told | {
-        "flag": "--" + p.name.replace("_", "-"), "multiple": False, "required": False, "parameter": True,
-        "methods": known_parameters()[p.name][1], "image": p.kind in OVER,
+        "name": f.key, "kind": f.kind.name, "help": f.help, "default": default, "low": getattr(f.kind, "low", None),
+        "high": getattr(f.kind, "high", None), "choices": list(f.kind.choices), "multiple": f.many,
+        "parameter": False, "image": False,
     }  # fmt: skip
 
 
@@ -187,18 +168,19 @@ def _value(option: Option, value: Any, words: Words, store: Store) -> Any:
     """The value of an option, or its values, as texts; files in place of ids."""
     if option["kind"] == "flag":
         return value
-    values = value if option["multiple"] and isinstance(value, list) else [value]
+    many = option.get("multiple")
+    values = value if many and isinstance(value, list) else [value]
     if len(values) > MOST:
         raise ParameterError(f"{option['name']} has {len(values)} values; at most {MOST}.")
     found = list[str]()
     for one in values:
         if option["kind"] == "exemplar":
             found += exemplar_words(one, words, store)
-        elif option["kind"] == "image" or (option.get("image") and isinstance(one, str) and ID.fullmatch(one)):
+        elif option["kind"] == "image" or (option["image"] and isinstance(one, str) and ID.fullmatch(one)):
             found.append(_image(option, one, words, store))
         else:
             found.append(_text(option, one))
-    return found if option["multiple"] else found[0]
+    return found if many else found[0]
 
 
 def score_words(words: Words, picture: str) -> list[str]:
@@ -225,7 +207,7 @@ def _text(option: Option, value: Any) -> str:
     text = text_of(option["kind"], value)
     if len(text) > LONGEST or not text.isprintable():
         raise ParameterError(f"{name} is too long, or holds what cannot be printed; give something legible.")
-    if option.get("image") and text not in option["choices"]:
+    if option["image"] and text not in option["choices"]:
         try:
             float(text)
         except ValueError:
@@ -254,10 +236,3 @@ def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: 
         "inputs": {own: path for path, own in words.called.items()},
         "score_words": score_words(words, pictures[0]) if judged else None,
     }  # fmt: skip
-
-
-def result_told(row: Row) -> Row:
-    """What clients are told of a result."""
-    address = f"/api/results/{row['id']}"
-    files = [entry | {"url": f"{address}/files/{entry['name']}"} for entry in row["files"]]
-    return {key: row.get(key) for key in PUBLIC} | {"files": files, "needs": list(row.get("inputs", {}))}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -53,9 +54,16 @@ def png(pixels: Pixels) -> bytes:
     return encode_png(pixels, level=1)
 
 
-def look(said: dict[str, Any], tell: Tell) -> Answer:
-    """Read the files of one exemplar, or an image of numbers; return what they are."""
-    return _labels(said["paths"][0]) if said.get("labels") else _exemplar(said["paths"])
+def coloured(smap: SourceMap, first: int, step: int, colours: Callable[[int, Any, Any], Any]) -> Pixels:
+    """Each `step`th pixel of a map in a colour that follows from exemplar, rows and columns; clear in holes: RGBA."""
+    which, yx = smap.numbers[first::step, first::step], smap.yx[first::step, first::step]
+    out = np.zeros((*which.shape, 4), np.uint8)
+    for number, source in enumerate(smap.sources):
+        here = (which == number) & ((yx >= 0) & (yx < (source.height, source.width))).all(axis=2)
+        if here.any():
+            out[here, :3] = colours(number, *yx[here].T)
+            out[here, 3] = 255
+    return out
 
 
 def see(said: dict[str, Any], tell: Tell) -> Answer:
@@ -97,30 +105,24 @@ def exemplar_of(paths: list[str]) -> Exemplar:
     return files.read_set(_group(paths))
 
 
-def _exemplar(paths: list[str]) -> Answer:
+def look(said: dict[str, Any], tell: Tell) -> Answer:
+    """Read the files of one exemplar; return what they are."""
+    paths = said["paths"]
     exemplar = exemplar_of(paths)
-    planes = [_told(name, plane) for name, plane in exemplar.planes.items()]
+    base, planes = exemplar.base, [{"name": n, "normals": p.meta.get("normals")} for n, p in exemplar.planes.items()]
     if exemplar.usable is not None:
-        planes.append({"name": "mask", "width": exemplar.width, "height": exemplar.height, "depth": 8, "channels": 1})
-    base = exemplar.base
+        planes.append({"name": "mask", "normals": None})
     own = {"name": exemplar.name.rpartition(":")[2] or Path(paths[0]).stem, "width": base.width, "height": base.height}
-    return {**own, "depth": planes[0]["depth"], "channels": base.channels, "planes": planes}, b""
+    depth = 1 if base.pixels.dtype == bool else 8 * base.pixels.dtype.itemsize
+    return {**own, "depth": depth, "planes": planes}, b""
 
 
-def _told(name: str, plane: Plane) -> dict[str, Any]:
-    depth = {"bool": 1}.get(plane.pixels.dtype.name, 8 * plane.pixels.dtype.itemsize)
-    sizes = {"width": plane.width, "height": plane.height, "depth": depth, "channels": plane.channels}
-    green = {"normals": plane.meta["normals"]} if "normals" in plane.meta else {}
-    return {"name": name, "kind": plane.kind.value, **sizes, **green}
-
-
-def _labels(path: str) -> Answer:
-    """Check a picture of numbers: one channel, 8 bits; return its size and which numbers are in it."""
-    plane = files.read_plane(path, "label")
+def labels(said: dict[str, Any], tell: Tell) -> Answer:
+    """Check a picture of numbers: one channel, 8 bits."""
+    plane = files.read_plane(said["path"], "label")
     if plane.channels != 1 or plane.pixels.dtype != np.uint8:
         raise InputError("the image is no PNG of one channel and 8 bits; save it so.")
-    values = [int(v) for v in np.unique(plane.pixels)]
-    return {"width": plane.width, "height": plane.height, "values": values}, b""
+    return {}, b""
 
 
 def origins(said: dict[str, Any], tell: Tell) -> Answer:

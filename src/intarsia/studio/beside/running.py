@@ -22,11 +22,12 @@ from ...errors import InputError, MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars
 from ...image import Plane
 from ...kernels.cache import no_longer, on_first_compilation
+from ...rendering.magnification import cut_out
 from ...run import Run
 from ...sourcemap import SourceMap
 from ...synthesis import synthesize
 from ...tasks import warming
-from .looking import exemplar_of, png, reduced, seen
+from .looking import coloured, exemplar_of, png, reduced, seen
 from .worker import Answer, Tell
 
 FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
@@ -99,7 +100,7 @@ def warm(said: dict[str, Any], tell: Tell) -> Answer:
             told[0] = now
             tell(warm=[now, STEPS + 1])
 
-    count = warming.warm(run=Run(step=step, cancel=CANCEL))
+    warming.warm(run=Run(step=step, cancel=CANCEL))
     folder = tempfile.mkdtemp(prefix="intarsia-warm-")
     try:
         out = os.path.join(folder, "a.png")
@@ -107,7 +108,7 @@ def warm(said: dict[str, Any], tell: Tell) -> Answer:
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     tell(warm=[STEPS + 1, STEPS + 1])
-    return {"grown": count}, b""
+    return {}, b""
 
 
 class Drafting:
@@ -133,16 +134,12 @@ class Drafting:
 def drawn(smap: SourceMap, exemplars: Exemplars) -> bytes | None:
     """Return a PNG of a map: copied pixels, clear where nothing is yet; None of nothing."""
     step = max(-(-max(smap.height, smap.width) // PREVIEW), 1)
-    part = np.s_[step // 2 :: step, step // 2 :: step]
-    which, yx = smap.numbers[part], smap.yx[part]
-    out = np.zeros((*which.shape, 4), np.uint8)
-    for number, exemplar in enumerate(exemplars):
-        ys, xs = yx[..., 0], yx[..., 1]
-        here = (which == number) & (ys >= 0) & (ys < exemplar.height) & (xs >= 0) & (xs < exemplar.width)
-        if here.any():
-            base = exemplar.base
-            out[here, :3] = seen(base.like(base.samples[ys[here], xs[here]][None]))[0, :, :3]
-            out[here, 3] = 255
+
+    def copied(number: int, y: Any, x: Any) -> Any:
+        base = exemplars[number].base
+        return seen(base.like(base.samples[y, x][None]))[0, :, :3]
+
+    out = coloured(smap, step // 2, step, copied)
     return png(out) if out[..., 3].any() else None
 
 
@@ -150,7 +147,9 @@ def sketch(said: dict[str, Any], tell: Tell) -> Answer:
     """Grow a small picture with the usual parameters of a method; nothing, where it cannot serve."""
     try:
         part, side = SLOW.get(said["method"], (LARGEST, SIDE))
-        exemplar = _middle(_reduced(*said["paths"]), part)
+        whole = _reduced(*said["paths"])
+        height, width = min(whole.height, part), min(whole.width, part)
+        exemplar = cut_out(whole, (whole.width - width) // 2, (whole.height - height) // 2, width, height)
         made = synthesize(exemplar, side, said["method"], run=Run(threads=1, cancel=CANCEL))
         return {}, png(seen(made.render()))
     except (MethodError, ParameterError, InputError):
@@ -165,13 +164,3 @@ def _reduced(*paths: str) -> Exemplar:
     step = -(-max(whole.height, whole.width) // LARGEST)
     usable = None if whole.usable is None else whole.usable[::step, ::step][: pixels.shape[0], : pixels.shape[1]]
     return Exemplar({"albedo": Plane(pixels)}, usable)
-
-
-def _middle(exemplar: Exemplar, side: int) -> Exemplar:
-    """What lies in the middle of an exemplar, at most so many px a side."""
-    if max(exemplar.height, exemplar.width) <= side:
-        return exemplar
-    firsts = (max((n - side) // 2, 0) for n in exemplar.base.pixels.shape[:2])
-    rows, columns = (slice(first, first + side) for first in firsts)
-    usable = None if exemplar.usable is None else exemplar.usable[rows, columns]
-    return Exemplar({"albedo": Plane(exemplar.base.pixels[rows, columns])}, usable)

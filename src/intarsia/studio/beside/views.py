@@ -29,7 +29,7 @@ from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
 from ...tasks.inspection import Findings, analyze
 from ...tasks.scoring import Outcome, outcome_of
-from .looking import Pixels, exemplar_of, png
+from .looking import Pixels, coloured, exemplar_of, png
 from .worker import Answer, Tell
 
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
@@ -53,7 +53,8 @@ def find(said: dict[str, Any], tell: Tell) -> Answer:
 
 def overlay(said: dict[str, Any], tell: Tell) -> Answer:
     """Draw what was found, on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
-    drawn = DRAWN[said["kind"]](_findings(*said["paths"]))
+    draw = DRAWN.get(said["kind"])
+    drawn = draw and draw(_findings(*said["paths"]))
     if drawn is None:
         raise InputError(f"nothing of this kind was found: {said['kind']}.")
     return {}, png(drawn)
@@ -216,28 +217,19 @@ def _pieces(smap: SourceMap, step: int) -> Pixels:
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
-    which, yx = smap.numbers[::step, ::step], smap.yx[::step, ::step]
     counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
-    out = np.zeros((*which.shape, 4), np.uint8)
-    for number, count in enumerate(counts):
-        here = which == number
-        times = count[yx[here][:, 0], yx[here][:, 1]] / max(mean, 1e-9)
-        out[here, :3] = used(times)
-        out[here, 3] = 255
-    return out
+    return coloured(smap, 0, step, lambda number, y, x: used(counts[number][y, x] / max(mean, 1e-9)))
 
 
 def _provenance(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of its place in the exemplar: red to the right, green downwards, blue by exemplar."""
-    which, yx = smap.numbers[::step, ::step], smap.yx[::step, ::step]
-    out = np.zeros((*which.shape, 4), np.uint8)
-    for number, source in enumerate(smap.sources):
-        here = which == number
-        ys, xs = yx[here][:, 0] / max(source.height - 1, 1), yx[here][:, 1] / max(source.width - 1, 1)
-        out[here, 0], out[here, 1] = 40 + 200 * xs, 40 + 200 * ys
-        out[here, 2], out[here, 3] = (150 + 97 * number) % 256, 255
-    return out
+
+    def places(number: int, y: Array, x: Array) -> Array:
+        tall, wide = (max(n - 1, 1) for n in (smap.sources[number].height, smap.sources[number].width))
+        return np.stack([40 + 200 * (x / wide), 40 + 200 * (y / tall), np.full(len(x), (150 + 97 * number) % 256)], 1)
+
+    return coloured(smap, 0, step, places)
 
 
 def _joins(said: dict[str, Any], smap: SourceMap, step: int) -> Pixels:

@@ -21,7 +21,7 @@ Tell = Callable[..., None]
 
 WORK = {
     "running": ("command", "prepare", "warm", "sketch"),
-    "looking": ("look", "see", "origins"),
+    "looking": ("look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "rim", "edit"),
     "weaving": ("begin", "tile", "painted"),
 }

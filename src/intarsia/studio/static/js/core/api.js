@@ -124,7 +124,16 @@ export const LONGEST = 4096;
  */
 export function viewOf(exemplar, side = LONGEST, plane) {
   const at = exemplar.planes.find((p) => p.name === plane) ?? exemplar.planes[0];
-  return `${at?.view}?side=${side}`;
+  return `/api/exemplars/${exemplar.id}/${at?.name}.png?side=${side}`;
+}
+
+/**
+ * Where a file of a result lies.
+ * @param {Result} result
+ * @param {string} name
+ */
+export function fileOf(result, name) {
+  return `/api/results/${result.id}/files/${name}`;
 }
 
 /**

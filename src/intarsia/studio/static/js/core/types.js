@@ -1,9 +1,8 @@
 /**
  * What the server answers.
  *
- * @typedef {{name: string, view: string, normals?: "dx" | "gl"}} Plane
- * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: string, channels: number,
- *   created: number}} Exemplar
+ * @typedef {{name: string, normals: "dx" | "gl" | null}} Plane
+ * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: number, created: number}} Exemplar
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled" | "interrupted"} State
  * @typedef {Record<string, any>} Options values of options by name; those left out are automatic
  * @typedef {{id: string, verb: string, exemplars: string[], options: Options, state: State, fraction: number | null,
@@ -15,15 +14,13 @@
  *   elements?: {size: number[]} | null, segments?: {count: number} | null, striking?: {things: number} | null,
  *   courses?: {count?: number} | unknown[] | null, suggested?: {method: string, why?: string[]} | null,
  *   light?: {strong: boolean} | null}} Found
- * @typedef {{name: string, holds: string, url: string, bytes: number}} Made
+ * @typedef {{name: string, holds: string, bytes: number}} Made
  * @typedef {{id: string, job: string, verb: string, size: [number, number], files: Made[], options: Options, command: string,
- *   needs: string[], told: {method?: string, blend?: {feather: number}} | null, python: string, score: Score | null}} Result
- * @typedef {{name: string, flag?: string, kind: string, help: string, default: unknown, low: number | null,
- *   high: number | null, unit: string, choices: string[], multiple?: boolean, required?: boolean, parameter?: boolean,
- *   methods?: string[]}} Option
+ *   inputs: Record<string, string>, told: {method?: string, blend?: {feather: number}} | null, python: string, score: Score | null}} Result
+ * @typedef {{name: string, kind: string, help: string, default: unknown, low: number | null, high: number | null,
+ *   unit?: string, choices: string[]}} Option
  * @typedef {{slug: string, paper: string, summary: string, supports: string[], parameters: Option[]}} Method
- * @typedef {{version: string, verbs: Record<string, {summary: string, options: Option[]}>, methods: Method[],
- *   samples: string[], limits: Record<string, number>}} Schema
+ * @typedef {{verbs: Record<string, Option[]>, methods: Method[], samples: string[]}} Schema
  */
 
 export {};

@@ -40,7 +40,7 @@ class ExemplarCard extends HTMLElement {
     fill(
       this,
       el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture, this.mark),
-      el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), depth(exemplar.depth)))),
+      el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), `${exemplar.depth} bit`))),
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
       el(
@@ -57,11 +57,6 @@ class ExemplarCard extends HTMLElement {
       ),
     );
   }
-}
-
-/** @param {string} told 8, 16, half or float */
-function depth(told) {
-  return /^\d+$/.test(String(told)) ? `${told} bit` : String(told ?? "");
 }
 
 customElements.define("exemplar-card", ExemplarCard);

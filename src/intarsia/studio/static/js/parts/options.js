@@ -18,7 +18,7 @@ const GROUPS = [
  * @returns {HTMLElement[]}
  */
 export function optionGroups(verb, settings) {
-  const options = store.schema?.verbs[verb]?.options ?? [];
+  const options = store.schema?.verbs[verb] ?? [];
   const made = GROUPS.map(([name, names]) => {
     const fields = names.flatMap((n) => options.filter((o) => o.name === n)).map((o) => field(o, settings));
     return fields.length ? group(name, fields, false) : null;
@@ -33,6 +33,6 @@ export function optionGroups(verb, settings) {
  * @returns {string[]}
  */
 export function choicesOf(verb, name) {
-  return store.schema?.verbs[verb]?.options.find((o) => o.name === name)?.choices ?? [];
+  return store.schema?.verbs[verb]?.find((o) => o.name === name)?.choices ?? [];
 }
 

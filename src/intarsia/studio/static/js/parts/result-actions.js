@@ -1,6 +1,6 @@
 /** What can be taken from a result: files, the command, the lines of Python. */
 
-import { bytes } from "../core/api.js";
+import { bytes, fileOf } from "../core/api.js";
 import { button, el } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { planesOf } from "../core/store.js";
@@ -22,10 +22,10 @@ export function resultActions(result, plane, onward) {
   const more = el("div", { class: "menu", hidden: true, role: "group", "aria-label": "Downloads" });
   const planes = planesOf(result);
   const files = [...result.files].sort((a, b) => rank(a, planes) - rank(b, planes));
-  for (const file of files) more.append(link(file.url, file.name, file.name, weight(file.bytes)));
+  for (const file of files) more.append(link(fileOf(result, file.name), file.name, file.name, weight(file.bytes)));
   more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
-  const needed = needing(result.needs, "the zip");
+  const needed = needing(Object.keys(result.inputs), "the zip");
   more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
   const open = (/** @type {boolean} */ yes) => {
@@ -41,7 +41,7 @@ export function resultActions(result, plane, onward) {
   const made = [command, around];
   if (onward) made.unshift(button("Continue from this", () => void carryOn(result.id), { icon: icon("onward"), title: `Continue from this: ${ONWARD}` }));
   if (main) {
-    const download = el("a", { class: "button framed", href: main.url, download: main.name }, icon("down"), el("span", { class: "label" }, "Download"));
+    const download = el("a", { class: "button framed", href: fileOf(result, main.name), download: main.name }, icon("down"), el("span", { class: "label" }, "Download"));
     made.unshift(download);
   }
   return made;

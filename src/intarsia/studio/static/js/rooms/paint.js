@@ -120,7 +120,7 @@ export class PaintRoom extends HTMLElement {
     kit.addEventListener("change", show, { signal: this.#gone.signal });
     show();
     const wrap = wrapChoice(painting);
-    const weight = store.schema?.verbs.paint?.options.find((o) => o.name === "weight");
+    const weight = store.schema?.verbs.paint?.find((o) => o.name === "weight");
     fill(
       this.panel,
       buttons,
