@@ -87,7 +87,7 @@ class Curve:
         codes = np.empty(light.shape, self.dtype)
         codes[..., colours:] = self._stored(light[..., colours:])
         if self.integer:
-            whole = np.clip(np.floor(light[..., :colours]), 0, 1 << BITS).astype(np.int64)
+            whole = np.fmax(np.fmin(light[..., :colours], 1 << BITS), 0).astype(np.int64)  # no number counts as white
             codes[..., :colours] = self.divided(whole, np.ones(whole.shape[:2], np.int64))
         else:
             codes[..., :colours] = self._stored(_float_from_linear(light[..., :colours].astype(np.float64)))

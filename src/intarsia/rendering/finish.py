@@ -27,8 +27,9 @@ from ..arrays import Array, Floats, Int32, Int64, Mask
 from ..blend import Finish, Levelling
 from ..errors import ParameterError
 from ..geometry import Box
+from ..lazy import ndimage
 from ..run import Run
-from .finish_kernels import Sums, Surroundings, add_means, add_up, move_codes, seam_steps
+from .finish_kernels import Surroundings, move_codes, seam_steps
 from .ground import cut_out_map
 from .vote_kernels import Map
 
@@ -43,7 +44,6 @@ _EXACT = 6  # px: so far the recurrence is used, which loses digits further out
 _EULER = 0.57721566490153286
 _BITS, _OPACITY = 16, 8  # of a value, of a weight
 _SIDE = 1024  # px of a cell, at least
-_NONE = np.zeros((0, 0), np.int64)
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,8 @@ class _Colours:
             shift = min(_BITS - math.frexp(float(np.abs(spread).max()))[1], 1000)
         else:
             shift = _BITS - 8 * codes.itemsize
-        values, means = _as_integers(codes, shift), np.zeros(codes.shape, np.int64)
-        add_means(_sums_of_all(bench.table, values, weights), SMALL * bench.scale, means)
+        values = _as_integers(codes, shift)
+        means = _means(bench.table, values, weights, SMALL * bench.scale)
         counts = np.zeros(0, np.bool_) if weights is None else weights > 0
         return cls(Surroundings(means, counts, _variance(values[counts] if counts.any() else values)), shift, spread)
 
@@ -194,26 +194,17 @@ def _opacity(alpha: Array) -> Int64:
     return np.asarray(alpha.astype(np.int64) >> (0 if alpha.itemsize == 1 else 16 - _OPACITY))
 
 
-def _sums_of_all(table: Int64, values: Int64, weights: Int64 | None) -> Sums:
-    """Add up exemplars, (N, C) end to end."""
-    flat, heavy, corners, first = [], [], table.copy(), 0
-    for at, (start, height, width, _) in enumerate(table):
-        pixels, shape = slice(start, start + height * width), (height, width)
-        weight = _NONE if weights is None else weights[pixels].reshape(shape)
-        flat.append(_corner_sums(values[pixels].reshape(*shape, -1), weight))
-        heavy.append(_corner_sums(weight[..., None], _NONE))
-        corners[at, 0] = first
-        first += len(flat[-1])
-    return Sums(np.concatenate(flat), np.concatenate(heavy), corners)
-
-
-def _corner_sums(values: Array, weight: Int64) -> Int64:
-    """Add up all above and left of every corner of a picture (h, w, C): ((h + 1) (w + 1), C) numbers."""
-    if not values.size:
-        return np.zeros((0, 1), np.int64)
-    sums = np.empty((values.shape[0] + 1, values.shape[1] + 1, values.shape[2]), np.int64)
-    add_up(values, weight, sums)
-    return sums.reshape(-1, values.shape[2])
+def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> Int64:
+    """Return the mean over the box around every pixel of exemplars, (N, C) end to end, rounded down; 0 of nothing."""
+    means, ones = np.zeros_like(values), np.ones(2 * radius + 1)
+    for start, height, width, toroidal in table:
+        pixels = slice(start, start + height * width)
+        weight = np.ones((height, width, 1), np.int64) if weights is None else weights[pixels].reshape(height, width, 1)
+        sums = [values[pixels].reshape(height, width, -1) * weight, weight]
+        for axis in range(2):  # whole numbers below 2**53 are exact in the doubles that are added up
+            sums = [ndimage.convolve1d(s, ones, axis, mode="wrap" if toroidal else "constant") for s in sums]
+        means[pixels] = (sums[0] // np.maximum(sums[1], 1)).reshape(-1, values.shape[1])
+    return means
 
 
 @lru_cache(maxsize=8)
