@@ -103,11 +103,8 @@ def test_a_mirror_is_left_aside() -> None:
     sewing = halves()
     box = (10, 20, 16, 16)
     mirror, other = (1, 10, 52 - 32), (1, 20, 0)  # column 32 - x of the exemplar at column x
-    assert sewing.apart.of_picks(box, [mirror, other, (0, 10, 20)]) == [other, (0, 10, 20)]
-    found = Candidates(np.array([(0, *mirror), (9, *other)], np.int64), 1, np.empty(0), np.empty(0))
-    assert sewing.apart.of_rows(box, found).rows.tolist() == [[9, *other]]
-    alone = Candidates(found.rows[:1], 1, found.feats, found.known)
-    assert sewing.apart.of_rows(box, alone) is alone  # nothing else is there
+    rows = np.array([(0, *mirror), (9, *other), (9, 0, 10, 20)], np.int64)
+    assert sewing.apart(box, rows).tolist() == [False, True, True]
 
 
 def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,6 +114,8 @@ def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows, 100, np.empty(0), known))
     for filling in (True, False):
         assert (1, 10, 20) not in sewing._drawn(box, 7, filling)
+    monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows[:1], 100, np.empty(0), known))
+    assert sewing._drawn(box, 7, True) == [(1, 10, 20)]  # nothing else is there
 
 
 def posed_alike(sewing: graphcut.GraphcutGrowth, y: int, x: int, k: int) -> tuple[int, int] | None:

@@ -75,15 +75,19 @@ def best_given(
     if not is_little(mask, search.patch):
         (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
     if not len(again.rows):
-        rows, best = table.rows(mask), np.empty((0, 4), np.int64)
+        rows, best = table.rows(mask), found.rows[:0]
         for first in range(0, len(rows), CHUNK):
             check()
-            part = rows[first : first + CHUNK]
-            part[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
-            fourier_kernels.measure(found.feats, found.known, search.variants.posed, part)
-            best = nearest(np.concatenate([best, part]))[:SHORT_LIST]
+            best = best_measured(search.variants, found, rows[first : first + CHUNK], SHORT_LIST, best)
         again = replace(found, rows=best)
     return replace(again, usual=found.usual, permitted=True)
+
+
+def best_measured(variants: PosedExemplars, found: Candidates, rows: Array, most: int, best: Array) -> Array:
+    """Return the best of some patches, not measured yet, and of the `best` that are: so many, the nearest first."""
+    rows[:, 0] = best[-1, 0] if len(best) == most else FAR
+    fourier_kernels.measure(found.feats, found.known, variants.posed, rows)
+    return nearest(np.concatenate([best, rows]))[:most]
 
 
 def is_little(mask: Array, patch: Pair) -> bool:

@@ -113,34 +113,6 @@ class GraphcutSettings:
     lattice: Vectors | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Apart:
-    """What a map shows, and where that lies in other poses (`PosedExemplars.turns`)."""
-
-    grown: Grown
-    pieces: Pieces
-    turns: Array
-
-    def of_rows(self, box: Box, found: Candidates) -> Candidates:
-        """The candidates for a window that show next to nothing beside itself; all of them where each does."""
-        if not self.turns.any() or not len(found.rows):
-            return found
-        good = self._good(box, found.rows)
-        return replace(found, rows=found.rows[good]) if good.any() else found
-
-    def of_picks(self, box: Box, picks: Sequence[Pick]) -> list[Pick]:
-        """The placements in a window that show next to nothing beside itself."""
-        if not self.turns.any() or not picks:
-            return list(picks)
-        good = self._good(box, np.pad(np.array(picks, np.int64), ((0, 0), (1, 0))))
-        return [pick for pick, apart in zip(picks, good.tolist(), strict=True) if apart]
-
-    def _good(self, box: Box, rows: Array) -> Array:
-        count = np.empty(len(rows), np.int64)
-        placement_kernels.twins(self.grown, self.pieces, self.turns, box, rows, STEP, count)
-        return np.asarray(count * MOST <= box[2] * box[3])
-
-
 def shifts_around(
     variant: Array, yx: Array, places: Sequence[Array], at: Pair, table: Array, torus: Array
 ) -> list[Pick]:
@@ -209,7 +181,6 @@ class GraphcutGrowth:
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.wraps = growth.layout.wraps
         self.grown = Grown(self.variant, self.yx, self.wraps)
-        self.apart = Apart(self.grown, self.pieces, self.variants.turns)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self.nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
@@ -302,12 +273,21 @@ class GraphcutGrowth:
             places.append(np.arange(low, high, EVERY))
         seen = np.ix_(*(at % length for at, length in zip(places, self.variant.shape, strict=True)))
         shifts = shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
-        return self.apart.of_picks(box, shifts)
+        rows = np.pad(np.array(shifts, np.int64).reshape(-1, 3), ((0, 0), (1, 0)))
+        return [pick for pick, good in zip(shifts, self.apart(box, rows).tolist(), strict=True) if good]
+
+    def apart(self, box: Box, rows: Array) -> Array:
+        """Which of the candidates for a window show next to nothing beside itself in another pose."""
+        count = np.zeros(len(rows), np.int64)
+        if self.variants.turns.any():
+            placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
+        return np.asarray(count * MOST <= box[2] * box[3])
 
     def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
         with self.opened([] if filling else [middle(box)]):  # what is to be covered does not count
             found = self._found(box)
-        found = self.apart.of_rows(box, found)
+        good = self.apart(box, found.rows)
+        found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
         price = self.priced(box, found)
@@ -328,7 +308,7 @@ class GraphcutGrowth:
     def repeats(self, box: Box, rows: Array, samples: Samples, course: int = -1) -> Array:
         """How often what each candidate would show in a box is among samples of the map; ONE: all of it, once."""
         shown = np.empty(len(rows), np.int64)
-        placement_kernels.repeats(self.grown, self.pieces, self.apart.turns, samples, box, rows, course, shown)
+        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, course, shown)
         return shown
 
     def look(self, box: Box, step: int) -> Look:
@@ -373,7 +353,7 @@ class GraphcutGrowth:
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
         ends = np.cumsum(frames[:, 1] * frames[:, 2])
         frames[1:, 0], shown, counts = ends[:-1], np.zeros(ends[-1], np.int64), []
-        placement_kernels.count_cells(self.grown, self.apart.turns, frames, look, f, shown)
+        placement_kernels.count_cells(self.grown, self.variants.turns, frames, look, f, shown)
         for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
             within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
             counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
@@ -475,24 +455,25 @@ def likelihood(x: Array) -> Array:
     return np.where(x >= GONE, 0, out)
 
 
+def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:
+    """One picture of each exemplar in all its poses, as their features lie in one row: what goes on begins again."""
+    out = []
+    for v, (number, pose) in enumerate(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)):
+        posed = pose_array(pictures[number], pose)
+        pad = [(0, n - m) for n, m in zip(variants.picture(v).shape, posed.shape, strict=False)]
+        out.append(np.pad(posed, pad, "wrap").ravel())
+    return np.concatenate(out)
+
+
 def pieces_of(variants: PosedExemplars, exemplars: Exemplars, unseen: int = 0) -> Pieces:
     """Return the variants as kernels of seams take them: with every pixel, whether it may be shown.
 
     The last `unseen` channels are left out: what is not seen makes no seam.
     """
-    parts = []
-    for v in range(len(variants)):
-        rows, columns = variants.picture(v).shape[:2]
-        usable = exemplars[int(variants.exemplar[v])].usable
-        if usable is None:
-            parts.append(np.ones(rows * columns, np.uint8))
-            continue
-        posed = pose_array(usable, int(variants.pose[v]))
-        pad = ((0, rows - posed.shape[0]), (0, columns - posed.shape[1]))
-        parts.append(np.pad(posed, pad, mode="wrap").astype(np.uint8).ravel())
+    usable = laid_out(variants, [e.free for e in exemplars]).astype(np.uint8)
     (flat, table), seen = variants.posed, variants.channels - unseen
     if unseen:
         flat = np.ascontiguousarray(flat.reshape(-1, variants.channels)[:, :seen]).ravel()
         table = table.copy()
         table[:, 0] = table[:, 0] // variants.channels * seen
-    return Pieces(flat, table, np.concatenate(parts), variants.toroidal, seen)
+    return Pieces(flat, table, usable, variants.toroidal, seen)
