@@ -142,7 +142,7 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
     least = -6 if toroidal else 0  # over the border of what goes on
     rows = np.array([(0, v % 4, *(int(n) for n in rng.integers(least, 24, 2))) for v in range(8)], np.int64)
     look = placement_kernels.Look(0, 0, height, width, step)
-    out = sewing.repeats((9, 20, 16, 16), rows, sewing.samples(look))
+    out = sewing.repeats((9, 20, 16, 16), rows, placement_kernels.samples_of(sewing.grown, sewing.pieces.table, look))
     for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
         want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()
         for y, x in product(range(step // 2, height, step), range(step // 2, width, step)):

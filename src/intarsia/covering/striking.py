@@ -249,7 +249,7 @@ class Thinning(Covering):
         while left := [show for show in shows if (part[sewn.index(show.box)] == show.part).any()]:  # some went
             (wave, shows), cuts = self._apart(left), list[Cut | None]()
             if max(sewn.variant.shape) <= sewn.nearby:  # all of it is seen together
-                self._samples = sewn.samples(sewn.look((0, 0, 1, 1), LOOKED))
+                self._samples = sewn.samples((0, 0, 1, 1), LOOKED)
             for begin in range(0, len(wave), AT_ONCE):
                 run.tick(total - len(left) + begin, total, self.growth.draft)
                 some = wave[begin : begin + AT_ONCE]
@@ -319,7 +319,7 @@ class Thinning(Covering):
         rows = np.concatenate([rows, now])
         strikes, samples = np.empty(len(rows), np.int64), self._samples
         if samples is None:
-            samples = sewn.samples(sewn.look(job.hole, LOOKED))
+            samples = sewn.samples(job.hole, LOOKED)
         kernels.mean_strikes(self.looks, job.hole, rows, strikes)
         out = sewn.repeats(job.hole, rows, samples) * np.maximum(strikes - PLAIN, 1) // PLAIN
         return out[:-1], int(out[-1])

@@ -50,7 +50,8 @@ from ..search.posed import PosedExemplars
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
-from .placement_kernels import Look, Samples, mark_steps
+from .placement_kernels import ONE, Look, Samples, mark_steps
+from .recut_kernels import NEVER, Draft, drafted
 from .worst import WorstSeams
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
@@ -237,9 +238,9 @@ class GraphcutGrowth:
         """Draw placements for a window, and cut in the best of them; None where there is none, or none that saves."""
         shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
         picks = shown + self._drawn(box, bits, filling)[: TRIES - len(shown)]
-        return self.best(box, picks, recut_kernels.NEVER if filling else 0)
+        return self.best(box, picks, NEVER if filling else 0)
 
-    def best(self, box: Box, picks: Sequence[Pick], limit: int = recut_kernels.NEVER) -> Cut | None:
+    def best(self, box: Box, picks: Sequence[Pick], limit: int = NEVER) -> Cut | None:
         """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none.
 
         None, too, where seams would become dearer by `limit` or more.
@@ -256,9 +257,9 @@ class GraphcutGrowth:
         for number, pick in enumerate(picks):
             window, inner, patch = self._window(box, pick, self.stitch.margin)
             windows.setdefault((window, inner, self.bar and number), []).append((number, *patch))
-        best = np.array([recut_kernels.NEVER, len(picks)], np.int64)
+        best = np.array([NEVER, len(picks)], np.int64)
         for (window, inner, _), some in windows.items():
-            self._recut(window, inner, some, recut_kernels.drafted(window, step), best)
+            self._recut(window, inner, some, drafted(window, step), best)
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
@@ -297,13 +298,13 @@ class GraphcutGrowth:
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        shown = self.repeats(box, found.rows, self.samples(self.look(box, self._step)), self._course)
+        shown = self.repeats(box, found.rows, self.samples(box, self._step), self._course)
         price = round(REPEAT * self.stitch.usage * found.usual)
-        return np.asarray(found.rows[:, 0] + shown * price // placement_kernels.ONE)
+        return np.asarray(found.rows[:, 0] + shown * price // ONE)
 
-    def samples(self, look: Look) -> Samples:
-        """What is looked at of the map as it is."""
-        return placement_kernels.samples_of(self.grown, self.pieces.table, look)
+    def samples(self, box: Box, step: int) -> Samples:
+        """What is looked at around a window, of the map as it is."""
+        return placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box, step))
 
     def repeats(self, box: Box, rows: Array, samples: Samples, course: int = -1) -> Array:
         """How often what each candidate would show in a box is among samples of the map; ONE: all of it, once."""
@@ -313,7 +314,13 @@ class GraphcutGrowth:
 
     def look(self, box: Box, step: int) -> Look:
         """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
-        return placement_kernels.look_around(box, self.variant.shape, self.wraps, self.nearby, step)
+        firsts, sides = [], []
+        for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
+            side = min(self.nearby, length)
+            first = begin + n // 2 - side // 2
+            firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
+            sides.append(side)
+        return Look(firsts[0], firsts[1], sides[0], sides[1], step)
 
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
@@ -356,14 +363,14 @@ class GraphcutGrowth:
         placement_kernels.count_cells(self.grown, self.variants.turns, frames, look, f, shown)
         for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
             within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
-            counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
+            counts.append((within * (step * step * ONE) // (h * w * f * f)).astype(np.int32))
         return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
 
     # ---- cutting
 
     def cut(
         self, box: Box, pick: Pick, margin: int, step: int = 1, saved: Bar | None = None,
-        limit: int = recut_kernels.NEVER,
+        limit: int = NEVER,
     ) -> Cut:  # fmt: skip
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
@@ -374,12 +381,12 @@ class GraphcutGrowth:
         """
         window, inner, patch = self._window(box, pick, margin)
         more = None if saved is None else np.ascontiguousarray(saved(window, patch)[::step, ::step])
-        draft, best = recut_kernels.drafted(window, step, more), np.array([limit, -1], np.int64)
+        draft, best = drafted(window, step, more), np.array([limit, -1], np.int64)
         self._recut(window, inner, [(0, *patch)], draft, best)
-        return Cut(recut_kernels.NEVER if best[1] else int(best[0]), window, patch, draft.take)
+        return Cut(NEVER if best[1] else int(best[0]), window, patch, draft.take)
 
     def _recut(
-        self, window: Box, inner: Box, picks: Sequence[tuple[int, ...]], draft: recut_kernels.Draft, best: Array
+        self, window: Box, inner: Box, picks: Sequence[tuple[int, ...]], draft: Draft, best: Array
     ) -> None:
         """Cut numbered patches into a window, of which `inner` is to be filled; what is barred by the first stays."""
         numbered, where = np.array(picks, np.int64), (self.pieces, window, inner)

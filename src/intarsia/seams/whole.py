@@ -59,13 +59,13 @@ class Elements:
     """All elements of posed exemplars, from 1."""
 
     def __init__(self, variants: PosedExemplars, found: list[Wholes]) -> None:
-        self.all: list[Element | None] = [None]
+        self.all = list[Element]()
         labels, sure, boxes, masks, begin = [], [0.0], [], [], 0
         for v in range(len(variants)):
             mine, shape = found[int(variants.exemplar[v])], variants.picture(v).shape[:2]
             names = pose_array(mine.labels, int(variants.pose[v]))
             pad = [(0, n - m) for n, m in zip(shape, names.shape, strict=True)]
-            labels.append(np.pad(np.where(names > 0, names + len(self.all) - 1, 0), pad).ravel())
+            labels.append(np.pad(np.where(names > 0, names + len(self.all), 0), pad).ravel())
             ends = np.zeros((int(names.max(initial=0)), 5), np.int64)
             boxes_of_parts(np.ascontiguousarray(names), (False, False), ends)
             for k, (top, left, height, width) in enumerate(ends[:, :4].tolist(), 1):
@@ -73,23 +73,20 @@ class Elements:
                 element = _element(v, names, part, names[part] == k)
                 if element.whole:
                     y, x = (int(at.mean()) for at in np.nonzero(element.mask))
-                    area = int(element.mask.sum())
-                    boxes.append((begin, *element.mask.shape, area, y, x, len(self.all)))
+                    boxes.append((begin, *element.mask.shape, int(element.mask.sum()), y, x, len(self.all) + 1))
                     masks.append(element.mask.ravel())
                     begin += element.mask.size
                 self.all.append(element)
             sure += mine.sure[1:].tolist()
         self.labels = np.concatenate(labels).astype(np.int32)
         self.inside = laid_out(variants, [mine.inside for mine in found])
-        every = np.array([0] + [int(e.mask.sum()) for e in self.all if e is not None], np.int64)
+        every = np.array([0, *(int(e.mask.sum()) for e in self.all)], np.int64)
         self.known = every, np.array(sure)
         self.boxes = np.array(boxes, np.int64).reshape(-1, 7)
         self.masks = np.concatenate(masks) if masks else np.zeros(0, bool)
 
     def __getitem__(self, number: int) -> Element:
-        element = self.all[number]
-        assert element is not None, "elements are numbered from 1"
-        return element
+        return self.all[number - 1]
 
 
 def _element(v: int, names: Array, part: tuple[slice, ...], mask: Mask) -> Element:
@@ -160,8 +157,7 @@ class Mending:
 
     def __init__(self, sewn: GraphcutGrowth, elements: Elements) -> None:
         self.sewn, self.elements = sewn, elements
-        knee = sewn.growth.seam_price("sharp").knee
-        self.knee = max(knee, 1)
+        self.knee = sewn.growth.seam_price("sharp").knee
         sewn.pieces = sewn.pieces._replace(inside=elements.inside)
         sewn.price = SeamPrice(knee=self.knee, inside=INSIDE, outlined=OUTLINED)
         self.shape: Pair = (sewn.variant.shape[0], sewn.variant.shape[1])
@@ -179,7 +175,7 @@ class Mending:
         for number, (body, box) in enumerate(bodies):
             run.tick(number, len(bodies), self.sewn.growth.draft)
             mine = self.shown.body[self.joined[self.sewn.index(box)]] == body
-            room = len(self.shown.area) - self.count > len(self.elements.all)
+            room = len(self.shown.area) - self.count > len(self.elements.known[0])
             if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
                 continue  # covered in part since, or no room
             best = min(self._candidates(body, box, mine), key=promised, default=None)
@@ -197,10 +193,10 @@ class Mending:
         meets = np.zeros((sewn.variant.size // 4, 2), np.int32)
         count, n = kernels.number_pieces(sewn.grown, sewn.pieces, elements.labels, self.joined, meets)
         self.count = int(count) + 1
-        room = 4 * self.count + 2 * len(elements.all)
+        room = 4 * self.count + 2 * len(elements.known[0])
         zeros = np.zeros(room, np.int64)
         self.shown = Shown(zeros, np.zeros((room, 2), np.int64), zeros.copy(), zeros.copy(), np.arange(room))
-        got, on, names = np.zeros((3, len(elements.all)), np.int64)
+        got, on, names = np.zeros((3, len(elements.known[0])), np.int64)
         self.counts = Counts(zeros.copy(), got, on, zeros.copy(), names)
         rows, columns = self.shape
         first = np.zeros(self.count, np.int64)
@@ -265,7 +261,7 @@ class Mending:
                 y, x = self.shown.shift[k].tolist()
                 self.often.setdefault(int(self.shown.element[k]), []).append((y, x))
         self.usual = sum(map(len, self.often.values())) / len(self.elements.boxes)
-        return [(k, box) for _, k, box in sorted(out, key=lambda o: o[:2])]
+        return [(k, box) for _, k, box in sorted(out)]
 
     # ---- candidates
 
@@ -357,8 +353,8 @@ class Mending:
     def _price(self, candidate: Candidate, cut: Cut, step: int) -> float:
         """What seams, damage and repeats of an element cost more than before; negative: less."""
         sewn, where = self.sewn, (*cut.box[:2], *cut.pick, step)
-        labels, known = self.elements.labels, self.elements.known
-        hurt = kernels.hurt(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.counts)
+        what = self.joined, sewn.pieces, self.elements.labels, self.elements.known, self.shown
+        hurt = kernels.hurt(*what, where, cut.take, self.counts)
         price = cut.change * step + HURT * self.knee * hurt
         if candidate.element:
             more = max(len(self.often.get(candidate.element, ())) - self.usual, 0) / max(self.usual, 1)
