@@ -53,9 +53,12 @@ def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def small_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Repeats are spread over windows of 8 px; things may be of few pixels, and are covered by windows of 8 px, too."""
-    monkeypatch.setattr(spreading, "SCALE", spreading.SCALE._replace(least=8, windows=((1, 8),) * 2))
-    monkeypatch.setattr(striking, "SCALE", striking.SCALE._replace(sides=(8, 12, 16)))
-    monkeypatch.setattr(striking, "COUNTING", striking.COUNTING._replace(least=2, around=0))
+    for module, names in (
+        (spreading, {"LEAST": 8, "WINDOWS": ((1, 8),) * 2}),
+        (striking, {"SIDES": (8, 12, 16), "LEAST": 2, "AROUND": 0}),
+    ):
+        for name, value in names.items():
+            monkeypatch.setattr(module, name, value)
     monkeypatch.setattr(wholes, "BOUNDS", wholes.BOUNDS._replace(sure=300, edges=(270,), least=2, widest=2))
 
 

@@ -12,7 +12,7 @@ from scipy import ndimage
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.covering.covering import Laying
-from intarsia.covering.striking import COUNTING, Often, Show, Staying, Thinning, thinned
+from intarsia.covering.striking import APART, LEAST, SEEN, Often, Show, Staying, Thinning, thinned
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, apart
 from intarsia.segments.wholes import things
@@ -43,7 +43,7 @@ def shows(smap: SourceMap, exemplars: list[Exemplar], wrap: str = "none") -> lis
     if smap.which is not None:
         mine &= smap.which == 0
     out, left = [], {(int(y), int(x)) for y, x in zip(*np.nonzero(mine), strict=True)}
-    least = max(int((labels == 1).sum()) * COUNTING.seen // 100, COUNTING.least)
+    least = max(int((labels == 1).sum()) * SEEN // 100, LEAST)
     while left:
         open_, part = [left.pop()], []
         while open_:
@@ -68,7 +68,7 @@ def test_a_thing_is_shown_so_often_at_most(share: float, most: int) -> None:
     assert len(before) > 16, "more than lie a quarter apart, or nothing is tested"
     assert len(after) <= most
     assert after or not most, "what was shown is not lost"
-    apart = min(288, 270) // COUNTING.apart
+    apart = min(288, 270) // APART
     assert all((a - c) ** 2 + (b - d) ** 2 >= apart**2 for k, (a, b) in enumerate(after) for c, d in after[:k])
     assert not out.holes.any()
 

@@ -103,11 +103,8 @@ def test_a_mirror_is_left_aside() -> None:
     sewing = halves()
     box = (10, 20, 16, 16)
     mirror, other = (1, 10, 52 - 32), (1, 20, 0)  # column 32 - x of the exemplar at column x
-    assert sewing.apart.of_picks(box, [mirror, other, (0, 10, 20)]) == [other, (0, 10, 20)]
-    found = Candidates(np.array([(0, *mirror), (9, *other)], np.int64), 1, np.empty(0), np.empty(0))
-    assert sewing.apart.of_rows(box, found).rows.tolist() == [[9, *other]]
-    alone = Candidates(found.rows[:1], 1, found.feats, found.known)
-    assert sewing.apart.of_rows(box, alone) is alone  # nothing else is there
+    rows = np.array([(0, *mirror), (9, *other), (9, 0, 10, 20)], np.int64)
+    assert sewing.apart(box, rows).tolist() == [False, True, True]
 
 
 def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,6 +114,8 @@ def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows, 100, np.empty(0), known))
     for filling in (True, False):
         assert (1, 10, 20) not in sewing._drawn(box, 7, filling)
+    monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows[:1], 100, np.empty(0), known))
+    assert sewing._drawn(box, 7, True) == [(1, 10, 20)]  # nothing else is there
 
 
 def posed_alike(sewing: graphcut.GraphcutGrowth, y: int, x: int, k: int) -> tuple[int, int] | None:
@@ -143,7 +142,7 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
     least = -6 if toroidal else 0  # over the border of what goes on
     rows = np.array([(0, v % 4, *(int(n) for n in rng.integers(least, 24, 2))) for v in range(8)], np.int64)
     look = placement_kernels.Look(0, 0, height, width, step)
-    out = sewing.repeats((9, 20, 16, 16), rows, sewing.samples(look))
+    out = sewing.repeats((9, 20, 16, 16), rows, placement_kernels.samples_of(sewing.grown, sewing.pieces.table, look))
     for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
         want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()
         for y, x in product(range(step // 2, height, step), range(step // 2, width, step)):

@@ -34,6 +34,7 @@ from ..lattice.candidates import UNIT
 from ..params import Poses, Steps, Weights
 from ..patches.growing_map import Pick, picked
 from ..patches.growth import Growth, PatchSettings
+from ..patches.repetition import best_measured
 from ..run import Run
 from ..seams import recut_kernels
 from ..seams.graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
@@ -43,7 +44,6 @@ from ..search.candidates import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..search.posed import posed_exemplars
 from ..sourcemap import HOLE, SourceMap
-from . import copies_kernels
 
 STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
 
@@ -195,6 +195,7 @@ class Constraints:
 
 
 
+CHUNK = 64  # places that are measured before those follow that may not be among the best
 SLACK = 1  # px: how far a patch may leave the lattice, whose vectors are fractions
 
 
@@ -218,8 +219,11 @@ def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick) -> Candidates
     feats, known = growth.variants.windows(shows, np.array([at], np.int64), growth.finder.patch)
     rows = np.empty((len(places), 4), np.int64)
     rows[:, 1], rows[:, 2], rows[:, 3] = shown[0], *np.divmod(places, valid.shape[1])
-    copies_kernels.measure_best(feats[0], known[0], growth.variants.posed, most, rows)
-    return Candidates(rows[np.argsort(rows[:, 0], kind="stable")[:most]], 0, feats[0], known[0])
+    found = Candidates(rows[:0], 0, feats[0], known[0])
+    for first in range(0, len(rows), CHUNK):
+        best = best_measured(growth.variants, found, rows[first : first + CHUNK], most, found.rows)
+        found = replace(found, rows=best)
+    return found
 
 
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
@@ -367,10 +371,8 @@ def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
     """Say which pixels of a map are what it started with, and must stay."""
     if start is None:
         return np.zeros((smap.height, smap.width), bool)
-    same = ~start.holes & (start.yx == smap.yx).all(axis=2)
-    for mine, other in ((start.which, smap.which), (start.pose, smap.pose)):
-        same &= np.equal(0 if mine is None else mine, 0 if other is None else other)
-    return np.asarray(same)
+    same = ~start.holes & (start.yx == smap.yx).all(axis=2) & (start.turns == smap.turns)
+    return np.asarray(same & (start.numbers == smap.numbers))
 
 
 class Repairing(Covering):

@@ -18,11 +18,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 
-from ..analysis.features import Features, pose_array
+from ..analysis.features import Features
 from ..analysis.popout import popout
 from ..analysis.sums import spreads
 from ..arrays import Array, Pair, UInt8
@@ -30,9 +29,9 @@ from ..canvas import Canvas
 from ..corrections import stack
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
-from ..patches.growing_map import Pick
+from ..patches.growing_map import Pick, picked
 from ..run import Run
-from ..seams.graphcut import Box, Cut, middle
+from ..seams.graphcut import Box, Cut, laid_out, middle
 from ..seams.worst import WorstSeams
 from ..search import sizes
 from ..search.candidates import Candidates, Prices
@@ -54,21 +53,15 @@ def origins_of(
 
     `usable` (pixels of all variants,): which may be shown.
     """
-    pixel, place, cell, first, weight, begin, cells = [], [], [], [], [], 0, 0
+    numbers, place, cell, weight, begin, cells = [], [], [], [], 0, 0
     for number, e in enumerate(exemplars):
-        first.append(begin)
+        numbers.append(begin + np.arange(e.height * e.width).reshape(e.height, e.width))
         place.append(np.moveaxis(np.indices((e.height, e.width), np.int32), 0, 2).reshape(-1, 2))
         wide = -(-e.width // STEP)
         cell.append((np.arange(e.height)[:, None] // STEP * wide + np.arange(e.width) // STEP + cells).ravel())
         weight.append(strikes(feats, number, e).ravel())
         begin, cells = begin + e.height * e.width, cells + wide * -(-e.height // STEP)
-    for v in range(len(variants)):
-        number, (rows, stride) = int(variants.exemplar[v]), variants.picture(v).shape[:2]
-        e = exemplars[number]
-        numbers = first[number] + np.arange(e.height * e.width).reshape(e.height, e.width)
-        posed = pose_array(numbers, int(variants.pose[v]))
-        pixel.append(np.pad(posed, ((0, rows - posed.shape[0]), (0, stride - posed.shape[1])), "wrap").ravel())
-    pixels, frames = np.concatenate(pixel).astype(np.int32), variants.table.copy()
+    pixels, frames = laid_out(variants, numbers).astype(np.int32), variants.table.copy()
     frames[:, 0] //= variants.channels
     return Origins(
         pixels, np.where(usable, pixels, np.int32(-1)), frames, variants.toroidal,
@@ -112,26 +105,21 @@ def no_copies(shape: tuple[int, ...], tile: int, cells: int) -> Copies:
     )  # fmt: skip
 
 
-class Scale(NamedTuple):
-    """What is weighed how: chosen by eye, and by how often what graders named is shown, on 32 textures."""
-
-    windows: tuple[Pair, ...] = ((3, 2), (3, 2), (4, 5), (4, 5))  # side of each wave's, in elements
-    least: int = 32  # px, of a window: smaller ones hold no element
-    listed: int = 12  # candidates of a window
-    tries: int = 2  # of which are cut in; with 1 a quarter to a half more arrangements return, for 0.8 of the time
-    unit: int = 16  # tenths of the spread of colours that a whole copy costs at price 1
-    spare: int = 64  # of 256: so much of its share costs a pixel nothing; at 0 what is rare vanishes
-    near: int = 192  # of 256: how much dearer a copy beside itself is; at 0 copies move together
-    reach: int = 60  # % of the exemplar's shorter side: from there on nearness does not count
-    around: int = 75  # % of an element: where the surroundings of two copies are compared
-    tile: int = 80  # % of the exemplar's shorter side: copies are looked at in 3 x 3 such tiles
-    knee: Pair = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
-    taper: int = 35  # % of a window: at its edge nothing is saved; without it cuts run straight along the edge
-    gain: int = 2  # % of what a patch covers must be saved
-    dear: int = 50  # % of the mean: windows that cost less are left
-
-
-SCALE = Scale()
+# What is weighed how: chosen by eye, and by how often what graders named is shown, on 32 textures:
+WINDOWS = ((3, 2), (3, 2), (4, 5), (4, 5))  # side of each wave's, in elements
+LEAST = 32  # px, of a window: smaller ones hold no element
+LISTED = 12  # candidates of a window
+TRIES = 2  # of which are cut in; with 1 a quarter to a half more arrangements return, for 0.8 of the time
+UNIT = 16  # tenths of the spread of colours that a whole copy costs at price 1
+SPARE = 64  # of 256: so much of its share costs a pixel nothing; at 0 what is rare vanishes
+NEAR = 192  # of 256: how much dearer a copy beside itself is; at 0 copies move together
+REACH = 60  # % of the exemplar's shorter side: from there on nearness does not count
+AROUND = 75  # % of an element: where the surroundings of two copies are compared
+TILE = 80  # % of the exemplar's shorter side: copies are looked at in 3 x 3 such tiles
+KNEE = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
+TAPER = 35  # % of a window: at its edge nothing is saved; without it cuts run straight along the edge
+GAIN = 2  # % of what a patch covers must be saved
+DEAR = 50  # % of the mean: windows that cost less are left
 ROWS = 256  # of the canvas, a multiple of a block's: so many are priced together, so nothing large is held besides
 
 
@@ -166,9 +154,9 @@ def wave_sides(exemplars: Exemplars, smap: SourceMap) -> list[int]:
     """The windows' sides of all waves, px; none where exemplars or map are too small."""
     shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
     size, found = _element(exemplars), []
-    for above, below in SCALE.windows:
-        side = min(max(size * above // below // 8 * 8, SCALE.least), shorter // 2 // 8 * 8)
-        if side >= SCALE.least and sizes.supplied(exemplars, side, side) == side:
+    for above, below in WINDOWS:
+        side = min(max(size * above // below // 8 * 8, LEAST), shorter // 2 // 8 * 8)
+        if side >= LEAST and sizes.supplied(exemplars, side, side) == side:
             found.append(side)
     return found
 
@@ -184,7 +172,7 @@ class Spreading(Covering):
     def __init__(
         self, price: float, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
-        settings = laying.settings(exemplars, side, SCALE.listed)
+        settings = laying.settings(exemplars, side, LISTED)
         super().__init__(laying, settings, exemplars, canvas, smap)
         shown = sampled(exemplars)
         sewn, element = self.sewing, _element(shown)
@@ -195,10 +183,10 @@ class Spreading(Covering):
         base = self.growth.features.base
         colours = self.growth.features.pictures[0][:, :, :base].reshape(-1, base)
         wide = sum(math.isqrt(s // len(colours) ** 2) for s in spreads(colours))
-        unit = round(price * 256) * SCALE.unit * wide * FINE * 256 // (10 * element * self.share)
-        beside = around(max(element * SCALE.around // 100, STEP), sewn.variant.shape[1])
-        spare, near = (part * self.share // 256 for part in (SCALE.spare, SCALE.near))
-        self.terms = Terms(unit, spare, near, max(self._shorter * SCALE.reach // 100, 1), beside)
+        unit = round(price * 256) * UNIT * wide * FINE * 256 // (10 * element * self.share)
+        beside = around(max(element * AROUND // 100, STEP), sewn.variant.shape[1])
+        spare, near = (part * self.share // 256 for part in (SPARE, NEAR))
+        self.terms = Terms(unit, spare, near, max(self._shorter * REACH // 100, 1), beside)
         self._field = np.zeros((*sewn.variant.shape, 1), np.int32)
         self._size()
 
@@ -210,10 +198,10 @@ class Spreading(Covering):
 
     def _size(self) -> None:
         """List what is shown in tiles that hold two windows, and look for the dearest windows."""
-        self.sharpen(SCALE.knee)
+        self.sharpen(KNEE)
         sewn = self.sewing
-        self._taper = max(self.side * SCALE.taper // 100, 1)
-        tile = max(self._shorter * SCALE.tile // 100, 2 * self.side)
+        self._taper = max(self.side * TAPER // 100, 1)
+        tile = max(self._shorter * TILE // 100, 2 * self.side)
         self.copies = no_copies(sewn.variant.shape, tile, int(self.origins.cell[-1]) + 1)
         self.repeats = Repeats(sewn.grown, self.origins, self.copies, self.terms)
         self._list((0, 0, *sewn.variant.shape))
@@ -233,7 +221,7 @@ class Spreading(Covering):
     def wave(self, run: Run) -> int:
         """Cover the dearest windows that lie apart; returns how many patches were laid."""
         self.field()
-        wave = self.worst.apart(self.around, SCALE.dear)
+        wave = self.worst.apart(self.around, DEAR)
         boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
         if not boxes:
             return 0
@@ -264,30 +252,31 @@ class Spreading(Covering):
         (y, x, h, w), area = box, max(int(found.known.sum()), 1)
         height, width = self._field.shape[:2]
         inner = ((y + h // 4) % height, (x + w // 4) % width, h - 2 * (h // 4), w - 2 * (w // 4))
+        high, wide = (np.minimum(n - np.arange(0, n, 2 * STEP), 2 * STEP) for n in inner[2:])  # of blocks
         costs = []
         for far, variant, u, s in found.rows.tolist():
-            blocks = self._blocks(inner, (variant, u + h // 4, s + w // 4), 2 * STEP)
-            price = int(copies_kernels.over_pixels(blocks, 2 * STEP, *inner[2:]))
+            price = int(high @ self._blocks(inner, (variant, u + h // 4, s + w // 4), 2 * STEP) @ wide)
             costs.append(price + math.isqrt(far // area) * (h + w) * FINE)
-        best, most, known = None, 0, dict[Box, Array]()
-        for k in np.argsort(costs, kind="stable")[: SCALE.tries].tolist():
-            _, variant, u, s = found.rows[k].tolist()
+        known = dict[Box, Array]()
+
+        def tried(k: int) -> tuple[int, Cut]:
             prices = list[Array]()
 
-            def saved(window: Box, patch: Pick, prices: list[Array] = prices) -> Array:
+            def saved(window: Box, patch: Pick) -> Array:
                 """What staying as it is costs each pixel of a window more than a patch; less towards the edges."""
                 if window not in known:
                     known[window] = self._blocks(window)
-                prices += known[window], self._blocks(window, patch)
+                prices[:] = known[window], self._blocks(window, patch)
                 more = np.empty(window[2:], np.int32)
                 copies_kernels.savings(prices[0], prices[1], self._taper, more)
                 return more
 
-            cut = self.sewing.cut(box, (variant, u, s), self.margin, saved=saved)
-            gain = self._gain(cut, *prices)
-            if gain > most:
-                best, most = cut, gain
-        return best
+            cut = self.sewing.cut(box, picked(found, k), self.margin, saved=saved)
+            return self._gain(cut, *prices), cut
+
+        best = np.argsort(costs, kind="stable")[: TRIES].tolist()
+        gain, cut = max(map(tried, best), key=lambda one: one[0], default=(0, None))
+        return cut if gain > 0 else None
 
     def _gain(self, cut: Cut, *prices: Array) -> int:
         """What repeats saved are worth beyond what seams cost more; seams saved are no reason to change anything.
@@ -299,7 +288,7 @@ class Spreading(Covering):
             return 0
         old, new = prices or (self._blocks(cut.box), self._blocks(cut.box, cut.pick))
         paid, left = copies_kernels.taken_sums(old, new, cut.take)
-        return int(paid - left) - FINE * max(cut.change, 0) - SCALE.gain * int(paid) // 100
+        return int(paid - left) - FINE * max(cut.change, 0) - GAIN * int(paid) // 100
 
     def _blocks(self, box: Box, pick: Pick = (-1, 0, 0), step: int = STEP) -> Array:
         """What repeats cost each block of step x step px of a box as it is, or with a patch, in 1/FINE: int32."""

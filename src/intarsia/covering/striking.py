@@ -20,8 +20,8 @@ from ..analysis.features import pose_array
 from ..arrays import Array, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplars
-from ..geometry import apart
 from ..kernels.pieces_of_maps import boxes_of_parts, parts
+from ..patches.fill_order import Neighbours
 from ..patches.growing_map import Pick, picked
 from ..run import Run
 from ..seams.graphcut import Box, Cut
@@ -33,18 +33,12 @@ from . import striking_kernels as kernels
 from .covering import AT_ONCE, Covering, Laying, kept
 from .striking_kernels import Looks
 
-
-class Counting(NamedTuple):
-    """When a thing counts as shown: chosen by eye on twelve photographs."""
-
-    seen: int = 30  # % of a thing: less of it is not seen as one
-    least: int = 12  # px, nor is less than this
-    whole: int = 80  # %: so much of it is as good as all
-    apart: int = 4  # no two within the canvas's sides through this
-    around: int = 4  # px on each side of a thing, in the middle of its window, half as wide
-
-
-COUNTING = Counting()
+# When a thing counts as shown: chosen by eye on twelve photographs:
+SEEN = 30  # % of a thing: less of it is not seen as one
+LEAST = 12  # px, nor is less than this
+WHOLE = 80  # %: so much of it is as good as all
+APART = 4  # no two within the canvas's sides through this
+AROUND = 4  # px on each side of a thing, in the middle of its window, half as wide
 STRIP = 256  # rows of the canvas that are looked at together: nothing larger is held besides the map
 
 
@@ -59,7 +53,7 @@ class Show(NamedTuple):
     @property
     def window(self) -> int:
         """The side of the smallest window that has it in its middle, px."""
-        return 2 * (max(self.box[2:]) + COUNTING.around)
+        return 2 * (max(self.box[2:]) + AROUND)
 
 
 class Staying(NamedTuple):
@@ -71,7 +65,7 @@ class Staying(NamedTuple):
 
     def of(self, shows: list[Show], fixed: set[int]) -> list[Show]:
         """Those of a thing that stay: what may not go; then whole ones, each the farthest of all; then parts."""
-        near = 4 * (min(self.size) // COUNTING.apart) ** 2
+        near = 4 * (min(self.size) // APART) ** 2
         middles = np.array([[2 * s.box[axis] + s.box[2 + axis] for axis in (0, 1)] for s in shows], np.int64)
         around = np.multiply(2, self.size)
         stays, stay, far = np.zeros(len(shows), bool), list[Show](), np.full(len(shows), near)
@@ -87,7 +81,7 @@ class Staying(NamedTuple):
         for k in (k for k, show in enumerate(shows) if show.part in fixed):
             keep(k)
         percent = np.array([show.percent for show in shows])
-        for least in (COUNTING.whole, 0):
+        for least in (WHOLE, 0):
             while len(stay) < self.most:
                 k = int(np.where(stays | (percent < least), -1, far).argmax())
                 if stays[k] or percent[k] < least or far[k] < near:
@@ -139,7 +133,7 @@ class Often:
             names[part[top : top + STRIP].ravel()] = thing[top : top + STRIP].ravel()
         whole = self.areas[names[1:]]
         out = []
-        for k in np.flatnonzero(box[:, 4] >= np.maximum(whole * COUNTING.seen // 100, COUNTING.least)).tolist():
+        for k in np.flatnonzero(box[:, 4] >= np.maximum(whole * SEEN // 100, LEAST)).tolist():
             top, left, h, w, area = box[k].tolist()
             out.append(Show(int(names[k + 1]), (top, left, h, w), k + 1, 100 * area // max(int(whole[k]), 1)))
         return part, out
@@ -155,26 +149,21 @@ class Often:
         return part, [show for number in sorted(by_thing) for show in by_thing[number] if show.part not in stay]
 
 
-class Scale(NamedTuple):
-    """What is weighed how: chosen by eye on twelve photographs."""
-
-    sides: tuple[int, ...] = (24, 32, 48, 64, 96, 128)  # of windows, px
-    listed: int = 24  # placements of a window that fit around it,
-    tries: int = 12  # those compared by cuts
-    rough: int = 3  # px from one to the next where they are compared
-    looked: int = 3  # px from one to the next where it is counted how often they show what is there already,
-    usual: int = 10 * 256  # which costs a placement a tenth of the usual distance for each time,
-    again: int = 8 * 256  # and a cut an eighth of a knee for each px of its outline
-    rarer: Pair = (4, 3)  # and shown and striking no more than three quarters as much as the thing
-    plain: int = 192  # of 256: what strikes less does not strike
-    edge: int = 2  # px around a thing go with it
-    left: int = 25  # % of it may stay, where all patches show things themselves
-    dear: Pair = (3, 2)  # knees for each px of its outline: the most that seams may cost more,
-    strong: int = 1600  # and by the square of what it strikes beyond so much of 256
-    knee: Pair = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
-
-
-SCALE = Scale()
+# What is weighed how: chosen by eye on twelve photographs:
+SIDES = (24, 32, 48, 64, 96, 128)  # of windows, px
+LISTED = 24  # placements of a window that fit around it,
+TRIES = 12  # those compared by cuts
+ROUGH = 3  # px from one to the next where they are compared
+LOOKED = 3  # px from one to the next where it is counted how often they show what is there already,
+USUAL = 10 * 256  # which costs a placement a tenth of the usual distance for each time,
+AGAIN = 8 * 256  # and a cut an eighth of a knee for each px of its outline
+RARER = (4, 3)  # and shown and striking no more than three quarters as much as the thing
+PLAIN = 192  # of 256: what strikes less does not strike
+EDGE = 2  # px around a thing go with it
+LEFT = 25  # % of it may stay, where all patches show things themselves
+DEAR = (3, 2)  # knees for each px of its outline: the most that seams may cost more,
+STRONG = 1600  # and by the square of what it strikes beyond so much of 256
+KNEE = (25, 125)  # %: the usual seam counts as at least, at most so much of the spread of colours
 MUST = 1 << 24  # what it costs to leave what must go
 SHOWN = 18  # 2**SHOWN: the price of a placement whose middle shows nothing but things
 
@@ -198,7 +187,7 @@ def thinned(
     """
     often = Often(share, exemplars, canvas, kept(canvas.start, smap))
     shorter = min(smap.height, smap.width, *(min(e.height, e.width) for e in exemplars))
-    fit = [side for side in SCALE.sides if 2 * side <= shorter] if often.areas.size > 1 else []
+    fit = [side for side in SIDES if 2 * side <= shorter] if often.areas.size > 1 else []
     part, many, work = *(often.surplus(often.things(smap)) if fit else (np.empty((0, 0), np.int32), [])), None
     for number, side in enumerate(fit):
         run.tick(number, len(fit), None if work is None else work.growth.draft)
@@ -222,7 +211,7 @@ class Thinning(Covering):
     def __init__(
         self, often: Often, laying: Laying, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, side: int
     ) -> None:
-        settings = laying.settings(exemplars, side, SCALE.listed)
+        settings = laying.settings(exemplars, side, LISTED)
         super().__init__(laying, settings, exemplars, canvas, smap)
         self.often, self.sewing.bar = often, self._barred
         variants, table = self.growth.variants, self.growth.variants.table
@@ -244,7 +233,7 @@ class Thinning(Covering):
 
     def _measure(self) -> None:
         """Measure what seams cost on average now; which patches show things is measured when it is asked for."""
-        self.sharpen(SCALE.knee)
+        self.sharpen(KNEE)
         self._prices = dict[bool, Prices]()
 
     def _priced(self, middle: bool) -> Prices:
@@ -260,7 +249,7 @@ class Thinning(Covering):
         while left := [show for show in shows if (part[sewn.index(show.box)] == show.part).any()]:  # some went
             (wave, shows), cuts = self._apart(left), list[Cut | None]()
             if max(sewn.variant.shape) <= sewn.nearby:  # all of it is seen together
-                self._samples = sewn.samples(sewn.look((0, 0, 1, 1), SCALE.looked))
+                self._samples = sewn.samples((0, 0, 1, 1), LOOKED)
             for begin in range(0, len(wave), AT_ONCE):
                 run.tick(total - len(left) + begin, total, self.growth.draft)
                 some = wave[begin : begin + AT_ONCE]
@@ -276,9 +265,9 @@ class Thinning(Covering):
         """Those whose windows do not touch, with their windows, and the others."""
         out, others, side = list[Job](), list[Show](), self.side
         size, wraps = self.sewing.variant.shape, self.sewing.wraps
-        far, n = side + self.around, SCALE.edge
-        counts = [max(length // far, 1) for length in size]  # cells, so that what is near lies in the same or the next
-        taken = dict[Pair, list[Box]]()
+        near, n = side + self.around - 1, EDGE
+        places = list[Pair]()
+        taken = Neighbours(places, (near, near), size, wraps)
         for show in shows:
             at, hole, middle = list[int](), [*show.box], True
             for axis in (0, 1):
@@ -289,11 +278,10 @@ class Thinning(Covering):
                     first, middle = inside, middle and inside == first
                 at.append(first % size[axis])
                 hole[axis], hole[2 + axis] = low, high - low
-            cell = [a * n // length for a, n, length in zip(at, counts, size, strict=True)]
-            around = {((cell[0] + y) % counts[0], (cell[1] + x) % counts[1]) for y in (-1, 0, 1) for x in (-1, 0, 1)}
-            if all(max(map(apart, at, box, size, wraps)) >= far for a in around for box in taken.get(a, ())):
+            if next(taken.of((at[0], at[1])), None) is None:
+                taken.note(len(places), (at[0], at[1]))
+                places.append((at[0], at[1]))
                 out.append(Job(show, (at[0], at[1], side, side), (hole[0], hole[1], hole[2], hole[3]), middle))
-                taken.setdefault((cell[0], cell[1]), []).append(out[-1].box)
             else:
                 others.append(show)
         return out, others
@@ -331,9 +319,9 @@ class Thinning(Covering):
         rows = np.concatenate([rows, now])
         strikes, samples = np.empty(len(rows), np.int64), self._samples
         if samples is None:
-            samples = sewn.samples(sewn.look(job.hole, SCALE.looked))
+            samples = sewn.samples(job.hole, LOOKED)
         kernels.mean_strikes(self.looks, job.hole, rows, strikes)
-        out = sewn.repeats(job.hole, rows, samples) * np.maximum(strikes - SCALE.plain, 1) // SCALE.plain
+        out = sewn.repeats(job.hole, rows, samples) * np.maximum(strikes - PLAIN, 1) // PLAIN
         return out[:-1], int(out[-1])
 
     def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
@@ -343,29 +331,29 @@ class Thinning(Covering):
         def going(window: Box, patch: Pick = (0, 0, 0)) -> Array:
             if window not in known:
                 wanted = np.empty(window[2:], np.int32)
-                area = kernels.mark_part(part, sewn.wraps, window, show.part, SCALE.edge, MUST, wanted)
+                area = kernels.mark_part(part, sewn.wraps, window, show.part, EDGE, MUST, wanted)
                 known[window] = wanted, int(area)
             return known[window][0]
 
         def stays(cut: Cut, step: int) -> int:
             return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
 
-        knee, step = max(sewn.price.knee, 1), min(SCALE.rough, self.side // 8)
+        knee, step = max(sewn.price.knee, 1), min(ROUGH, self.side // 8)
         length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(part, job, found)
-        costs = found.rows[:, 0] + often * found.usual // SCALE.usual
-        rarer = np.flatnonzero((often * SCALE.rarer[0] <= now * SCALE.rarer[1]) | (not self.often.most))
-        tried = rarer[np.argsort(costs[rarer], kind="stable")][: SCALE.tries]
+        costs = found.rows[:, 0] + often * found.usual // USUAL
+        rarer = np.flatnonzero((often * RARER[0] <= now * RARER[1]) | (not self.often.most))
+        tried = rarer[np.argsort(costs[rarer], kind="stable")][: TRIES]
 
         def price(k: int) -> int:
             cut = sewn.cut(box, picked(found, k), self.margin, step, saved=going)
-            return cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // SCALE.again
+            return cut.change * step + stays(cut, step) * knee + int(often[k]) * length * knee // AGAIN
 
         best = min(tried.tolist(), key=price, default=None)
         if best is None:
             return None
         cut = sewn.cut(box, picked(found, best), self.margin, saved=going)
         area = known[cut.box][1]
-        strong = max(int(self.often.peaks[show.thing]), SCALE.strong) ** 2
-        most = SCALE.dear[0] * length * knee * strong // (SCALE.dear[1] * SCALE.strong**2)
+        strong = max(int(self.often.peaks[show.thing]), STRONG) ** 2
+        most = DEAR[0] * length * knee * strong // (DEAR[1] * STRONG**2)
         cheap = not self.often.most or cut.change <= most
-        return cut if cheap and 100 * stays(cut, 1) <= SCALE.left * area else None
+        return cut if cheap and 100 * stays(cut, 1) <= LEFT * area else None

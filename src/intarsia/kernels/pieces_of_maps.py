@@ -12,6 +12,26 @@ from .windows import canvas_place
 
 
 @kernel
+def number_sets(parent: Int32) -> int:
+    """Number sets of pixels from 1, as they come in rows; returns how many there are.
+
+    `parent` names for each one before it in its set, the first itself; one that is in none names the end, and gets 0.
+    """
+    count, end = 0, len(parent)
+    for at in range(end):
+        if parent[at] == end:
+            parent[at] = 0
+        elif parent[at] == at:
+            count += 1
+            parent[at] = -count
+        else:
+            parent[at] = parent[parent[at]]  # that is numbered already
+    for at in range(end):
+        parent[at] = -parent[at]
+    return count
+
+
+@kernel
 def parts(values: Int32, wrap: tuple[bool, bool], out: Int32) -> int:
     """Number the parts of a picture from 1, as they come in rows, into `out` (H, W); 0: no part. Returns how many.
 
@@ -20,8 +40,9 @@ def parts(values: Int32, wrap: tuple[bool, bool], out: Int32) -> int:
     """
     height, width = values.shape
     parent = out.reshape(height * width)  # of each pixel one before it in its part, until all are numbered
-    for at in range(height * width):
-        parent[at] = at
+    for y in range(height):
+        for x in range(width):
+            parent[y * width + x] = y * width + x if values[y, x] != 0 else height * width
     for y in range(height):
         for x in range(width):
             if values[y, x] == 0:
@@ -32,20 +53,7 @@ def parts(values: Int32, wrap: tuple[bool, bool], out: Int32) -> int:
                 if b < 0 or a < 0 or values[b, a] != values[y, x]:
                     continue
                 join(parent, y * width + x, b * width + a)
-    count = 0
-    for y in range(height):
-        for x in range(width):
-            at = y * width + x
-            if values[y, x] == 0:
-                parent[at] = 0
-            elif parent[at] == at:  # the first of its part in rows
-                count += 1
-                parent[at] = -count
-            else:
-                parent[at] = parent[parent[at]]  # that is numbered already
-    for at in range(height * width):
-        parent[at] = -parent[at]
-    return count
+    return number_sets(parent)
 
 
 @kernel

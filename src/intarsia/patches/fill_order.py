@@ -48,7 +48,7 @@ def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pa
 
 def levels(found: list[Pair], patch: Pair, size: Pair, wraps: Wraps) -> list[int]:
     """Return for every window the wave in which it can be filled: after all earlier ones that it touches."""
-    near = _Neighbours(found, patch, size, wraps)
+    near = Neighbours(found, patch, size, wraps)
     out = [-1] * len(found)
     for k in range(len(found)):
         out[k] = 1 + max((out[j] for j in near.of(found[k])), default=-1)
@@ -109,7 +109,7 @@ def _cover(begin: int, end: int, patch: int, overlap: int, length: int, wrap: bo
 def _ordered(known: Mask, found: list[Pair], patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pair]:
     """Order windows ring by ring from what is known; move those that hold little still unknown to its middle."""
     size, least = known.shape, min(overlap[0] * patch[1], overlap[1] * patch[0]) // EDGE
-    near = _Neighbours(found, patch, size, wraps)
+    near = Neighbours(found, patch, size, wraps)
     counts = np.array([np.count_nonzero(known[_index(y, x, patch, size)]) for y, x in found], np.int64)
     waiting = np.ones(len(found), bool)
     out: list[Pair] = []
@@ -153,15 +153,19 @@ def _index(y: int, x: int, patch: Pair, size: tuple[int, ...]) -> Any:
     return np.ix_((np.arange(patch[0]) + y) % size[0], (np.arange(patch[1]) + x) % size[1])
 
 
-class _Neighbours:
+class Neighbours:
     """Finds the windows that overlap a given one, or lie side by side with it."""
 
     def __init__(self, found: list[Pair], patch: Pair, size: tuple[int, ...], wraps: Wraps) -> None:
         self.found, self.patch, self.size, self.wraps = found, patch, size, wraps
         self.counts = tuple(max(n // p, 1) for n, p in zip(size, patch, strict=True))
         self.cells: dict[Pair, list[int]] = {}
-        for k, (y, x) in enumerate(found):
-            self.cells.setdefault((y // patch[0], x // patch[1]), []).append(k)
+        for k, place in enumerate(found):
+            self.note(k, place)
+
+    def note(self, k: int, place: Pair) -> None:
+        """Note the k-th of the windows that were found."""
+        self.cells.setdefault((place[0] // self.patch[0], place[1] // self.patch[1]), []).append(k)
 
     def of(self, place: Pair) -> Iterator[int]:
         """Yield the numbers of the windows that touch the one at `place`, in no order that matters."""

@@ -117,6 +117,15 @@ class Continuation:
         return taken
 
 
+def frame_of(variants: PosedExemplars, v: int) -> tuple[int, ...]:
+    """Exemplar, the exemplar pixel shown first, J, and the size if toroidal: how a variant lies in its exemplar."""
+    iso = ISOMETRIES[variants.pose[v]]
+    _, height, width, _ = variants.table[v].tolist()
+    start = iso.start(width, height) if iso.swaps else iso.start(height, width)
+    torus = (height, width) if variants.toroidal[v] else (0, 0)
+    return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
+
+
 Window = tuple[int, int]
 STRIP = 256  # rows of a start map that are read together: nothing larger is held besides the map
 
@@ -155,12 +164,10 @@ class GrowingMap:
                     mine &= (0 if start.pose is None else start.pose[rows]) == variants.pose[v]
                 if not mine.any():
                     continue
-                iso = ISOMETRIES[variants.pose[v]]
-                _, height, width, _ = variants.table[v].tolist()
-                origin = np.array(iso.start(width, height) if iso.swaps else iso.start(height, width), np.int32)
-                away, j = np.moveaxis(start.yx[rows], 2, 0) - origin[:, None, None], iso.j
-                for axis in (0, 1):
-                    np.copyto(yx[rows, :, axis], away[0] * j[0][axis] + away[1] * j[1][axis], where=mine)
+                _, *origin, a, b, c, d, _, _ = frame_of(variants, v)
+                away = np.moveaxis(start.yx[rows], 2, 0) - np.array(origin, np.int32)[:, None, None]
+                for axis, (down, right) in enumerate(((a, c), (b, d))):
+                    np.copyto(yx[rows, :, axis], away[0] * down + away[1] * right, where=mine)
                 variant[rows][mine] = v
         return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim)
 

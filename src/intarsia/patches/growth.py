@@ -234,11 +234,9 @@ def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
 def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
     """Return `below` with the pixels `taken` from `above`."""
     parts = []
-    for name in ("which", "pose"):
-        a, b = getattr(below, name), getattr(above, name)
-        zero = np.zeros(taken.shape, np.uint8)
-        both = np.where(taken, zero if b is None else b, zero if a is None else a).astype(np.uint8)
-        parts.append(None if a is None and not both.any() else both)
+    for old, mine, other in ((below.which, below.numbers, above.numbers), (below.pose, below.turns, above.turns)):
+        both = np.where(taken, other, mine)
+        parts.append(None if old is None and not both.any() else both)
     yx = np.where(taken[:, :, None], above.yx, below.yx)
     return replace(below, yx=yx, which=parts[0], pose=parts[1])
 

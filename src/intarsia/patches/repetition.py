@@ -28,7 +28,6 @@ import numpy as np
 from ..analysis.features import Features
 from ..analysis.popout import rarity
 from ..arrays import Array, Int32, Pair, UInt8
-from ..geometry import ISOMETRIES
 from ..kernels import returns
 from ..search import fourier_kernels
 from ..search.candidates import SHORT_LIST, Candidates, Prices, Search, WindowGrid, nearest
@@ -37,7 +36,7 @@ from ..search.fourier_kernels import FAR
 from ..search.posed import PosedExemplars, in_one_row
 from ..sourcemap import HOLE
 from . import repetition_kernels
-from .growing_map import Pick, picked
+from .growing_map import Pick, frame_of, picked
 from .repetition_kernels import Terms, Uses, Wave
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
@@ -75,15 +74,19 @@ def best_given(
     if not is_little(mask, search.patch):
         (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
     if not len(again.rows):
-        rows, best = table.rows(mask), np.empty((0, 4), np.int64)
+        rows, best = table.rows(mask), found.rows[:0]
         for first in range(0, len(rows), CHUNK):
             check()
-            part = rows[first : first + CHUNK]
-            part[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
-            fourier_kernels.measure(found.feats, found.known, search.variants.posed, part)
-            best = nearest(np.concatenate([best, part]))[:SHORT_LIST]
+            best = best_measured(search.variants, found, rows[first : first + CHUNK], SHORT_LIST, best)
         again = replace(found, rows=best)
     return replace(again, usual=found.usual, permitted=True)
+
+
+def best_measured(variants: PosedExemplars, found: Candidates, rows: Array, most: int, best: Array) -> Array:
+    """Return the best of some patches, not measured yet, and of the `best` that are: so many, the nearest first."""
+    rows[:, 0] = best[-1, 0] if len(best) == most else FAR
+    fourier_kernels.measure(found.feats, found.known, variants.posed, rows)
+    return nearest(np.concatenate([best, rows]))[:most]
 
 
 def is_little(mask: Array, patch: Pair) -> bool:
@@ -127,7 +130,7 @@ class Repetition:
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.search_prices = Prices(counts, round(strength * STEADY * 65536))
         self._laid = Uses(
-            np.array([_frame(search.variants, v) for v in range(len(shapes))], np.int64),
+            np.array([frame_of(search.variants, v) for v in range(len(shapes))], np.int64),
             np.array(layout.patch, np.int64),
             np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64),
             self._offsets, search.factor, self._flat_striking, self._flat, self._priced,
@@ -285,15 +288,6 @@ class Repetition:
         repetition_kernels.note(self._laid, pick, self.layout.at(row, column), self.grid[row, column])
 
 
-def _frame(variants: PosedExemplars, v: int) -> tuple[int, ...]:
-    """Exemplar, the exemplar pixel shown first, J, and the size if toroidal: how a variant lies in its exemplar."""
-    iso = ISOMETRIES[variants.pose[v]]
-    _, height, width, _ = variants.table[v].tolist()
-    start = iso.start(width, height) if iso.swaps else iso.start(height, width)
-    torus = (height, width) if variants.toroidal[v] else (0, 0)
-    return int(variants.exemplar[v]), *start, *iso.j[0], *iso.j[1], *torus
-
-
 def striking(feats: Features, search: Search) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
     variants, patch = search.variants, search.patch
@@ -307,7 +301,7 @@ def striking(feats: Features, search: Search) -> list[Array]:
         number = int(variants.exemplar[v])
         grid, step = known[number]
         y, x = (np.arange(n) * search.factor for n in valid.shape)
-        _, first, second, a, b, c, d = _frame(variants, v)[:7]
+        _, first, second, a, b, c, d = frame_of(variants, v)[:7]
         cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
         cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
         at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]

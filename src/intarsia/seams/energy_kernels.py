@@ -52,15 +52,16 @@ def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
 
 
 @kernel
-def spot(table: Any, usable: Any, torus: Any, channels: int, v: int, y: int, x: int) -> int:
+def spot(pieces: Any, v: int, y: int, x: int) -> int:
     """Return the number of a variant's pixel, -1 where there is none or it must not be shown."""
+    table = pieces.table
     rows, columns = table[v, 1], table[v, 2]
     if not (0 <= y < rows and 0 <= x < columns):
-        if not torus[v]:
+        if not pieces.torus[v]:
             return -1
         y, x = y % rows, x % columns
-    at = table[v, 0] // channels + y * table[v, 3] + x
-    if not usable[at]:
+    at = table[v, 0] // pieces.channels + y * table[v, 3] + x
+    if not pieces.usable[at]:
         at = -1
     found: int = at
     return found
@@ -108,23 +109,25 @@ def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
 
 
 @kernel
-def source_at(variant: Any, yx: Any, table: Any, channels: int, y: int, x: int) -> int:
+def source_at(grown: Any, pieces: Any, y: int, x: int) -> int:
     """Return the number of the pixel that the map shows at a place of the canvas, -1 in holes."""
-    v = variant[y, x]
+    v, table = grown.variant[y, x], pieces.table
     if v == HOLE:
         return -1
-    at: int = table[v, 0] // channels + yx[y, x, 0] * table[v, 3] + yx[y, x, 1]
+    at: int = table[v, 0] // pieces.channels + grown.yx[y, x, 0] * table[v, 3] + grown.yx[y, x, 1]
     return at
 
 
 @kernel
-def beside(
-    variant: Any, yx: Any, table: Any, usable: Any, torus: Any, channels: int, y: int, x: int, dy: int, dx: int
-) -> int:
-    """Return the pixel with which the piece at (y, x) goes on one step further; its own where it does not."""
-    v = variant[y, x]
-    on = spot(table, usable, torus, channels, v, yx[y, x, 0] + dy, yx[y, x, 1] + dx)
-    return on if on >= 0 else source_at(variant, yx, table, channels, y, x)
+def beyond(pieces: Any, shown: Any, way: Any, here: Any) -> Any:
+    """The pixel with which the piece at pixel `here` goes on; its own where it does not, -1 where none is.
+
+    `shown`: its variant, row and column there; `way`: rows and columns on.
+    """
+    found = np.int64(-1)
+    if here >= 0:
+        found = np.int64(spot(pieces, shown[0], shown[1] + way[0], shown[2] + way[1]))
+    return found if found >= 0 else here
 
 
 @kernel
@@ -134,7 +137,7 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
     `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
     and at borders.
     """
-    (variant, yx, wrap), (_, table, usable, torus, channels, _) = grown, pieces
+    variant, yx, wrap = grown
     height, width = variant.shape
     for i in range(box[2]):
         y = canvas_place(box[0] + i, height, wrap[0])
@@ -153,12 +156,12 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
                     continue
                 if v == variant[ny, nx] and row + k == yx[ny, nx, 0] and column + 1 - k == yx[ny, nx, 1]:
                     continue
-                here = source_at(variant, yx, table, channels, y, x) if here < 0 else here
-                there = source_at(variant, yx, table, channels, ny, nx)
-                on = beside(variant, yx, table, usable, torus, channels, y, x, k, 1 - k)
+                here = source_at(grown, pieces, y, x) if here < 0 else here
+                there = source_at(grown, pieces, ny, nx)
+                on = beyond(pieces, (v, row, column), (k, 1 - k), here)
                 if on == there:
                     continue
-                back = beside(variant, yx, table, usable, torus, channels, ny, nx, -k, k - 1)
+                back = beyond(pieces, (variant[ny, nx], yx[ny, nx, 0], yx[ny, nx, 1]), (-k, k - 1), there)
                 prices[y, x, k] = meeting(pieces, (here, on), (back, there), price)
 
 
@@ -209,12 +212,11 @@ def _parting(part: Any, pieces: Any, pair: Any, steps: Any, price: Any) -> int:
     (yx, which, pose, _), (y, x, v, u), (on, back) = part, pair, steps
     if which[y, x] == HOLE or which[v, u] == HOLE:
         return 0
-    _, table, usable, torus, channels, _ = pieces
+    table, channels = pieces.table, pieces.channels
     one, other = 8 * int(which[y, x]) + pose[y, x], 8 * int(which[v, u]) + pose[v, u]
     here = table[one, 0] // channels + yx[y, x, 0] * table[one, 3] + yx[y, x, 1]
     there = table[other, 0] // channels + yx[v, u, 0] * table[other, 3] + yx[v, u, 1]
-    over = spot(table, usable, torus, channels, one, yx[y, x, 0] + on[0], yx[y, x, 1] + on[1])
-    before = spot(table, usable, torus, channels, other, yx[v, u, 0] - back[0], yx[v, u, 1] - back[1])
-    over, before = over if over >= 0 else here, before if before >= 0 else there
+    over = beyond(pieces, (one, yx[y, x, 0], yx[y, x, 1]), on, here)
+    before = beyond(pieces, (other, yx[v, u, 0], yx[v, u, 1]), (-back[0], -back[1]), there)
     total: int = meeting(pieces, (here, over), (before, there), price)
     return total

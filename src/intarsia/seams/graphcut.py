@@ -50,7 +50,8 @@ from ..search.posed import PosedExemplars
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
-from .placement_kernels import Look, Samples, mark_steps
+from .placement_kernels import ONE, Look, Samples, mark_steps
+from .recut_kernels import NEVER, Draft, drafted
 from .worst import WorstSeams
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
@@ -111,34 +112,6 @@ class GraphcutSettings:
     seam: str = "difference"
     margin: int = 16
     lattice: Vectors | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Apart:
-    """What a map shows, and where that lies in other poses (`PosedExemplars.turns`)."""
-
-    grown: Grown
-    pieces: Pieces
-    turns: Array
-
-    def of_rows(self, box: Box, found: Candidates) -> Candidates:
-        """The candidates for a window that show next to nothing beside itself; all of them where each does."""
-        if not self.turns.any() or not len(found.rows):
-            return found
-        good = self._good(box, found.rows)
-        return replace(found, rows=found.rows[good]) if good.any() else found
-
-    def of_picks(self, box: Box, picks: Sequence[Pick]) -> list[Pick]:
-        """The placements in a window that show next to nothing beside itself."""
-        if not self.turns.any() or not picks:
-            return list(picks)
-        good = self._good(box, np.pad(np.array(picks, np.int64), ((0, 0), (1, 0))))
-        return [pick for pick, apart in zip(picks, good.tolist(), strict=True) if apart]
-
-    def _good(self, box: Box, rows: Array) -> Array:
-        count = np.empty(len(rows), np.int64)
-        placement_kernels.twins(self.grown, self.pieces, self.turns, box, rows, STEP, count)
-        return np.asarray(count * MOST <= box[2] * box[3])
 
 
 def shifts_around(
@@ -209,7 +182,6 @@ class GraphcutGrowth:
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.wraps = growth.layout.wraps
         self.grown = Grown(self.variant, self.yx, self.wraps)
-        self.apart = Apart(self.grown, self.pieces, self.variants.turns)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self.nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
@@ -266,9 +238,9 @@ class GraphcutGrowth:
         """Draw placements for a window, and cut in the best of them; None where there is none, or none that saves."""
         shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
         picks = shown + self._drawn(box, bits, filling)[: TRIES - len(shown)]
-        return self.best(box, picks, recut_kernels.NEVER if filling else 0)
+        return self.best(box, picks, NEVER if filling else 0)
 
-    def best(self, box: Box, picks: Sequence[Pick], limit: int = recut_kernels.NEVER) -> Cut | None:
+    def best(self, box: Box, picks: Sequence[Pick], limit: int = NEVER) -> Cut | None:
         """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none.
 
         None, too, where seams would become dearer by `limit` or more.
@@ -285,9 +257,9 @@ class GraphcutGrowth:
         for number, pick in enumerate(picks):
             window, inner, patch = self._window(box, pick, self.stitch.margin)
             windows.setdefault((window, inner, self.bar and number), []).append((number, *patch))
-        best = np.array([recut_kernels.NEVER, len(picks)], np.int64)
+        best = np.array([NEVER, len(picks)], np.int64)
         for (window, inner, _), some in windows.items():
-            self._recut(window, inner, some, recut_kernels.drafted(window, step), best)
+            self._recut(window, inner, some, drafted(window, step), best)
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
@@ -302,12 +274,21 @@ class GraphcutGrowth:
             places.append(np.arange(low, high, EVERY))
         seen = np.ix_(*(at % length for at, length in zip(places, self.variant.shape, strict=True)))
         shifts = shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
-        return self.apart.of_picks(box, shifts)
+        rows = np.pad(np.array(shifts, np.int64).reshape(-1, 3), ((0, 0), (1, 0)))
+        return [pick for pick, good in zip(shifts, self.apart(box, rows).tolist(), strict=True) if good]
+
+    def apart(self, box: Box, rows: Array) -> Array:
+        """Which of the candidates for a window show next to nothing beside itself in another pose."""
+        count = np.zeros(len(rows), np.int64)
+        if self.variants.turns.any():
+            placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
+        return np.asarray(count * MOST <= box[2] * box[3])
 
     def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
         with self.opened([] if filling else [middle(box)]):  # what is to be covered does not count
             found = self._found(box)
-        found = self.apart.of_rows(box, found)
+        good = self.apart(box, found.rows)
+        found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
         price = self.priced(box, found)
@@ -317,23 +298,29 @@ class GraphcutGrowth:
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        shown = self.repeats(box, found.rows, self.samples(self.look(box, self._step)), self._course)
+        shown = self.repeats(box, found.rows, self.samples(box, self._step), self._course)
         price = round(REPEAT * self.stitch.usage * found.usual)
-        return np.asarray(found.rows[:, 0] + shown * price // placement_kernels.ONE)
+        return np.asarray(found.rows[:, 0] + shown * price // ONE)
 
-    def samples(self, look: Look) -> Samples:
-        """What is looked at of the map as it is."""
-        return placement_kernels.samples_of(self.grown, self.pieces.table, look)
+    def samples(self, box: Box, step: int) -> Samples:
+        """What is looked at around a window, of the map as it is."""
+        return placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box, step))
 
     def repeats(self, box: Box, rows: Array, samples: Samples, course: int = -1) -> Array:
         """How often what each candidate would show in a box is among samples of the map; ONE: all of it, once."""
         shown = np.empty(len(rows), np.int64)
-        placement_kernels.repeats(self.grown, self.pieces, self.apart.turns, samples, box, rows, course, shown)
+        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, course, shown)
         return shown
 
     def look(self, box: Box, step: int) -> Look:
         """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
-        return placement_kernels.look_around(box, self.variant.shape, self.wraps, self.nearby, step)
+        firsts, sides = [], []
+        for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
+            side = min(self.nearby, length)
+            first = begin + n // 2 - side // 2
+            firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
+            sides.append(side)
+        return Look(firsts[0], firsts[1], sides[0], sides[1], step)
 
     def _found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
@@ -373,17 +360,17 @@ class GraphcutGrowth:
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
         ends = np.cumsum(frames[:, 1] * frames[:, 2])
         frames[1:, 0], shown, counts = ends[:-1], np.zeros(ends[-1], np.int64), []
-        placement_kernels.count_cells(self.grown, self.apart.turns, frames, look, f, shown)
+        placement_kernels.count_cells(self.grown, self.variants.turns, frames, look, f, shown)
         for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
             within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
-            counts.append((within * (step * step * placement_kernels.ONE) // (h * w * f * f)).astype(np.int32))
+            counts.append((within * (step * step * ONE) // (h * w * f * f)).astype(np.int32))
         return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
 
     # ---- cutting
 
     def cut(
         self, box: Box, pick: Pick, margin: int, step: int = 1, saved: Bar | None = None,
-        limit: int = recut_kernels.NEVER,
+        limit: int = NEVER,
     ) -> Cut:  # fmt: skip
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
@@ -394,12 +381,12 @@ class GraphcutGrowth:
         """
         window, inner, patch = self._window(box, pick, margin)
         more = None if saved is None else np.ascontiguousarray(saved(window, patch)[::step, ::step])
-        draft, best = recut_kernels.drafted(window, step, more), np.array([limit, -1], np.int64)
+        draft, best = drafted(window, step, more), np.array([limit, -1], np.int64)
         self._recut(window, inner, [(0, *patch)], draft, best)
-        return Cut(recut_kernels.NEVER if best[1] else int(best[0]), window, patch, draft.take)
+        return Cut(NEVER if best[1] else int(best[0]), window, patch, draft.take)
 
     def _recut(
-        self, window: Box, inner: Box, picks: Sequence[tuple[int, ...]], draft: recut_kernels.Draft, best: Array
+        self, window: Box, inner: Box, picks: Sequence[tuple[int, ...]], draft: Draft, best: Array
     ) -> None:
         """Cut numbered patches into a window, of which `inner` is to be filled; what is barred by the first stays."""
         numbered, where = np.array(picks, np.int64), (self.pieces, window, inner)
@@ -475,24 +462,25 @@ def likelihood(x: Array) -> Array:
     return np.where(x >= GONE, 0, out)
 
 
+def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:
+    """One picture of each exemplar in all its poses, as their features lie in one row: what goes on begins again."""
+    out = []
+    for v, (number, pose) in enumerate(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)):
+        posed = pose_array(pictures[number], pose)
+        pad = [(0, n - m) for n, m in zip(variants.picture(v).shape, posed.shape, strict=False)]
+        out.append(np.pad(posed, pad, "wrap").ravel())
+    return np.concatenate(out)
+
+
 def pieces_of(variants: PosedExemplars, exemplars: Exemplars, unseen: int = 0) -> Pieces:
     """Return the variants as kernels of seams take them: with every pixel, whether it may be shown.
 
     The last `unseen` channels are left out: what is not seen makes no seam.
     """
-    parts = []
-    for v in range(len(variants)):
-        rows, columns = variants.picture(v).shape[:2]
-        usable = exemplars[int(variants.exemplar[v])].usable
-        if usable is None:
-            parts.append(np.ones(rows * columns, np.uint8))
-            continue
-        posed = pose_array(usable, int(variants.pose[v]))
-        pad = ((0, rows - posed.shape[0]), (0, columns - posed.shape[1]))
-        parts.append(np.pad(posed, pad, mode="wrap").astype(np.uint8).ravel())
+    usable = laid_out(variants, [e.free for e in exemplars]).astype(np.uint8)
     (flat, table), seen = variants.posed, variants.channels - unseen
     if unseen:
         flat = np.ascontiguousarray(flat.reshape(-1, variants.channels)[:, :seen]).ravel()
         table = table.copy()
         table[:, 0] = table[:, 0] // variants.channels * seen
-    return Pieces(flat, table, np.concatenate(parts), variants.toroidal, seen)
+    return Pieces(flat, table, usable, variants.toroidal, seen)

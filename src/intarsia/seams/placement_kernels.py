@@ -51,17 +51,6 @@ class Look(NamedTuple):
     step: int
 
 
-def look_around(box: Any, shape: Any, wraps: Any, nearby: int, step: int) -> Look:
-    """Every so many-th pixel of `nearby` px a side around a box of a canvas, as near around it as borders let."""
-    firsts, sides = [], []
-    for begin, n, length, wrap in zip(box[:2], box[2:], shape, wraps, strict=True):
-        side = min(nearby, length)
-        first = begin + n // 2 - side // 2
-        firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
-        sides.append(side)
-    return Look(firsts[0], firsts[1], sides[0], sides[1], step)
-
-
 @kernel
 def posed_place(turn: Any, y: int, x: int) -> Pair:
     """Where a pixel of a variant lies in another one of the same exemplar."""

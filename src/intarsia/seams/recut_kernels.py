@@ -30,7 +30,7 @@ from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maxflow import MOST, push_flow
 from ..kernels.windows import HOLE, canvas_place
-from .energy_kernels import meeting, spot, through
+from .energy_kernels import beyond, meeting, spot, through
 
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
@@ -95,24 +95,14 @@ def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid:
                 if apart[k, i, j]:
                     m, n = i + k, j + 1 - k
                     here, there = np.int64(old[i, j]), np.int64(old[m, n])
-                    on = _beyond(pieces, shown[:, i, j], (k * step, step - k * step), here)
-                    back = _beyond(pieces, shown[:, m, n], (-k * step, k * step - step), there)
+                    on = beyond(pieces, shown[:, i, j], (k * step, step - k * step), here)
+                    back = beyond(pieces, shown[:, m, n], (-k * step, k * step - step), there)
                     if here >= 0 and there >= 0 and on != there:
                         paid[k, i, j] = meeting(pieces, (here, on), (back, there), price)
                     joint = joints[number]
                     joint[0], joint[1], joint[2], joint[3], joint[4] = i, j, k, on, back
                     number += 1
     return joints
-
-
-@kernel
-def _beyond(pieces: Any, shown: Any, way: Any, here: Any) -> Any:
-    """The pixel with which the piece at pixel `here` goes on; its own where it does not, -1 where none is."""
-    found = np.int64(-1)
-    if here >= 0:
-        y, x = shown[1] + way[0], shown[2] + way[1]
-        found = np.int64(spot(pieces.table, pieces.usable, pieces.torus, pieces.channels, shown[0], y, x))
-    return found if found >= 0 else here
 
 
 @kernel
@@ -139,9 +129,9 @@ def lay(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state:
     Writes what was `seen` (of :func:`look`) into `state`; where the patch does not reach, and beside, what is known
     stays, and holes are left out.
     """
-    _, table, usable, torus, channels, _ = pieces
+    table, usable = pieces.table, pieces.usable
     (v, row, column), (h, w) = pick, new.shape
-    begin, rows, columns = table[v, 0] // channels, table[v, 1], table[v, 2]
+    begin, rows, columns = table[v, 0] // pieces.channels, table[v, 1], table[v, 2]
     missing = 0
     for i in range(h):
         y = row + i * step
@@ -151,7 +141,7 @@ def lay(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state:
                 place = begin + y * table[v, 3] + x
                 new[i, j] = place if usable[place] else -1
             else:
-                new[i, j] = spot(table, usable, torus, channels, v, y, x)
+                new[i, j] = spot(pieces, v, y, x)
             missing += new[i, j] < 0
             state[i, j] = seen[i, j]
     for i in range(h if missing else 0):

@@ -32,7 +32,7 @@ from ..run import Run
 from ..search.posed import PosedExemplars
 from ..segments.wholes import Wholes, wholes
 from . import whole_kernels as kernels
-from .graphcut import Box, Cut, GraphcutGrowth
+from .graphcut import Box, Cut, GraphcutGrowth, laid_out
 from .whole_kernels import Counts, Shown
 
 RING = 4  # px: so far around an element its joint is wanted
@@ -59,14 +59,13 @@ class Elements:
     """All elements of posed exemplars, from 1."""
 
     def __init__(self, variants: PosedExemplars, found: list[Wholes]) -> None:
-        self.all: list[Element | None] = [None]
-        labels, inside, sure, boxes, masks, begin = [], [], [0.0], [], [], 0
+        self.all = list[Element]()
+        labels, sure, boxes, masks, begin = [], [0.0], [], [], 0
         for v in range(len(variants)):
             mine, shape = found[int(variants.exemplar[v])], variants.picture(v).shape[:2]
-            names, depth = (pose_array(a, int(variants.pose[v])) for a in (mine.labels, mine.inside))
+            names = pose_array(mine.labels, int(variants.pose[v]))
             pad = [(0, n - m) for n, m in zip(shape, names.shape, strict=True)]
-            inside.append(np.pad(depth, pad, "wrap").ravel())
-            labels.append(np.pad(np.where(names > 0, names + len(self.all) - 1, 0), pad).ravel())
+            labels.append(np.pad(np.where(names > 0, names + len(self.all), 0), pad).ravel())
             ends = np.zeros((int(names.max(initial=0)), 5), np.int64)
             boxes_of_parts(np.ascontiguousarray(names), (False, False), ends)
             for k, (top, left, height, width) in enumerate(ends[:, :4].tolist(), 1):
@@ -74,22 +73,20 @@ class Elements:
                 element = _element(v, names, part, names[part] == k)
                 if element.whole:
                     y, x = (int(at.mean()) for at in np.nonzero(element.mask))
-                    area = int(element.mask.sum())
-                    boxes.append((begin, *element.mask.shape, area, y, x, len(self.all)))
+                    boxes.append((begin, *element.mask.shape, int(element.mask.sum()), y, x, len(self.all) + 1))
                     masks.append(element.mask.ravel())
                     begin += element.mask.size
                 self.all.append(element)
             sure += mine.sure[1:].tolist()
-        self.labels, self.inside = np.concatenate(labels).astype(np.int32), np.concatenate(inside)
-        every = np.array([0] + [int(e.mask.sum()) for e in self.all if e is not None], np.int64)
+        self.labels = np.concatenate(labels).astype(np.int32)
+        self.inside = laid_out(variants, [mine.inside for mine in found])
+        every = np.array([0, *(int(e.mask.sum()) for e in self.all)], np.int64)
         self.known = every, np.array(sure)
         self.boxes = np.array(boxes, np.int64).reshape(-1, 7)
         self.masks = np.concatenate(masks) if masks else np.zeros(0, bool)
 
     def __getitem__(self, number: int) -> Element:
-        element = self.all[number]
-        assert element is not None, "elements are numbered from 1"
-        return element
+        return self.all[number - 1]
 
 
 def _element(v: int, names: Array, part: tuple[slice, ...], mask: Mask) -> Element:
@@ -109,25 +106,20 @@ MUST = 1 << 24  # what it costs to leave what must be taken
 STRIP = 256  # rows of the canvas that are looked at together: nothing larger is held besides the map
 
 
-class Rule(NamedTuple):
-    """What is weighed how: chosen by eye on 13 textures."""
-
-    inside: int = 64  # of 64 knees: what a seam through the middle of an element costs, each side
-    outlined: int = 51  # of 64: how much less a seam costs that shows a joint
-    hurt: float = 3.0  # knees: what damage costs, for each px of the root of an element's area
-    usage: float = 0.7  # knees: what it costs, for the same, to show an element twice as often as others
-    damaged: float = 0.12  # of a body: so much of its elements is missing, or too much there
-    least: int = 40  # px: smaller bodies are no elements
-    tries: int = 6  # elements laid over a body
-    beside: int = 2  # pieces beside it that may go on in its place
-    apart: float = 1.3  # of the root of its area: the same element is not laid so near
-    pad: float = 0.4  # of the root of an element's area, and 6 px: so far around it the cut may run
-    joint: float = 1.0  # knees, for each px of an element's joint: so much it is wanted
-    fewest: int = 6  # elements: of fewer there is no choice
-    rough: int = 2  # px from one to the next where candidates are compared
-
-
-RULE = Rule()
+# What is weighed how: chosen by eye on 13 textures:
+INSIDE = 64  # of 64 knees: what a seam through the middle of an element costs, each side
+OUTLINED = 51  # of 64: how much less a seam costs that shows a joint
+HURT = 3.0  # knees: what damage costs, for each px of the root of an element's area
+USAGE = 0.7  # knees: what it costs, for the same, to show an element twice as often as others
+DAMAGED = 0.12  # of a body: so much of its elements is missing, or too much there
+LEAST = 40  # px: smaller bodies are no elements
+TRIES = 6  # elements laid over a body
+BESIDE = 2  # pieces beside it that may go on in its place
+APART = 1.3  # of the root of its area: the same element is not laid so near
+PAD = 0.4  # of the root of an element's area, and 6 px: so far around it the cut may run
+JOINT = 1.0  # knees, for each px of an element's joint: so much it is wanted
+FEWEST = 6  # elements: of fewer there is no choice
+ROUGH = 2  # px from one to the next where candidates are compared
 
 
 class Candidate(NamedTuple):
@@ -149,7 +141,7 @@ def make_whole(sewn: GraphcutGrowth, exemplars: list[Exemplar], rounds: int, run
     if not rounds or len(known) < len(found):
         return 0
     elements = Elements(sewn.variants, known)
-    if len(elements.boxes) < RULE.fewest:
+    if len(elements.boxes) < FEWEST:
         return 0
     work, laid = Mending(sewn, elements), 0
     for number in range(rounds):
@@ -165,10 +157,9 @@ class Mending:
 
     def __init__(self, sewn: GraphcutGrowth, elements: Elements) -> None:
         self.sewn, self.elements = sewn, elements
-        knee = sewn.growth.seam_price("sharp").knee
-        self.knee = max(knee, 1)
+        self.knee = sewn.growth.seam_price("sharp").knee
         sewn.pieces = sewn.pieces._replace(inside=elements.inside)
-        sewn.price = SeamPrice(knee=self.knee, inside=RULE.inside, outlined=RULE.outlined)
+        sewn.price = SeamPrice(knee=self.knee, inside=INSIDE, outlined=OUTLINED)
         self.shape: Pair = (sewn.variant.shape[0], sewn.variant.shape[1])
         self.joined = np.zeros(self.shape, np.int32)
 
@@ -176,7 +167,7 @@ class Mending:
         """Cover every damaged body once; returns how many patches were laid."""
 
         def promised(candidate: Candidate) -> float:
-            return self._price(candidate, self._cut(candidate, RULE.rough), RULE.rough)
+            return self._price(candidate, self._cut(candidate, ROUGH), ROUGH)
 
         self.number()
         laid = 0
@@ -184,7 +175,7 @@ class Mending:
         for number, (body, box) in enumerate(bodies):
             run.tick(number, len(bodies), self.sewn.growth.draft)
             mine = self.shown.body[self.joined[self.sewn.index(box)]] == body
-            room = len(self.shown.area) - self.count > len(self.elements.all)
+            room = len(self.shown.area) - self.count > len(self.elements.known[0])
             if int(mine.sum()) * 4 < 3 * int(self.size[body]) or not room:
                 continue  # covered in part since, or no room
             best = min(self._candidates(body, box, mine), key=promised, default=None)
@@ -202,10 +193,10 @@ class Mending:
         meets = np.zeros((sewn.variant.size // 4, 2), np.int32)
         count, n = kernels.number_pieces(sewn.grown, sewn.pieces, elements.labels, self.joined, meets)
         self.count = int(count) + 1
-        room = 4 * self.count + 2 * len(elements.all)
+        room = 4 * self.count + 2 * len(elements.known[0])
         zeros = np.zeros(room, np.int64)
         self.shown = Shown(zeros, np.zeros((room, 2), np.int64), zeros.copy(), zeros.copy(), np.arange(room))
-        got, on, names = np.zeros((3, len(elements.all)), np.int64)
+        got, on, names = np.zeros((3, len(elements.known[0])), np.int64)
         self.counts = Counts(zeros.copy(), got, on, zeros.copy(), names)
         rows, columns = self.shape
         first = np.zeros(self.count, np.int64)
@@ -258,7 +249,7 @@ class Mending:
         out, boxes = [], np.empty((int(body.max()), 5), np.int64)
         boxes_of_parts(body, self.sewn.wraps, boxes)
         for k, (y, x, h, w, area) in enumerate(boxes.tolist(), 1):
-            if not area or hidden[k] < RULE.damaged * area or area < RULE.least:
+            if not area or hidden[k] < DAMAGED * area or area < LEAST:
                 continue
             if any(5 * side > 3 * n for side, n in zip((h, w), self.shape, strict=True)):
                 continue  # all one
@@ -270,7 +261,7 @@ class Mending:
                 y, x = self.shown.shift[k].tolist()
                 self.often.setdefault(int(self.shown.element[k]), []).append((y, x))
         self.usual = sum(map(len, self.often.values())) / len(self.elements.boxes)
-        return [(k, box) for _, k, box in sorted(out, key=lambda o: o[:2])]
+        return [(k, box) for _, k, box in sorted(out)]
 
     # ---- candidates
 
@@ -296,18 +287,18 @@ class Mending:
         for k in np.argsort(out[:count, 0], kind="stable").tolist():
             number, y, x = out[k, 1:].tolist()
             element = self.elements[number]
-            near, at = RULE.apart * element.side, (y - element.at[0], x - element.at[1])
+            near, at = APART * element.side, (y - element.at[0], x - element.at[1])
             others = (map(apart, at, other, self.shape, self.sewn.wraps) for other in self.often.get(number, ()))
             if all(max(gaps) >= near for gaps in others):
                 places.append((number, y, x))
-                if len(places) == RULE.tries:
+                if len(places) == TRIES:
                     break
         return places
 
     def _laid(self, number: int, top: int, left: int) -> Candidate | None:
         """An element laid at a place of the canvas, with its joint."""
         element = self.elements[number]
-        pad, size = 6 + int(RULE.pad * element.side), self.sewn.variants.table[element.variant, 1:3]
+        pad, size = 6 + int(PAD * element.side), self.sewn.variants.table[element.variant, 1:3]
         low, high = list[int](), list[int]()
         for axis, first in enumerate((top, left)):
             a, b = first - pad, first + element.mask.shape[axis] + pad
@@ -321,7 +312,7 @@ class Mending:
             high.append(b)
         wanted = np.zeros((high[0] - low[0], high[1] - low[1]), np.int32)
         n = RING
-        _over(wanted, element.ring, (top - n - low[0], left - n - low[1]), int(RULE.joint * self.knee))
+        _over(wanted, element.ring, (top - n - low[0], left - n - low[1]), int(JOINT * self.knee))
         _over(wanted, element.mask, (top - low[0], left - low[1]), MUST)
         pick = (element.variant, element.at[0] + low[0] - top, element.at[1] + low[1] - left)
         return Candidate((low[0] % self.shape[0], low[1] % self.shape[1], *wanted.shape), pick, wanted, number)
@@ -340,7 +331,7 @@ class Mending:
             np.stack([v, at[:, 0] - y, at[:, 1] - x], axis=1), axis=0, return_index=True, return_counts=True
         )
         out = []
-        for k in np.lexsort((first, -often))[: RULE.beside].tolist():
+        for k in np.lexsort((first, -often))[: BESIDE].tolist():
             variant, row, column = shifts[k].tolist()
             size = sewn.variants.table[variant, 1:3].tolist()
             (a, b), (c, d) = (0, 0), own.shape
@@ -362,12 +353,12 @@ class Mending:
     def _price(self, candidate: Candidate, cut: Cut, step: int) -> float:
         """What seams, damage and repeats of an element cost more than before; negative: less."""
         sewn, where = self.sewn, (*cut.box[:2], *cut.pick, step)
-        labels, known = self.elements.labels, self.elements.known
-        hurt = kernels.hurt(self.joined, sewn.pieces, labels, known, self.shown, where, cut.take, self.counts)
-        price = cut.change * step + RULE.hurt * self.knee * hurt
+        what = self.joined, sewn.pieces, self.elements.labels, self.elements.known, self.shown
+        hurt = kernels.hurt(*what, where, cut.take, self.counts)
+        price = cut.change * step + HURT * self.knee * hurt
         if candidate.element:
             more = max(len(self.often.get(candidate.element, ())) - self.usual, 0) / max(self.usual, 1)
-            price += RULE.usage * self.knee * self.elements[candidate.element].side * more
+            price += USAGE * self.knee * self.elements[candidate.element].side * more
         return float(price)
 
     def _lay(self, candidate: Candidate, cut: Cut) -> None:

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Int64, Pair
-from ..kernels.cuts import find_root
+from ..kernels.cuts import join
 from ..kernels.jit import kernel
+from ..kernels.pieces_of_maps import number_sets
 from ..kernels.windows import canvas_place
 from .energy_kernels import JOINT, source_at, spot
 
@@ -45,44 +46,32 @@ def number_pieces(grown: Any, pieces: Any, labels: Any, joined: Any, meets: Any)
     deep inside. Returns how many pieces, and how many such pairs.
     """
     variant, yx, wrap = grown
-    table, channels, inside = pieces.table, pieces.channels, pieces.inside
-    h, w = variant.shape
+    inside, (h, w) = pieces.inside, variant.shape
     parent = joined.reshape(h * w)  # of each pixel one before it in its piece, until all are numbered
-    for at in range(h * w):
-        parent[at] = at
     for y in range(h):
         for x in range(w):
-            here = source_at(variant, yx, table, channels, y, x)
+            here = source_at(grown, pieces, y, x)
+            parent[y * w + x] = y * w + x if here >= 0 and labels[here] > 0 else h * w
+    for y in range(h):
+        for x in range(w):
+            here = source_at(grown, pieces, y, x)
             for k in range(2):
                 b, a = canvas_place(y + k, h, wrap[0]), canvas_place(x + 1 - k, w, wrap[1])
-                if here < 0 or labels[here] == 0 or b < 0 or a < 0 or variant[b, a] != variant[y, x]:
+                if parent[y * w + x] == h * w or b < 0 or a < 0 or variant[b, a] != variant[y, x]:
                     continue
-                there = source_at(variant, yx, table, channels, b, a)
+                there = source_at(grown, pieces, b, a)
                 down, right = yx[b, a, 0] - yx[y, x, 0] - k, yx[b, a, 1] - yx[y, x, 1] - 1 + k
                 if labels[there] == labels[here] and abs(down) <= NEAR and abs(right) <= NEAR:
-                    one, two = find_root(parent, y * w + x), find_root(parent, b * w + a)
-                    parent[max(one, two)] = min(one, two)
-    count, n = 0, 0
-    for y in range(h):
-        for x in range(w):
-            here, at = source_at(variant, yx, table, channels, y, x), y * w + x
-            if here < 0 or labels[here] <= 0:
-                parent[at] = 0
-            elif parent[at] == at:  # the first of its piece in rows
-                count += 1
-                parent[at] = -count
-            else:
-                parent[at] = parent[parent[at]]  # that is numbered already
-    for at in range(h * w):
-        parent[at] = -parent[at]
+                    join(parent, y * w + x, b * w + a)
+    count, n = number_sets(parent), 0
     for y in range(h):
         for x in range(w):
             for k in range(2):
                 b, a = canvas_place(y + k, h, wrap[0]), canvas_place(x + 1 - k, w, wrap[1])
                 if joined[y, x] == 0 or b < 0 or a < 0 or joined[b, a] == 0 or joined[b, a] == joined[y, x]:
                     continue
-                one = inside[source_at(variant, yx, table, channels, y, x)]
-                two = inside[source_at(variant, yx, table, channels, b, a)]
+                one = inside[source_at(grown, pieces, y, x)]
+                two = inside[source_at(grown, pieces, b, a)]
                 if DEEP <= one < JOINT and DEEP <= two < JOINT and n < len(meets):
                     meets[n, 0], meets[n, 1] = joined[y, x], joined[b, a]
                     n += 1
@@ -160,7 +149,7 @@ def hurt(joined: Any, pieces: Any, labels: Any, known: Any, shown: Any, cut: Any
     for i in range(take.shape[0]):
         for j in range(take.shape[1]):
             piece = joined[(y0 + i * step) % h, (x0 + j * step) % w]
-            at = spot(pieces.table, pieces.usable, pieces.torus, pieces.channels, v, r0 + i * step, c0 + j * step)
+            at = spot(pieces, v, r0 + i * step, c0 + j * step)
             element = labels[at] if at >= 0 else 0
             if take[i, j]:
                 if piece > 0:
@@ -220,7 +209,7 @@ def renew(joined: Any, pieces: Any, labels: Any, known: Any, shown: Any, cut: An
         for j in range(take.shape[1]):
             if not take[i, j]:
                 continue
-            element = labels[spot(pieces.table, pieces.usable, pieces.torus, pieces.channels, v, r0 + i, c0 + j)]
+            element = labels[spot(pieces, v, r0 + i, c0 + j)]
             if element > 0 and on[element] == 0:
                 on[element] = count
                 shown.element[count], shown.whole[count], shown.area[count] = element, whole[element], 0
