@@ -34,11 +34,11 @@ def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]] |
     import numpy as np
 
     place = np.array(at, np.int64).reshape(-1, 2).astype(np.uint64)  # two's complement, as in draw
-    first = seed_state(seed, stage, level)
-    state = np.full(len(place), first, np.uint64)
+    state = np.full(len(place), seed_state(seed, stage, level), np.uint64)
     for word in place.T:
         state = _mix((state ^ word) + np.uint64(STEP))
-    return [int(s) for s in state.tolist()]
+    drawn: list[int] = state.tolist()
+    return drawn
 
 
 def seed_state(seed: int, stage: int, level: int) -> int:

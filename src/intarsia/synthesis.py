@@ -180,11 +180,9 @@ class Plan:
 
     @property
     def joined(self) -> Blend:
-        """How the pieces will be joined; magnified, at least over one px of the map, or its px would show as squares."""
-        if self.blend is not None:
-            return self.blend
-        own = self.method.blend if self.choice is None else self.choice.blend
-        return replace(own, feather=max(own.feather, 1)) if self.scene.exemplars[0].times > 1 else own
+        """How the pieces will be joined; magnified, over a px of the map at least, or its px would show as squares."""
+        own, magnified = (self.choice or self.method).blend, self.scene.exemplars[0].times > 1
+        return self.blend or replace(own, feather=max(own.feather, int(magnified)))
 
     @property
     def patches(self) -> int | None:

@@ -21,11 +21,11 @@ from intarsia.params import KINDS
 from intarsia.request.argv import once_more, settings_of, to_argv
 from intarsia.request.as_json import from_json, to_json
 from intarsia.request.field import Field
+from intarsia.request.fields import EVERY
 from intarsia.request.kinds import Kind, Whole
 from intarsia.request.python import to_python
 from intarsia.request.recipe import from_recipe, inputs_of
 from intarsia.request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
-from intarsia.request.verbs import EVERY
 
 NEEDED: dict[str, dict[str, Any]] = {
     "heal": {"holes": ("h.png",)},

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from .features import Features, features, pose_array, posed
 from .sums import block_sums, blocks, valid_windows
+
+Choice = TypeVar("Choice")
 
 STAGE = 93  # keeps these draws apart from those of others
 # Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).
@@ -191,8 +194,6 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
     return np.bincount(cells, minlength=9 * 3 * 2 * 3).astype(np.int64)
 
 
-def resolved_isometries(
-    choice: str | tuple[int, ...], exemplars: Exemplars, patch: Pair
-) -> str | tuple[int, ...]:
+def resolved_isometries(choice: Choice, exemplars: Exemplars, patch: Pair) -> Choice | str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
     return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

@@ -18,9 +18,9 @@ from ..methods.base import METHODS, method_class, preset
 from ..params import KINDS, Parameter, parameters
 from ..request.as_json import parameter_values
 from ..request.field import HEADINGS, Field
+from ..request.fields import able
 from ..request.kinds import FLAG, File, Kind, Number, Pair, Whole
 from ..request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
-from ..request.verbs import able
 from .report import Report
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from ..files.sets import Material
 from ..lazy import lazy
 from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
+from ..request.fields import DONE
 from ..request.request import Request
-from ..request.verbs import DONE
 from ..synthesis import Scene
 from ..tasks.requested import small_of
 from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of

@@ -86,27 +86,3 @@ def forbid_alike(
                     dx = axis_distance(x - (s - left), b[4], canvas[1], canvas[3])
                     if dx * dx < room and (dy != 0 or dx != 0):
                         table[u, s] = 0
-
-
-@kernel
-def reachable(allowed: Any, factor: int, out: Any) -> None:
-    """Mark in `out` the coarse positions less than `factor` px from which, along both axes, a patch is allowed."""
-    height, width = allowed.shape
-    near, wide = np.empty(width, np.uint8), np.empty(width, np.uint8)
-    for i in range(out.shape[0]):
-        y = min(i * factor, height - 1)
-        near[:] = 0
-        for u in range(max(y - factor + 1, 0), min(y + factor, height)):
-            row = allowed[u]
-            for x in range(len(row)):
-                near[x] |= row[x]
-        for x in range(width):
-            wide[x] = near[x]
-        for gap in range(1, min(factor, width)):
-            before, after = wide[gap:], wide[: width - gap]
-            for x in range(len(before)):
-                before[x] |= near[x]
-            for x in range(len(after)):
-                after[x] |= near[gap + x]
-        for j in range(out.shape[1]):
-            out[i, j] = wide[min(j * factor, width - 1)] != 0

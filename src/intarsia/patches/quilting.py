@@ -28,8 +28,7 @@ def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> Ima
         check_guide(exemplars, canvas.guide, patch)
     third = (rows // 3, columns // 3) if rows != columns else rows // 3
     overlap = third if method.overlap is AUTO else method.overlap
-    bounds = method.boundary_isometries
-    bounds = None if bounds is None else resolved_isometries(bounds, exemplars, (rows, columns))
+    bounds = resolved_isometries(method.boundary_isometries, exemplars, (rows, columns))
     return replace(method, patch=patch, overlap=overlap, isometries=isometries, boundary_isometries=bounds)
 
 

@@ -10,9 +10,9 @@ from typing import Any
 from ..methods.base import Method, keeps_lattice
 from ..params import KINDS, parameters
 from .field import Field
+from .fields import known_parameters, parameters_of, usual_parameters
 from .kinds import FLAG, Pair
 from .request import FIELDS, Request, fields_of_verb
-from .verbs import known_parameters, parameters_of, usual_parameters
 
 
 def to_argv(request: Request, joined: bool = False) -> list[str]:

@@ -9,10 +9,10 @@ from ..choosing.auto import AUTO_METHOD
 from ..errors import ParameterError
 from ..params import KINDS
 from .field import Field
+from .fields import known_parameters, parameters_of
 from .kinds import FLAG
 from .pictures import value_of
 from .request import Request, fields_of_verb, parameters_of_verb
-from .verbs import known_parameters, parameters_of
 
 
 def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, ParameterError
 from ..params import OVER, Parameter, parse
-from .verbs import parameters_of
+from .fields import parameters_of
 
 if TYPE_CHECKING:
     from ..field import Field

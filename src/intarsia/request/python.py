@@ -12,8 +12,8 @@ from ..errors import IntarsiaError
 from ..methods.base import make, method_class, recipe_settings
 from .argv import to_argv
 from .as_json import to_json
+from .fields import parameters_of
 from .request import Request
-from .verbs import parameters_of
 
 PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "level", "method", "output"})
 """What the call below says; a parameter of the method is another."""

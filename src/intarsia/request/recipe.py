@@ -12,8 +12,8 @@ from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..methods.base import method_of
 from .argv import settings_of
+from .fields import BEGUN
 from .request import FIELDS, Request
-from .verbs import BEGUN
 
 MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
 """Parameters that parallel-controllable had before they were those of correction-2008, and what it does instead."""

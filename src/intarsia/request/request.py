@@ -16,9 +16,8 @@ from ..geometry import Wrap
 from ..methods.base import Method, make
 from ..params import Parameter
 from .field import Field, fields_of
-from .fields import Asked
+from .fields import BEGUN, MADE, Asked, able, known_parameters, parameters_of, usual_parameters
 from .pictures import names_a_picture, picture_of
-from .verbs import BEGUN, MADE, able, known_parameters, parameters_of, usual_parameters
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from scipy import fft
 from ..analysis.sums import principal_axes
 from ..arrays import Array, Pair
 from ..errors import ParameterError
-from ..kernels import returns
 from ..kernels.windows import Grown
 from . import fourier_kernels
 from .candidates import SHORT_LIST, Candidates, Prices, Reduced
@@ -230,7 +229,7 @@ class PatchSearch:
     def _reachable(self, shape: Pair, allowed: Array) -> Array:
         """Coarse positions, so many rows and columns, from which refinement can reach a patch that is allowed."""
         out = np.empty(shape if allowed.size else (0, 0), bool)
-        returns.reachable(allowed.view(np.uint8), self.factor, out.view(np.uint8))
+        fourier_kernels.reachable(allowed.view(np.uint8), self.factor, out.view(np.uint8))
         return out
 
     @property

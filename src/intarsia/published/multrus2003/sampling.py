@@ -59,8 +59,7 @@ def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> Pat
         check_guide(exemplars, canvas.guide, known.footprint)
     if method.pyramid != "off":
         check_pyramid(extent(patch), extent(overlap))
-    bounds = method.boundary_isometries
-    bounds = None if bounds is None else resolved_isometries(bounds, exemplars, known.footprint)
+    bounds = resolved_isometries(method.boundary_isometries, exemplars, known.footprint)
     return replace(known, isometries=isometries, boundary_isometries=bounds)
 
 
