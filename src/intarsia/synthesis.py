@@ -181,8 +181,8 @@ class Plan:
     @property
     def joined(self) -> Blend:
         """How the pieces will be joined; magnified, over a px of the map at least, or its px would show as squares."""
-        own, magnified = (self.choice or self.method).blend, self.scene.exemplars[0].times > 1
-        return self.blend or replace(own, feather=max(own.feather, int(magnified)))
+        own = (self.choice or self.method).blend
+        return self.blend or replace(own, feather=max(own.feather, int(self.scene.exemplars[0].times > 1)))
 
     @property
     def patches(self) -> int | None:
