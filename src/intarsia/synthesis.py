@@ -27,7 +27,6 @@ from .guide import Guide
 from .image import Plane
 from .lazy import lazy
 from .methods.base import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
-from .methods.memory import memory_of
 from .rendering.render import render
 from .run import Run, run_of
 from .seams.cost import energy
@@ -204,10 +203,6 @@ class Plan:
         size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
         along = zip(size, its.footprint, its.pitch, wraps, strict=True)
         return [(side, px, px - step, closed, its.hangs) for side, px, step, closed in along]
-
-    def memory(self, depth: str | None = None) -> int:
-        """Bytes that this process will take at its peak, within 25 %; `depth`: what is written, if it is another."""
-        return memory_of(self.scene.exemplars, self.scene.canvas, self.method, self.joined, depth)
 
 
 def planned(scene: Scene, method: Method | Auto | str, blend: Blend | None = None) -> Plan:

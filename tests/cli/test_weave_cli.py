@@ -16,8 +16,7 @@ from click.testing import CliRunner, Result
 from giant.giants import files_below, needs
 
 import intarsia as ia
-from intarsia.cli.app import cli
-from intarsia.cli.exits import Interrupted
+from intarsia.cli.app import Interrupted, cli
 from intarsia.disk import limits
 from intarsia.files import read_plane, read_recipe
 from intarsia.giant.exports import HeldStore, TiffStore, TileStore

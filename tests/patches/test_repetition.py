@@ -17,9 +17,8 @@ from intarsia.kernels.returns import axis_distance
 from intarsia.methods.base import engine_of
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
-from intarsia.search.candidates import WindowGrid
+from intarsia.search.candidates import WindowGrid, posed_exemplars
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import posed_exemplars
 from intarsia.sourcemap import SourceMap
 from intarsia.testing import texture
 

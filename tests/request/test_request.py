@@ -19,12 +19,10 @@ from intarsia.errors import InputError, ParameterError
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import KINDS
 from intarsia.request.argv import once_more, settings_of, to_argv
-from intarsia.request.as_json import from_json, to_json
-from intarsia.request.field import Field
+from intarsia.request.as_json import from_json, from_recipe, inputs_of, to_json
+from intarsia.request.field import Field, Kind, Whole
 from intarsia.request.fields import EVERY
-from intarsia.request.kinds import Kind, Whole
 from intarsia.request.python import to_python
-from intarsia.request.recipe import from_recipe, inputs_of
 from intarsia.request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
 
 NEEDED: dict[str, dict[str, Any]] = {
@@ -222,7 +220,7 @@ from intarsia.cli.help import read_argv
 from intarsia.request.argv import to_argv, to_line
 from intarsia.request.as_json import from_json, to_json
 from intarsia.request.python import to_python
-from intarsia.request.recipe import from_recipe, inputs_of
+from intarsia.request.as_json import from_recipe, inputs_of
 from intarsia.request.request import Request
 from intarsia.studio import words
 

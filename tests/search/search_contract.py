@@ -14,8 +14,7 @@ from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Array
 from intarsia.kernels.windows import Grown
-from intarsia.search.candidates import Candidates, Prices, Search
-from intarsia.search.posed import PosedExemplars, posed_exemplars
+from intarsia.search.candidates import Candidates, PosedExemplars, Prices, Search, posed_exemplars
 from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import noise, texture
 

@@ -15,9 +15,8 @@ from intarsia.analysis.sums import principal_axes
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.kernels.windows import Grown
-from intarsia.search.candidates import Candidates, Prices
+from intarsia.search.candidates import Candidates, PosedExemplars, Prices, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import PosedExemplars, isometry_ids, posed_exemplars
 from intarsia.sourcemap import HOLE
 
 

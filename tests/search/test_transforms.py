@@ -10,8 +10,8 @@ from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.search import fourier_kernels
+from intarsia.search.candidates import PosedExemplars, posed_exemplars
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.posed import PosedExemplars, posed_exemplars
 from intarsia.testing import texture
 
 SIDE, PATCH = 620, 200

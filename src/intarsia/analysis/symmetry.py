@@ -13,18 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
-from typing import TypeVar
 
 import numpy as np
 
-from ..arrays import Array, Int64, Pair
+from ..arrays import Array, Int64
 from ..draws import below, draw
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from .features import Features, features, pose_array, posed
 from .sums import block_sums, blocks, valid_windows
-
-Choice = TypeVar("Choice")
 
 STAGE = 93  # keeps these draws apart from those of others
 # Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).
@@ -192,8 +189,3 @@ def _histogram(down: Array, right: Array, steps: Array) -> Array:
     cells = (cells * 3 + np.sign(v - h) + 1) * 2 + (12 * small > 5 * large)  # 5 / 12: 22.6 degrees
     cells = cells * 3 + np.searchsorted(steps, down * down + right * right)
     return np.bincount(cells, minlength=9 * 3 * 2 * 3).astype(np.int64)
-
-
-def resolved_isometries(choice: Choice, exemplars: Exemplars, patch: Pair) -> Choice | str | tuple[int, ...]:
-    """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
-    return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

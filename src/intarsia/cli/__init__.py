@@ -16,8 +16,7 @@ def main() -> None:
     import sys
     import warnings
 
-    from .app import cli
-    from .exits import STOPS
+    from .app import STOPS, cli
 
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # of libraries; what a user must know is told in our own words

@@ -21,14 +21,14 @@ from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
 from ..methods.base import Method, keeps_lattice
 from ..request.argv import once_more, to_line
-from ..request.recipe import inputs_of
+from ..request.as_json import inputs_of
 from ..request.request import FIELDS, Request
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks.requested import made_of
+from .app import CANCEL, judge, one_line
 from .exemplars import Shelf
-from .exits import CANCEL, judge, one_line
 from .outputs import Staging, by_file, check_all, index_name, write_page
 from .plan import Order, materials_of, method_as_json, orders_of, shelves_of
 from .report import Meter, Report, Step, as_json, explain

@@ -22,7 +22,7 @@ from ..image import Kind, Plane
 from ..lazy import lazy
 from ..rendering.magnification import cut_out, magnified, reduced
 from ..rendering.mixing import off_unit
-from ..request.recipe import inputs_of
+from ..request.as_json import inputs_of
 from ..request.request import Request
 from ..synthesis import Plan, Scene
 from ..tasks.completion import grown_hole

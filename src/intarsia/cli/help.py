@@ -17,9 +17,8 @@ from ..errors import ParameterError
 from ..methods.base import METHODS, method_class, preset
 from ..params import KINDS, Parameter, parameters
 from ..request.as_json import parameter_values
-from ..request.field import HEADINGS, Field
+from ..request.field import FLAG, HEADINGS, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import able
-from ..request.kinds import FLAG, File, Kind, Number, Pair, Whole
 from ..request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
 from .report import Report
 

@@ -19,8 +19,8 @@ from ..exemplar import Exemplar
 from ..image import Plane
 from ..lazy import lazy
 from ..request.request import Request
+from .app import unbroken
 from .exemplars import Set, stem_of
-from .exits import unbroken
 
 if TYPE_CHECKING:
     from ..tasks import report, scoring

@@ -8,21 +8,25 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import files
 from ..arrays import Pair
 from ..blend import Blend
 from ..canvas import Canvas
+from ..disk.depth import dtype_of
+from ..disk.limits import taken
 from ..errors import ParameterError, printable
 from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
 from ..lazy import lazy
-from ..methods.base import Method, measures_distances, recipe_settings, traits
+from ..methods.base import Method, measures_distances, passes_of, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
 from ..request.fields import DONE
 from ..request.request import Request
-from ..synthesis import Scene
+from ..synthesis import Plan, Scene
 from ..tasks.requested import small_of
 from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of
 from .outputs import (
@@ -45,6 +49,23 @@ else:  # only gates need it
 
 LIBRARIES, EACH = 64 << 20, 80
 """Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
+
+WORKING = 45 << 20
+"""Bytes that the first kernels and the writer of files add to what planning took."""
+
+LEAST = 200 << 20
+"""Bytes of Python and its libraries at work, where planning needed few of them."""
+
+MAP, FRAMES, FEATHER, LEVEL, SPREAD = 9, 161, 3, 10, 57
+"""Bytes: of a px of the map, of frames and fractions and what they are made of, of feathering a px, of levelling a
+sample, of a px of a map that is gone over."""
+
+ENCODED = 0.7
+"""What a picture shrinks to in a file, of a texture with much grain."""
+
+SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
+"""Bytes that a method keeps of each px of the exemplars while it works; of the others, and around what is there:"""
+SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
 KEPT = {
     "save_map": "map", "st_map": "st map", "distance_map": "distances", "page": "report", "preview": "preview",
@@ -86,7 +107,7 @@ class Order:
         """Bytes that growing it takes, and judging it."""
         request, (width, height) = self.shelf.request, self.shelf.size
         judged = request.page is not None or bool(request.gates)
-        return self.shelf.plan.memory(request.depth) + (LIBRARIES + EACH * width * height) * judged
+        return memory_of(self.shelf.plan, request.depth) + (LIBRARIES + EACH * width * height) * judged
 
     def line(self, slug: str) -> str:
         """What a person wants to know of it, once it is known which method leads to the end."""
@@ -262,3 +283,23 @@ def check_distance_map(order: Order) -> None:
 
 def _ending(path: str) -> str:
     return os.path.splitext(path)[1].lower()
+
+
+def memory_of(plan: Plan, depth: str | None) -> int:
+    """Estimate the peak of this process's memory in bytes, within 25 % where kernels are compiled already.
+
+    Exemplars must be read and methods resolved: what that took is measured, not counted again.
+    """
+    exemplars, canvas, method, blend = plan.scene.exemplars, plan.scene.canvas, plan.method, plan.joined
+    area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
+    searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
+    each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
+    each += SPREAD if passes_of(method) else 0
+    drawn = 0.0
+    for plane in exemplars[0].planes.values():
+        samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)
+        held = plane.pixels.itemsize
+        made = held if depth is None else np.dtype(dtype_of(depth)).itemsize
+        written = (made if made != held else 0) + ENCODED * made + (made if made == 2 else 0)  # 16 bits: bytes swapped
+        drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
+    return int(max(LEAST, taken() + WORKING) + own * searched + area * each + drawn)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..methods.base import method_class
 from ..params import parameters, written
-from .exits import one_line, say_json, tell
+from .app import one_line, say_json, tell
 
 if TYPE_CHECKING:
     from ..choosing.auto import Choice

@@ -19,8 +19,8 @@ from ..request.request import Request
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks.requested import with_joins
+from .app import CANCEL, Interrupted, unbroken
 from .exemplars import Shelf, sets_of, stem_of
-from .exits import CANCEL, Interrupted, unbroken
 from .outputs import filled_name, usual_name
 from .plan import method_as_json
 from .report import Report, as_json, explain

@@ -40,9 +40,8 @@ from ..seams import recut_kernels
 from ..seams.graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
 from ..seams.placement_kernels import mark_steps
 from ..seams.worst import WorstSeams
-from ..search.candidates import Candidates, Prices
+from ..search.candidates import Candidates, Prices, posed_exemplars
 from ..search.fourier import PatchSearch
-from ..search.posed import posed_exemplars
 from ..sourcemap import HOLE, SourceMap
 
 STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut

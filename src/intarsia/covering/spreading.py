@@ -34,8 +34,7 @@ from ..run import Run
 from ..seams.graphcut import Box, Cut, laid_out, middle
 from ..seams.worst import WorstSeams
 from ..search import sizes
-from ..search.candidates import Candidates, Prices
-from ..search.posed import PosedExemplars
+from ..search.candidates import Candidates, PosedExemplars, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
 from .copies_kernels import FINE, STEP, Copies, Origins, Repeats, Terms

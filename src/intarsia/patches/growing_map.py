@@ -24,8 +24,7 @@ from ..kernels import windows
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
 from ..lazy import ndimage
-from ..search.candidates import Candidates, WindowGrid
-from ..search.posed import PosedExemplars
+from ..search.candidates import Candidates, PosedExemplars, WindowGrid
 from ..sourcemap import HOLE, Source, SourceMap
 from .fill_order import levels
 

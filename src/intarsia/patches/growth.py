@@ -28,11 +28,18 @@ from ..kernels.windows import Grown
 from ..lazy import ndimage
 from ..params import Poses, Weights
 from ..run import Run
-from ..search.candidates import SHORT_LIST, Candidates, Search, WindowGrid
+from ..search.candidates import (
+    SHORT_LIST,
+    Candidates,
+    PosedExemplars,
+    Search,
+    WindowGrid,
+    isometry_ids,
+    posed_exemplars,
+)
 from ..search.distance_map import best_of_poses, distance_maps, full_scale
 from ..search.fourier import PatchSearch
 from ..search.guide import Guided, GuidedSearch, WindowGuide, numbered_labels, seam_unit
-from ..search.posed import PosedExemplars, isometry_ids, posed_exemplars
 from ..sourcemap import HOLE, SourceMap
 from .fill_order import fill_order
 from .growing_map import GrowingMap, Pick, Window, random_patch, waves

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..analysis.symmetry import resolved_isometries
 from ..canvas import Canvas
 from ..exemplar import Exemplars
 from ..methods.image_quilting import ImageQuilting
 from ..params import AUTO, extent
 from ..run import Run
+from ..search.candidates import resolved_isometries
 from ..search.guide import check_guide
 from ..search.sizes import check_patch, default_patch
 from ..sourcemap import SourceMap

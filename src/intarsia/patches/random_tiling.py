@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..analysis.features import features
-from ..analysis.symmetry import resolved_isometries
 from ..canvas import Canvas
 from ..draws import draw
 from ..exemplar import Exemplars
@@ -13,8 +12,7 @@ from ..geometry import spread
 from ..methods.random_tiling import RandomTiling
 from ..params import AUTO, extent
 from ..run import Run
-from ..search.candidates import WindowGrid
-from ..search.posed import isometry_ids, posed_exemplars
+from ..search.candidates import WindowGrid, isometry_ids, posed_exemplars, resolved_isometries
 from ..search.sizes import check_patch, default_patch
 from ..sourcemap import SourceMap
 from .growing_map import GrowingMap, random_patch

@@ -30,10 +30,9 @@ from ..analysis.popout import rarity
 from ..arrays import Array, Int32, Pair, UInt8
 from ..kernels import returns
 from ..search import fourier_kernels
-from ..search.candidates import SHORT_LIST, Candidates, Prices, Search, WindowGrid, nearest
+from ..search.candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, Search, WindowGrid, in_one_row, nearest
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
-from ..search.posed import PosedExemplars, in_one_row
 from ..sourcemap import HOLE
 from . import repetition_kernels
 from .growing_map import Pick, frame_of, picked

@@ -9,9 +9,8 @@ from typing import Any
 
 from ..methods.base import Method, keeps_lattice
 from ..params import KINDS, parameters
-from .field import Field
+from .field import FLAG, Field, Pair
 from .fields import known_parameters, parameters_of, usual_parameters
-from .kinds import FLAG, Pair
 from .request import FIELDS, Request, fields_of_verb
 
 

@@ -1,13 +1,309 @@
-"""A field of a request, and how one is declared: once, and help, page, recipe and snippets read it there."""
+"""A field of a request, declared once for help, page, recipe and snippets, and the kinds of values; x before y.
+
+A kind says how a value is read from a text, and written as one.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import math
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any
 
-from .kinds import FLAG, Kind
+from ..arguments import OVERLAYS, channels_of
+from ..draws import SEED_LIMIT
+from ..errors import InputError
+
+MAX_SEEDS = 10_000
+
+
+class Kind:
+    """Any text. `name` is what pages know the kind by, `shown` what help shows in place of a value.
+
+    `between` stands between the numbers of a list. What is said otherwise of one holds for it alone.
+    """
+
+    name, shown, between = "text", "", ","
+    choices: tuple[str, ...] = ()
+
+    def __init__(self, **own: Any) -> None:
+        vars(self).update(own)
+
+    def read(self, text: str) -> Any:
+        """Read a value; ValueError says what is wrong, and what to give."""
+        if self.choices and text not in self.choices:
+            raise ValueError(f"{text!r} is not one of {', '.join(map(repr, self.choices))}.")
+        return text
+
+    def text(self, value: Any) -> str:
+        """Write a value as it is read."""
+        return self.between.join(map(str, value)) if isinstance(value, tuple) else str(value)
+
+    def json(self, value: Any) -> Any:
+        """What a recipe says of a value: a number, a truth value, or a text."""
+        return value if isinstance(value, (bool, int, float)) else self.text(value)
+
+    def of_json(self, value: Any) -> Any:
+        """Read what JSON holds; ValueError or TypeError where it is damaged."""
+        if self.name in ("int", "seed") and type(value) is not int:
+            raise TypeError
+        return self.read(self.between.join(map(str, value)) if isinstance(value, list) else str(value))
+
+
+class File(Kind):
+    """The name of a file, or - ; whoever opens it says what is wrong with it.
+
+    ``name`` says what a file is: an "exemplar" or an "image" of numbers that is read, or another that is "written".
+    """
+
+    name, shown = "written", "FILE"
+
+    def read(self, text: str) -> Any:
+        if "\0" in text:
+            raise InputError(f"{text!r} is no name of a file; choose another.")
+        return text
+
+
+class Flag(Kind):
+    """Yes or no."""
+
+    def of_json(self, value: Any) -> Any:
+        return bool(value)
+
+
+FLAG = Flag(name="flag")
+
+
+def one_of(*choices: str) -> Kind:
+    """One of some words."""
+    return Kind(name="choice", choices=choices)
+
+
+class Whole(Kind):
+    """A whole number of a range; with `choices`, one of them stands for None, which is decided later."""
+
+    name, low = "int", 0
+    high: int | None = None
+
+    def read(self, text: str) -> Any:
+        if text in self.choices:
+            return None
+        try:
+            number = int(text)
+        except ValueError:
+            number = None
+        if self.choices and (number is None or not self.low <= number <= (self.high or number)):
+            raise ValueError(f"{text} is not allowed; give {self.low} to {self.high} px, or {self.choices[0]}.")
+        if number is None:
+            raise ValueError(f"{text!r} is not a valid integer range.")
+        return _within(self, number)
+
+    def text(self, value: Any) -> str:
+        return self.choices[0] if value is None and self.choices else str(value)
+
+
+class Number(Kind):
+    """A number in a range, which NaN is not."""
+
+    name, low, high = "float", 0, 0
+
+    def read(self, text: str) -> Any:
+        try:
+            number = float(text)
+        except ValueError:
+            raise ValueError(f"{text!r} is not a valid float range.") from None
+        if number != number:
+            raise ValueError(f"{text} is no number; give {self.low:g} to {self.high:g}.")
+        return _within(self, number)
+
+
+def _within(kind: Whole | Number, number: float) -> float:
+    """Return a number of the range of a kind; what is said of another is what the command line says."""
+    if number < kind.low or (kind.high is not None and number > kind.high):
+        span = f"x>={kind.low}" if kind.high is None else f"{kind.low}<=x<={kind.high}"
+        raise ValueError(f"{number} is not in the range {span}.")
+    return number
+
+
+class Size(Kind):
+    """WIDTHxHEIGHT, or one number for a square; gives (width, height)."""
+
+    name, shown, between, most = "size", "WIDTHxHEIGHT", "x", 1 << 31
+
+    def read(self, text: str) -> Any:
+        parts = text.lower().split("x")
+        if not 1 <= len(parts) <= 2 or not all(re.fullmatch(r"[0-9]{1,12}", p) for p in parts):
+            raise ValueError(f"{text} is no size; give WIDTHxHEIGHT in px such as 1024x768, or one number.")
+        width, height = int(parts[0]), int(parts[-1])
+        if min(width, height) < 1 or width * height > self.most:
+            power = self.most.bit_length() - 1
+            raise ValueError(f"{text} is not allowed; give sides of at least 1 px, at most 2**{power} px in all.")
+        return width, height
+
+
+class Rectangle(Kind):
+    """X,Y,WIDTH,HEIGHT in px; gives the four numbers."""
+
+    name, shown = "rectangle", "X,Y,WIDTH,HEIGHT"
+
+    def read(self, text: str) -> Any:
+        parts = text.split(",")
+        if len(parts) != 4 or not all(re.fullmatch(r"-?[0-9]{1,12}", p) for p in parts):
+            raise ValueError(f"{text} is no rectangle; give X,Y,WIDTH,HEIGHT in px such as 0,0,256,256.")
+        x, y, width, height = (int(p) for p in parts)
+        if min(width, height) < 1:
+            raise ValueError(f"{text} is empty; give a width and a height of at least 1 px.")
+        return x, y, width, height
+
+    def json(self, value: Any) -> Any:
+        return list(value)
+
+
+class Scale(Kind):
+    """1/2, 1/3, 0.25, ...; gives the whole number n of 1/n."""
+
+    name, shown = "scale", "1/N"
+
+    def read(self, text: str) -> Any:
+        try:
+            times = 1 / Fraction(text)
+        except (ValueError, ZeroDivisionError):
+            times = Fraction(0)
+        if times.denominator != 1 or not 1 <= times <= 1024:
+            raise ValueError(f"{text} is not allowed; give 1/2, 1/3, ... (blocks of pixels are averaged).")
+        return int(times)
+
+    def text(self, value: Any) -> str:
+        return f"1/{value}"
+
+    def json(self, value: Any) -> Any:
+        return self.text(value)
+
+
+class Place(Kind):
+    """A pixel as X,Y; gives (x, y)."""
+
+    shown, one, such_as = "X,Y", "[0-9]{1,10}", "the pixel's column and row such as 120,80"
+
+    def read(self, text: str) -> Any:
+        if not re.fullmatch(f"{self.one},{self.one}", text):
+            raise ValueError(f"{text} is no place; give {self.such_as}.")
+        x, y = text.split(",")
+        return int(x), int(y)
+
+
+ENDLESS = Place(one="-?[0-9]{1,13}", such_as="column and row such as -4096,1000000")
+"""A pixel of an endless plane, a negative or huge one, too."""
+
+
+class Colour(Kind):
+    """#rrggbb; gives (red, green, blue)."""
+
+    name, shown = "colour", "#RRGGBB"
+
+    def read(self, text: str) -> Any:
+        if not re.fullmatch(r"#[0-9a-fA-F]{6}", text):
+            raise ValueError(f"{text} is no colour; give #rrggbb such as #ff00ff (quote it for the shell).")
+        return tuple(bytes.fromhex(text[1:]))
+
+    def text(self, value: Any) -> str:
+        return "#" + bytes(value).hex()
+
+
+class Seed(Kind):
+    """A whole number, or `random`, which draws one."""
+
+    name, shown = "seed", "N|random"
+
+    def read(self, text: str) -> Any:
+        if text == "random":
+            import secrets
+
+            return secrets.randbits(32)
+        if not re.fullmatch(r"[0-9]{1,20}", text) or int(text) >= SEED_LIMIT:
+            raise ValueError(f"{text} is no seed; give a whole number from 0 to 2**64 - 1, or random.")
+        return int(text)
+
+
+class Seeds(Kind):
+    """Ranges and numbers, as 1..9 or 1,4,7; gives a tuple of seeds."""
+
+    shown = "1..9|1,4,7"
+
+    def read(self, text: str) -> Any:
+        seeds: list[int] = []
+        for part in text.split(","):
+            ends = part.split("..")
+            if not 1 <= len(ends) <= 2 or not all(re.fullmatch(r"[0-9]{1,20}", e) for e in ends):
+                raise ValueError(f"{text} is no list of seeds; give 1..9, or 1,4,7.")
+            first, last = int(ends[0]), int(ends[-1])
+            if last < first or last >= SEED_LIMIT or last - first + len(seeds) >= MAX_SEEDS:
+                raise ValueError(f"{text}: give rising ranges, at most {MAX_SEEDS} seeds below 2**64.")
+            seeds.extend(range(first, last + 1))
+        return tuple(dict.fromkeys(seeds))
+
+
+class NamedFile(Kind):
+    """NAME=FILE; gives the pair."""
+
+    name, shown, between = "written", "NAME=FILE", "="
+
+    def read(self, text: str) -> Any:
+        name, equals, path = text.partition("=")
+        if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
+            raise ValueError(f"{text} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.")
+        return name, path
+
+
+class Overlay(NamedFile):
+    """FILE, or KIND=FILE; gives the pair."""
+
+    shown = "[KIND=]FILE"
+
+    def read(self, text: str) -> Any:
+        kind, equals, path = File().read(text).partition("=")
+        if not equals or not kind.isalpha():
+            return "lattice", text
+        if kind not in OVERLAYS:
+            raise ValueError(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in OVERLAYS)}.")
+        return kind, path
+
+
+class Channels(Kind):
+    """R=NAME,G=NAME,...; gives the text."""
+
+    shown = "C=NAME,..."
+
+    def read(self, text: str) -> Any:
+        channels_of(text)
+        return text.replace(" ", "")
+
+
+class NamedNumber(Kind):
+    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
+
+    name, shown, between, most, remedy = "named", "NAME=F", "=", 1, ""
+
+    def read(self, text: str) -> Any:
+        name, _, number = text.partition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = math.nan
+        if not name or not 0 <= value <= self.most:
+            raise ValueError(f"{text} is not {self.shown}; give {self.remedy}.")
+        return name, value
+
+
+class Pair(Kind):
+    """Two values behind one option."""
+
+    name = "written"
+    kinds: tuple[Kind, Kind] = (Place(), File())
+
 
 HEADINGS = ("What goes where", "Output", "Look", "Exemplar", "Work")
 """What the options of a verb stand under in its help, in this order."""

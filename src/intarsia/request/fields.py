@@ -12,10 +12,14 @@ from ..disk.limits import DEFAULT_PIXELS, VARIABLE
 from ..geometry import Wrap
 from ..methods.base import METHODS, PRESETS, Ability, method_class
 from ..params import Parameter, parameters
-from .field import EXEMPLAR, LOOK, OUTPUT, WHERE, WORK, asked
-from .kinds import (
+from .field import (
     ENDLESS,
+    EXEMPLAR,
     FLAG,
+    LOOK,
+    OUTPUT,
+    WHERE,
+    WORK,
     Channels,
     Colour,
     File,
@@ -31,6 +35,7 @@ from .kinds import (
     Seeds,
     Size,
     Whole,
+    asked,
     one_of,
 )
 

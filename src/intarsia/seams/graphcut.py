@@ -44,9 +44,8 @@ from ..lattice.lattice import Vectors
 from ..patches.growing_map import Pick, picked, random_patch
 from ..patches.growth import Growth
 from ..run import Run
-from ..search.candidates import Candidates, Prices
+from ..search.candidates import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
-from ..search.posed import PosedExemplars
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces

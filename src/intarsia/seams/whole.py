@@ -29,7 +29,7 @@ from ..kernels.pieces_of_maps import boxes_of_parts
 from ..lazy import ndimage
 from ..patches.growing_map import Pick
 from ..run import Run
-from ..search.posed import PosedExemplars
+from ..search.candidates import PosedExemplars
 from ..segments.wholes import Wholes, wholes
 from . import whole_kernels as kernels
 from .graphcut import Box, Cut, GraphcutGrowth, laid_out

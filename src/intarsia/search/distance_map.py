@@ -13,9 +13,8 @@ from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
 from . import fourier_kernels
-from .candidates import Candidates
+from .candidates import Candidates, PosedExemplars
 from .fourier_kernels import FAR as FARTHEST
-from .posed import PosedExemplars
 
 FAR = -1.0  # stands where no patch may begin
 

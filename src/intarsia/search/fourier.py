@@ -26,9 +26,8 @@ from ..arrays import Array, Pair
 from ..errors import ParameterError
 from ..kernels.windows import Grown
 from . import fourier_kernels
-from .candidates import SHORT_LIST, Candidates, Prices, Reduced
+from .candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, in_one_row
 from .fourier_kernels import Listed
-from .posed import PosedExemplars, in_one_row
 
 ROUNDING = 3e-7
 """By which share of the two norms a correlation in single precision may be wrong, at most: so much for windows far

@@ -26,11 +26,10 @@ from ..kernels.windows import Grown
 from ..lazy import ndimage
 from ..params import extent
 from . import guided_kernels
-from .candidates import Candidates, Prices, Search, WindowGrid
+from .candidates import Candidates, PosedExemplars, Prices, Search, WindowGrid
 from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import Among, Listed
-from .posed import PosedExemplars
 
 MOST = float(1 << 30)  # costs of the short-list stay below
 

@@ -13,8 +13,8 @@ from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..params import extent, words
+from .candidates import isometry_ids
 from .guide import check_sources, largest_squares
-from .posed import isometry_ids
 
 LEAST = 16
 USUAL = 64

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import ParameterError
 from ...params import written
 from ...request.request import Request
-from ..exits import say, tell
+from ..app import say, tell
 from ..help import HelpfulCommand
 from ..report import Report
 from .grow import check_stdout

@@ -9,7 +9,7 @@ import click
 from ...arguments import SAMPLES
 from ...errors import ParameterError, ResourceError
 from ...request.request import Request
-from ..exits import begun
+from ..app import begun
 from ..help import HelpfulCommand
 from ..report import Report
 

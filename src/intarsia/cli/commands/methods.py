@@ -8,7 +8,7 @@ import click
 
 from ...methods.base import METHODS, method_class
 from ...params import parameters
-from ..exits import say, say_json
+from ..app import say, say_json
 from ..help import entries
 
 

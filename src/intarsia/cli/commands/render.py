@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ...arguments import MAX_PIXELS
 from ...errors import InputError, ParameterError
 from ...request.request import Request
-from ..exits import CANCEL
+from ..app import CANCEL
 from ..help import HelpfulCommand
 from ..report import Report
 from .grow import check_stdout

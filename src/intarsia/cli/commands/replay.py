@@ -38,7 +38,7 @@ def replay(request: Request, report: Report) -> None:
     """
     check_stdout(request, report)
     from ... import files
-    from ...request.recipe import from_recipe
+    from ...request.as_json import from_recipe
     from ..batch import Batch
 
     picture = request.picture or ""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import InputError
 from ...request.request import Request
-from ..exits import CANCEL, say
+from ..app import CANCEL, say
 from ..help import HelpfulCommand
 from ..report import Report
 

@@ -6,7 +6,7 @@ import time
 
 import click
 
-from ..exits import CANCEL, begun
+from ..app import CANCEL, begun
 from ..report import Report
 
 

@@ -19,10 +19,9 @@ from ...errors import ParameterError
 from ...kernels.windows import Grown, Posed
 from ...lazy import ndimage
 from ...search import fourier_kernels, guided_kernels
-from ...search.candidates import SHORT_LIST, Candidates, Prices
+from ...search.candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, in_one_row
 from ...search.fourier_kernels import Listed
 from ...search.guide import Guided, WindowGuide
-from ...search.posed import PosedExemplars, in_one_row
 from . import pyramid_kernels
 from .pyramid_kernels import Rung
 from .repeats import Factors

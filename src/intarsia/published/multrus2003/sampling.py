@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 
 from ...analysis.features import features
-from ...analysis.symmetry import resolved_isometries
 from ...arrays import Array, Pair
 from ...canvas import Canvas
 from ...draws import below
@@ -24,10 +23,9 @@ from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ...patches.repetition import Repetition, Table
 from ...run import Run
 from ...search import fourier_kernels
-from ...search.candidates import Candidates, Search, nearest
+from ...search.candidates import Candidates, PosedExemplars, Search, nearest, resolved_isometries
 from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide
-from ...search.posed import PosedExemplars
 from ...search.sizes import check_patch, default_patch
 from ...sourcemap import SourceMap
 from .patch_sampling import PatchSampling

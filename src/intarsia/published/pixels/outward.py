@@ -17,7 +17,7 @@ from ...kernels.windows import Grown
 from ...params import extent
 from ...patches.growing_map import GrowingMap
 from ...run import Run
-from ...search.posed import isometry_ids, posed_exemplars
+from ...search.candidates import isometry_ids, posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from .efros_leung import EfrosLeung
 from .neighbourhoods import choices, ground, layers, with_window

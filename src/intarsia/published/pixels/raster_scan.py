@@ -20,7 +20,7 @@ from ...kernels.kd_tree import LEAF, Tree
 from ...lazy import ndimage
 from ...params import words
 from ...patches.growing_map import GrowingMap
-from ...search.posed import posed_exemplars
+from ...search.candidates import posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from . import raster_kernels
 from .neighbourhood_kernels import Ground

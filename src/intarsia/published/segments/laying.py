@@ -25,9 +25,8 @@ from ...patches.growing_map import Pick
 from ...patches.growth import Growth, PatchSettings, Repeats
 from ...run import Run
 from ...search import fourier_kernels
-from ...search.candidates import Candidates, Prices, nearest
+from ...search.candidates import Candidates, PosedExemplars, Prices, nearest
 from ...search.fourier_kernels import FAR
-from ...search.posed import PosedExemplars
 from ...search.sizes import check_patch, supplied
 from ...segments.feature_group import DISC, FINE, Group
 from ...segments.felzenszwalb import even_colours

@@ -14,9 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...cli.app import cli
+from ...cli.app import CANCEL, cli
 from ...cli.exemplars import Held, hold
-from ...cli.exits import CANCEL
 from ...cli.report import listen
 from ...errors import InputError, MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars

@@ -86,7 +86,7 @@ def _limit(limit: int) -> None:
 
 def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
     """Hand on what is asked for; a cancel is heard at once."""
-    from ...cli.exits import CANCEL
+    from ...cli.app import CANCEL
 
     for line in lines:
         said = json.loads(line)
@@ -100,7 +100,7 @@ def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
 
 def _do(said: dict[str, Any], channel: Channel) -> None:
     """Do one thing, and answer: what came of it, or why it failed, in one line."""
-    from ...cli.exits import CANCEL, judge
+    from ...cli.app import CANCEL, judge
 
     number = said["number"]
 
