@@ -8,6 +8,7 @@ can be made without the others.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
@@ -169,7 +170,7 @@ class Piece(NamedTuple):
     brick: int  # its number
 
 
-class CourseLayout:
+class CourseLayout(ABC):
     """What lies where in the courses of an endless canvas; `step`: 1/256 px from anchor to anchor."""
 
     def __init__(self, rows: Rows, seed: int, step: int) -> None:
@@ -209,10 +210,10 @@ class CourseLayout:
         turns, s = divmod(s, self.pace[1]) if self.rows.width else (0, s)
         return self.rows.named(i, turns), s, turns * self.rows.width
 
+    @abstractmethod
     def _late(self, i: int, s: int, place: int, room: int) -> int:
         """How far behind its place an anchor lies, less than `room` so that anchors stay in order."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _chained(self, i: int, s: int) -> list[Piece]:
         """The pieces from an anchor to the next."""
-        raise NotImplementedError
