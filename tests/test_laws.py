@@ -90,6 +90,7 @@ class TestSpreadImageQuilting(MethodContract):
 
     method = ia.ImageQuilting(patch=10, overlap=3, isometries="both", min_repeat_distance=4, spread=8)
     examples = 8
+    least = 28  # in smaller ones the distance leaves no patch for some place beside a start
 
 
 @pytest.mark.usefixtures("small_windows")
