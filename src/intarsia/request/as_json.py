@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..arguments import whole
 from ..blend import Blend
-from ..canvas import Canvas
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError
+from ..lazy import lazy
 from ..methods.base import method_of
 from ..params import KINDS
 from .argv import settings_of
@@ -21,6 +21,11 @@ from .field import FLAG, Field
 from .fields import BEGUN, known_parameters, parameters_of
 from .pictures import value_of
 from .request import FIELDS, Request, fields_of_verb, parameters_of_verb
+
+if TYPE_CHECKING:
+    from .. import canvas
+else:  # only recipes need it
+    canvas = lazy("intarsia.canvas")
 
 MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
 """Parameters that parallel-controllable had before they were those of correction-2008, and what it does instead."""
@@ -84,7 +89,7 @@ def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
     if verb == "tile":
         told["axes"] = told["wrap"]
     if verb not in BEGUN:
-        Canvas(height, width)
+        canvas.Canvas(height, width)
         told["size"] = width * times, height * times
         if "start" in recipe and "rim" in recipe:
             told["rim"] = whole(recipe["rim"])
