@@ -71,7 +71,8 @@ def test_a_job_that_is_heard_of_before_the_page_has_all_leaves_the_address_as_it
         route.continue_()
 
     page.page.route("**/api/jobs", late)
-    page.page.reload()
+    with page.page.expect_response("**/api/jobs"):
+        page.page.reload()
     expect(page.page.locator(".names")).to_contain_text("seed 0")
     assert page.page.url.endswith(f"#grow/{job}")
 
