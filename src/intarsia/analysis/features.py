@@ -107,7 +107,7 @@ def stretched(
     Returns the pictures, what a pixel of value 0, counted as `zero`, becomes (1, 1, C), and True for a normal map.
     """
     black = np.zeros((1, 1, values[0].shape[2]), np.int32)
-    usable = [v[e.free] for v, e in zip(values, exemplars, strict=True) if e.free.any()]
+    usable = [v for v in _usable(values, exemplars) if v.size]
     low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
     if plane.kind is Kind.NORMAL:
         middle = 0 if low < 0 else 65535  # twice the value of a zero component
@@ -154,9 +154,15 @@ def times(values: Int32, factor: float) -> Int32:
     return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)
 
 
+def _usable(values: Sequence[Array], exemplars: Exemplars) -> list[Array]:
+    """The usable pixels of each picture, (n, C); where all are, without picking them one by one."""
+    both = zip(values, exemplars, strict=True)
+    return [v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in both]
+
+
 def variance_of(values: Sequence[Array], exemplars: Exemplars) -> float:
     """Sum of the channels' variances; integer sums, so the same on every machine."""
-    flat = np.concatenate([v[e.free] for v, e in zip(values, exemplars, strict=True)])
+    flat = np.concatenate(_usable(values, exemplars))
     return float(sum(spreads(flat))) / len(flat) ** 2
 
 
