@@ -49,6 +49,7 @@ class Filled:
         served.done("grow", [exemplar], **QUICK, seed=3)
         self.known = self.listed(served)
         self.files = all_of(served.folder)
+        self.files.pop("studio.sqlite-journal", None)  # of a row that was being written just then
 
     def listed(self, served: Served) -> object:
         """What the page asks for at its start, but for the moments at which it was made."""

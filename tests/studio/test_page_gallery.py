@@ -18,6 +18,7 @@ else:
 def gallery(page: Desk, small: str) -> Desk:
     """A gallery in which the first is a small result, and the second is another thing; it has fewer than it shows."""
     for job in page.served.get("/api/jobs")[20:]:
+        page.served.ended(job)
         page.served.client.delete(f"/api/jobs/{job['id']}").raise_for_status()
     page.served.ended(page.served.job("grow", [small], **QUICK))
     page.sample("tiles")
