@@ -180,7 +180,7 @@ BUDGET = {
     "analysis": 18_600,
     "blocks": 16_400,
     "choosing": 7_200,
-    "cli": 24_000,
+    "cli": 24_100,
     "corrections": 21_500,
     "courses": 25_700,
     "covering": 14_500,

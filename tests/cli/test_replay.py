@@ -210,6 +210,22 @@ class TestBeside:
         assert "wall_mask.png marks another hole" in run("replay box/wall_healed.png -o once.png", 3).stderr
         run("replay box/wall_healed.png -o once.png --mask h.png")
 
+    def test_an_exemplar_of_any_name_is_known_by_its_contents(self) -> None:
+        for more in ("", "--crop 2,3,40,36", "--toroidal"):
+            run(f"grow a.png {SMALL} {more} -o box/big.png --force")
+            self.put(another="e")
+            assert "made with --exemplar FILE" in run("replay box/big.png -o again.png --force", 2).stderr
+            self.put(brick="a")
+            told = CliRunner().invoke(cli, ["replay", "box/big.png", "-o", "again.png", "--force"])
+            assert told.exit_code == 0, told.stderr
+            assert "taken from beside it: box/brick.png" in told.stderr
+            assert Path("again.png").read_bytes() == Path("box/big.png").read_bytes()
+            Path("box/brick.png").unlink()
+        run("heal a.png --mask h.png --patch 14 -o box/clean.png")
+        self.put(photo="a", mask="h")
+        run("replay box/clean.png -o healed.png")
+        assert Path("healed.png").read_bytes() == Path("box/clean.png").read_bytes()
+
     def test_labels_and_target(self) -> None:
         run(f"paint e.png -l l.png -t t.png {SMALL} -o box/field_painted_3.png")
         self.put(field="e", labels="l", target="t")

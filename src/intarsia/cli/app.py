@@ -113,6 +113,11 @@ def tell(line: str) -> None:
         click.echo(legible(line), err=True)
 
 
+def reason_of(e: OSError) -> str:
+    """Why the system refused, in its own words."""
+    return (e.strerror or str(e)).lower()
+
+
 def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
     """Write lines to stdout. ResourceError where that fails, with what is `done` all the same."""
     try:
@@ -121,8 +126,7 @@ def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None
         raise
     except OSError as e:
         _drop_stdout()
-        reason = (e.strerror or str(e)).lower()
-        raise ResourceError(f"the standard output: {reason}; the result was not printed, but {done}.") from None
+        raise ResourceError(f"the standard output: {reason_of(e)}; the result was not printed, but {done}.") from None
 
 
 def say_json(answer: Any, done: str = "nothing else was to be done") -> None:

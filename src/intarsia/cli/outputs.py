@@ -19,7 +19,7 @@ from ..exemplar import Exemplar
 from ..image import Plane
 from ..lazy import lazy
 from ..request.request import Request
-from .app import unbroken
+from .app import reason_of, unbroken
 from .exemplars import Set, stem_of
 
 if TYPE_CHECKING:
@@ -53,12 +53,17 @@ def plane_files(out: str, planes: Mapping[str, str]) -> dict[str, str]:
 
 
 def _ending(path: str, otherwise: str) -> str:
-    ending = "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1]
+    ending = _own_ending(path)
     try:
         files.format_of("x" + ending)
     except ParameterError:  # a format that is read but not written
         return otherwise
     return ending
+
+
+def _own_ending(path: str) -> str:
+    """The ending of a file that was read; a built-in sample has none."""
+    return "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1]
 
 
 def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
@@ -85,8 +90,7 @@ def fitting_files(
 
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
     """The ending of the exemplar, if its format loses nothing and holds the result; else one of which that is true."""
-    own = "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1].lower()
-    for ending in (own, ".png", ".exr"):
+    for ending in (_own_ending(path).lower(), ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
             with suppress(ParameterError):
@@ -196,8 +200,7 @@ class Staging:
                 os.mkdir(name, 0o700)
             except OSError as e:
                 del self._folders[folder]
-                reason = (e.strerror or str(e)).lower()
-                raise ResourceError(f"{folder} cannot be written ({reason}); name another folder.") from None
+                raise ResourceError(f"{folder} cannot be written ({reason_of(e)}); name another folder.") from None
         staged = os.path.join(self._folders[folder], os.path.basename(target))
         self._moves.append((staged, target))
         whole.asked_for(staged, path)
@@ -214,8 +217,7 @@ class Staging:
         except FileExistsError:  # another run was quicker
             self._made.pop()
         except OSError as e:
-            reason = (e.strerror or str(e)).lower()
-            raise ResourceError(f"{printable(folder)} cannot be made ({reason}); name another folder.") from None
+            raise ResourceError(f"{printable(folder)} cannot be made ({reason_of(e)}); name another folder.") from None
 
     def commit(self) -> None:
         """Move all files to their places; if one cannot be moved, take the others away again."""
@@ -241,8 +243,7 @@ class Staging:
                 for target in done:
                     with suppress(OSError):
                         os.unlink(target)
-                reason = (e.strerror or str(e)).lower()
-                raise ResourceError(f"{target} cannot be written ({reason}); name another place.") from None
+                raise ResourceError(f"{target} cannot be written ({reason_of(e)}); name another place.") from None
 
 
 def _with_recipe(staged: str, target: str) -> list[tuple[str, str]]:

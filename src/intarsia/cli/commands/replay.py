@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...errors import InputError, ParameterError
+from ...errors import InputError, IntarsiaError, ParameterError
 from ...request.pictures import asked_pictures, with_pictures
 from ...request.request import Request
 from ...version import VERSION
@@ -33,8 +33,9 @@ def replay(request: Request, report: Report) -> None:
 
     Give the files again that were used, --map, --mask, --from, --labels and --target too, and pictures of parameters
     as --picture: they are checked against the recipe. Of planks_grown.png planks.png is found beside it, and so are
-    mask.png, labels.png, target.png and PARAMETER.png. Everything else is in it, such as --crop, --flatten, --avoid and
-    --depth, and a hole that was the picture's own alpha. Built-in exemplars (sample:...) need no --exemplar.
+    mask.png, labels.png, target.png and PARAMETER.png; an exemplar of another name is known there by its contents.
+    Everything else is in it, such as --crop, --flatten, --avoid and --depth, and a hole that was the picture's own
+    alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
     check_stdout(request, report)
     from ... import files
@@ -79,7 +80,7 @@ def found_beside(recipe: dict[str, Any], request: Request, report: Report) -> Re
         return given if found is None else (found,)
 
     masks, labels = one(healed, request.masks, "mask"), one(painted, request.labels, "labels")
-    target = next(iter(one(painted, () if request.target is None else (request.target,), "target")), None)
+    target = request.target or (near.called("target") if painted else None)
     drawn = dict(request.pictures)
     drawn |= {key: path for key in asked if key not in drawn and (path := near.called(key)) is not None}
     missing = [
@@ -89,15 +90,23 @@ def found_beside(recipe: dict[str, Any], request: Request, report: Report) -> Re
         ("--start FILE", "start" in recipe and not begun and "heal" not in recipe and request.start is None),
         *((f"--picture {key}=FILE", key not in drawn) for key in asked),
     ]  # fmt: skip
-    if lacking := [option for option, lacks in missing if lacks]:
+    lacking = [option for option, lacks in missing if lacks]
+    found = replace(request, files=exemplar, masks=masks, labels=labels, target=target, pictures=tuple(drawn.items()))
+    if lacking == ["--exemplar FILE"] and (exemplar := near.alike(with_pictures(recipe, drawn, picture), found)):
+        found = replace(found, files=exemplar)
+    elif lacking:
         raise ParameterError(
             f"{picture} was made with {', '.join(lacking)}: its recipe holds their hashes alone; name the files."
         )
-    now = {*exemplar, *masks, *labels, *([] if target is None else [target]), *drawn.values()}
-    before = {*request.files, *request.masks, *request.labels, request.target, *dict(request.pictures).values()}
-    if added := sorted(now - before):
+    if added := sorted(_named(found) - _named(request)):
         report.note(f"taken from beside it: {', '.join(added)}")
-    return replace(request, files=exemplar, masks=masks, labels=labels, target=target, pictures=tuple(drawn.items()))
+    return found
+
+
+def _named(request: Request) -> set[str]:
+    """The files that are named to make a picture again."""
+    target = () if request.target is None else (request.target,)
+    return {*request.files, *request.masks, *request.labels, *target, *dict(request.pictures).values()}
 
 
 def check_scene(recipe: dict[str, Any], scene: Scene, request: Request) -> None:
@@ -151,6 +160,10 @@ DONE = re.compile(r"_(grown|extended|healed|painted|tiled)(_[0-9]+)?$")
 """How the name of an output ends that was given none; before it stands that of its exemplar."""
 
 
+MOST = 50
+"""So many pictures are read, at most, to find one by its contents."""
+
+
 class Neighbours:
     """The pictures in the folder of one, no links and no folders among them: `floor.png` beside `floor_grown.png`."""
 
@@ -173,6 +186,19 @@ class Neighbours:
         alone = self._paths(n for n in self._names if Path(n).stem == self._exemplar)
         planes = self._paths(n for n, own, word in self._split if own == self._exemplar and word not in (None, "mask"))
         return alone[:1] or planes
+
+    def alike(self, recipe: dict[str, Any], request: Request) -> tuple[str, ...]:
+        """The first picture that is the exemplar of a recipe if it is read and used as that says; of some alone."""
+        from ...request.as_json import from_recipe
+        from ..exemplars import Shelf, sets_of
+
+        report = Report(quiet=True)
+        for path in self._paths(self._names[:MOST]):
+            with suppress(IntarsiaError):
+                again = from_recipe(recipe, replace(request, files=(path,)), path)
+                check_scene(recipe, Shelf(sets_of(again, report), again, report).scene, again)
+                return (path,)
+        return ()
 
     def called(self, word: str) -> str | None:
         """The file `word.png`, or, behind the name of the exemplar, `floor_word.png`, in any format."""
