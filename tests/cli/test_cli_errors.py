@@ -65,6 +65,8 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
     Path("moss_normal.png").write_bytes(Path("a.png").read_bytes())
     Path("old.bmp.recipe.json").write_text("{}")
     Path("folder").mkdir()
+    Path("alone").mkdir()
+    Path("alone/grown.png").write_bytes(Path("grown.png").read_bytes())
     os.chdir(here)
     return folder
 
@@ -198,7 +200,7 @@ BAD = {
     # replay
     "replay missing.png -o out.png": 3,
     "replay a.png -o out.png": 3,
-    "replay grown.png -o out.png": 2,
+    "replay alone/grown.png -o out.png": 2,
     "replay grown.png -e deep.png -o out.png": 3,
     "replay grown.png -e a.png -e deep.png -o out.png": 3,
     "replay grown.png -e a.png -o grown.png": 2,
