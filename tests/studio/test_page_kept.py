@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from studio.browser import Desk, desk
-from studio.served import studio
+from studio.served import QUICK, studio
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Route, expect
@@ -77,6 +77,24 @@ def test_a_job_that_is_heard_of_before_the_page_has_all_leaves_the_address_as_it
     assert page.page.url.endswith(f"#grow/{job}")
 
 
+def test_a_job_that_goes_while_the_list_is_on_its_way_stays_away(page: Desk, small: str) -> None:
+    job = page.served.ended(page.served.job("grow", [small], **QUICK))
+
+    def late(route: Route) -> None:
+        told = page.served.get("/api/jobs")
+        page.served.client.delete(f"/api/jobs/{job['id']}")
+        page.page.evaluate("() => new Promise(done => setTimeout(done, 300))")  # until it has heard
+        route.fulfill(json=told)
+
+    page.room("Gallery")
+    expect(page.page.locator(f".made [data-job='{job['id']}']")).to_have_count(1)
+    page.page.route("**/api/jobs", late)
+    with page.page.expect_response("**/api/jobs"):
+        page.page.reload()
+    page.page.get_by_role("heading", name="Gallery").wait_for()
+    expect(page.page.locator(f".made [data-job='{job['id']}']")).to_have_count(0)
+
+
 def test_a_job_that_the_address_names_is_looked_at_as_soon_as_it_is_heard_of(page: Desk) -> None:
     page.sample("tiles")
     page.quick()
@@ -90,15 +108,20 @@ def test_a_job_that_the_address_names_is_looked_at_as_soon_as_it_is_heard_of(pag
     expect(page.page.locator(".names")).to_contain_text("seed 0")
 
 
-def painted(page: Desk) -> list[np.ndarray]:
-    """What is seen in the rooms that one paints in."""
-    seen = []
+def painted(page: Desk, once: list[np.ndarray] | None = None) -> list[np.ndarray]:
+    """What is seen in the rooms that one paints in; what was seen once may take its time to be drawn again."""
+    seen: list[np.ndarray] = []
     for room, count in (("Paint", 2), ("Mend", 1), ("Found", 1)):
         page.room(room)
         page.page.mouse.move(5, 5)
         expect(page.stage(count - 1)).to_be_visible()
         page.page.wait_for_timeout(1000)
-        seen += [page.seen(number) for number in range(count)]
+        for number in range(count):
+            for _ in range(20 if once else 0):
+                if np.array_equal(page.seen(number), once[len(seen)]):
+                    break
+                page.page.wait_for_timeout(500)
+            seen.append(page.seen(number))
     return seen
 
 
@@ -130,7 +153,7 @@ def test_a_new_start_brings_back_what_was_set_and_painted(browser: Browser, tmp_
         page.page.get_by_role("heading", name="tiles", exact=True).wait_for()
         assert page.page.evaluate("getComputedStyle(document.body).backgroundColor") == theme
         expect(page.page.get_by_text("Parts are marked as avoided.")).to_be_visible()
-        for a, b in zip(before, painted(page), strict=True):
+        for a, b in zip(before, painted(page, before), strict=True):
             assert np.array_equal(a, b)
         page.room("Mend")
         page.radio("Extend").click()

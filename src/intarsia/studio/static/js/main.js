@@ -10,7 +10,7 @@ import "./shell.js";
 
 begin();
 let away = false;
-listen({
+const listening = listen({
   warm: (told) => {
     store.warm = told;
     store.tell("warm");
@@ -34,6 +34,7 @@ async function arrive() {
     await kept.load();
     begin();
     restore();
+    await listening;
   }
   await store.load();
 }

@@ -13,9 +13,15 @@
 /**
  * Listen for as long as the page is open, by the one ear that all pages of this browser share.
  * @param {Listener} listener
+ * @returns {Promise<void>} until the ear hears, or cannot: who asks for lists after that misses nothing between the two
  */
 export function listen(listener) {
-  const heard = new BroadcastChannel("intarsia");
-  heard.onmessage = (e) => listener[/** @type {keyof Listener} */ (e.data.kind)](e.data.told);
-  new SharedWorker(new URL("ear.js", import.meta.url));
+  return new Promise((known) => {
+    const heard = new BroadcastChannel("intarsia");
+    heard.onmessage = (e) => {
+      listener[/** @type {keyof Listener} */ (e.data.kind)](e.data.told);
+      if (e.data.kind === "here") known();
+    };
+    new SharedWorker(new URL("ear.js", import.meta.url)).onerror = () => known();
+  });
 }

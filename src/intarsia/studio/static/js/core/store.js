@@ -38,6 +38,8 @@ class Store extends EventTarget {
   /** @type {Map<string, Promise<ImageBitmap>>} the last few pictures, so that going to and fro is quick */
   #pictures = new Map();
   #soon = new Set();
+  /** @type {Set<string>} jobs and exemplars that were taken away, whatever an answer that was on its way still says of them */
+  #gone = new Set();
 
   /**
    * Tell that something changed, once for many changes of a moment.
@@ -66,17 +68,27 @@ class Store extends EventTarget {
   /** Ask for all that the server has. */
   async load() {
     const had = this.exemplars;
-    const [schema, exemplars] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
-    const brought = this.exemplars.filter((e) => !had.includes(e) && exemplars.every((/** @type {Exemplar} */ x) => x.id !== e.id));
+    const [schema, opened] = await Promise.all([get("/api/schema"), get("/api/exemplars")]);
+    const exemplars = this.#there(/** @type {Exemplar[]} */ (opened));
+    const brought = this.exemplars.filter((e) => !had.includes(e) && exemplars.every((x) => x.id !== e.id));
     [this.schema, this.exemplars] = [schema, [...brought, ...exemplars].sort(newest)];
     const before = new Map(this.jobs);
-    const told = /** @type {Job[]} */ (await get("/api/jobs"));
+    const told = this.#there(/** @type {Job[]} */ (await get("/api/jobs")));
     const newer = [...this.jobs].filter(([id, job]) => before.get(id) !== job); // heard while the answer was on its way
     this.jobs = new Map([...told.map((job) => /** @type {[string, Job]} */ ([job.id, job])), ...newer]);
     this.exemplar = this.exemplars.find((e) => e.id === kept.of().exemplar) ?? null;
     this.loaded = true;
     this.#arrived();
     for (const topic of /** @type {Topic[]} */ (["exemplars", "exemplar", "jobs"])) this.tell(topic);
+  }
+
+  /**
+   * @template {{id: string}} T
+   * @param {T[]} told by the server
+   * @returns {T[]} without what was taken away since it was asked
+   */
+  #there(told) {
+    return told.filter((each) => !this.#gone.has(each.id));
   }
 
   /**
@@ -93,6 +105,7 @@ class Store extends EventTarget {
 
   /** @param {Exemplar} exemplar that is there, here or in another page */
   opened(exemplar) {
+    this.#gone.delete(exemplar.id);
     this.exemplars = [exemplar, ...this.exemplars.filter((each) => each.id !== exemplar.id)].sort(newest);
     this.tell("exemplars");
   }
@@ -109,6 +122,7 @@ class Store extends EventTarget {
 
   /** @param {Job} job */
   note(job) {
+    this.#gone.delete(job.id);
     this.jobs.set(job.id, job);
     this.tell("jobs");
   }
@@ -169,6 +183,7 @@ class Store extends EventTarget {
 
   /** @param {string} id of a job or an exemplar that is there no more */
   gone(id) {
+    this.#gone.add(id);
     this.jobs.delete(id);
     this.exemplars = this.exemplars.filter((each) => each.id !== id);
     if (this.chosen === id) this.chosen = null;
