@@ -7,16 +7,21 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .arguments import chosen, expect, expect_path
 from .arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from .blend import Blend
-from .disk.npz import check_sides, packed, unpacked
 from .errors import InputError, ParameterError, ResourceError
 from .geometry import ISOMETRIES, Box, Wrap
+from .lazy import lazy
+
+if TYPE_CHECKING:
+    from .disk import npz
+else:  # where maps are kept
+    npz = lazy("intarsia.disk.npz")
 
 AREA = 64.0
 """A frame shows at most so many times the area of the exemplar, and at least 1 over it."""
@@ -254,7 +259,7 @@ class SourceMap:
         about = {"sources": [asdict(s) for s in self.sources], "wrap": self.wrap.value, **self.blend.as_recipe}
         arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
         arrays |= self._arrays()
-        return packed(arrays)
+        return npz.packed(arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> SourceMap:
@@ -263,7 +268,7 @@ class SourceMap:
         A map may cost what a picture may (``INTARSIA_MAX_PIXELS``): its arrays are measured before they are unpacked.
         """
         expect_path(path)
-        with unpacked(path, _TYPES) as (arrays, about):
+        with npz.unpacked(path, _TYPES) as (arrays, about):
             return cls(
                 **arrays, sources=tuple(_source(**s) for s in about["sources"]), wrap=Wrap(about["wrap"]),
                 blend=Blend.of(about),
@@ -318,7 +323,7 @@ def identity(sources: Sequence[Source], number: int) -> SourceMap:
 def _source(name: str, height: int, width: int, digest: str) -> Source:
     if not (isinstance(name, str) and isinstance(digest, str)):
         raise TypeError
-    check_sides(height, width)
+    npz.check_sides(height, width)
     return Source(name, height, width, digest)
 
 

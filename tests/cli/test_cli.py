@@ -114,6 +114,32 @@ assert not heavy, heavy
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
         assert done.returncode == 0, done.stderr
 
+    def test_a_method_that_is_named_imports_no_other_and_nothing_that_is_not_asked_for(self) -> None:
+        script = """
+import sys
+from click.testing import CliRunner
+from intarsia.cli.app import cli
+line = ["grow", "a.png", "-o", "named.png", "-s", "30", "-m", "image-quilting"]
+assert CliRunner().invoke(cli, line).exit_code == 0
+mine = sorted(name for name in sys.modules if name.startswith("intarsia."))
+print(*mine, sep="\\n")
+"""
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+        found = set(done.stdout.split())
+        methods = {name for name in found if name.startswith("intarsia.methods.")}
+        assert methods == {f"intarsia.methods.{name}" for name in ("base", "image_quilting", "parameters")}, done.stderr
+        rooms = {name.split(".")[1] for name in found}
+        assert not rooms & {"published", "covering", "blocks", "courses", "corrections", "judging", "studio", "giant"}
+        rare = "tasks.completion", "search.guide", "rendering.finish", "rendering.warped", "files.netpbm", "disk.npz"
+        assert not found & {f"intarsia.{name}" for name in rare}
+
+    def test_a_parameter_of_another_method_is_told_of_by_the_method_that_is_named(self) -> None:
+        told = run("grow", "a.png", "-o", "b.png", "-m", "image-quilting", "--lattice", "9,0", code=2)
+        assert "lattice: image-quilting has no such parameter; it has patch" in told.stderr
+        told = run("grow", "a.png", "-o", "b.png", "-m", "image-quilting", "--frobnicate", "1", code=2)
+        assert "No such option '--frobnicate'" in told.stderr
+        assert "--lattice" in run("grow", "--help-all").stdout
+
 
 class TestGrow:
     def test_makes_what_the_library_makes_and_replay_repeats_it_byte_for_byte(self) -> None:

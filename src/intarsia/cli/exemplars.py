@@ -20,19 +20,20 @@ from ..geometry import Wrap
 from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..lazy import lazy
-from ..rendering.magnification import cut_out, magnified, reduced
 from ..rendering.mixing import off_unit
 from ..request.as_json import inputs_of
 from ..request.request import Request
 from ..synthesis import Plan, Scene
-from ..tasks.completion import grown_hole
 from ..tasks.requested import plan_of, scene_of
 from .report import Report
 
 if TYPE_CHECKING:
     from ..analysis import light
+    from ..rendering import magnification
+    from ..tasks import completion
 else:
-    light = lazy("intarsia.analysis.light")
+    light, magnification = lazy("intarsia.analysis.light"), lazy("intarsia.rendering.magnification")
+    completion = lazy("intarsia.tasks.completion")
 
 Warn = Callable[[str], None]
 
@@ -48,7 +49,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
         exemplar = cropped(exemplar, asked.crop)
     if asked.scale != 1:
         said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
-        exemplar = reduced(exemplar, asked.scale, *said)
+        exemplar = magnification.reduced(exemplar, asked.scale, *said)
     if asked.flatten:
         lit, exemplar = exemplar, light.flattened(exemplar)
         share = light.clipped(lit.base, exemplar.base)
@@ -60,7 +61,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     n = asked.magnify
     if n == 1:
         return exemplar
-    made = magnified(exemplar, n)
+    made = magnification.magnified(exemplar, n)
     width, height = made.width * n, made.height * n
     if (width, height) != (exemplar.width, exemplar.height):
         warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
@@ -97,7 +98,7 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
     for name, plane in exemplar.planes.items():
         if any(v * plane.width % exemplar.width for v in crop):
             raise ParameterError(f"--crop cuts pixels of the smaller plane {name}; use multiples of its pixels.")
-    return cut_out(exemplar, x, y, width, height)
+    return magnification.cut_out(exemplar, x, y, width, height)
 
 
 def _named(exemplar: Exemplar) -> str:
@@ -269,7 +270,7 @@ class Shelf:
     def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> Mask:
             """What of a picture is filled anew, so that it does not matter what is there."""
-            return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
+            return completion.grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
         healed = self.request.holes and not n
 

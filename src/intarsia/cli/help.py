@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -123,10 +124,10 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOpti
     return ParameterOption(names, metavar="|".join(filter(None, (*p.choices, KINDS[p.kind].shown))), help=text)
 
 
-def parameters_of(verb: str) -> list[click.Parameter]:
-    """Make all that a command takes: arguments first, as what misses one says so."""
+def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
+    """Make all that a command takes, or all that goes with a method: arguments first, as what misses one says so."""
     fields, number = fields_of_verb(verb), len(able(verb))
-    own = [method_option(p, owners, len(owners) == number) for p, owners in parameters_of_verb(verb).values()]
+    own = [method_option(p, owners, len(owners) == number) for p, owners in parameters_of_verb(verb, slug).values()]
     debug = click.Option(["--debug"], is_flag=True, expose_value=False, hidden=True)
     return [*map(option_of, sorted(fields, key=lambda f: bool(f.flags))), *own, debug]
 
@@ -136,7 +137,7 @@ def request_of(verb: str, given: dict[str, Any]) -> Request:
     if given.get("document") is not None:
         given = as_published(given["document"], given)
     values = parameter_values(verb, given.get("method", AUTO_METHOD), given)
-    fields = {name: value for name, value in given.items() if name not in parameters_of_verb(verb)}
+    fields = {f.name: given[f.name] for f in fields_of_verb(verb) if f.name in given}
     return Request(verb, **fields, parameters=values)
 
 
@@ -177,8 +178,19 @@ class HelpfulCommand(click.Command):
             with allowing(request.max_pixels):
                 does(request, Report(request.as_json, request.progress, request.quiet))
 
-        told = told or does.__doc__
-        super().__init__(verb, callback=carry_out, params=parameters_of(verb), help=told, epilog=epilog)
+        self._known: list[click.Parameter] | None = None
+        super().__init__(verb, callback=carry_out, help=told or does.__doc__, epilog=epilog)
+
+    @property
+    def params(self) -> list[click.Parameter]:
+        """All that the command takes; the methods are asked for theirs when that is wanted."""
+        if self._known is None:
+            self._known = parameters_of(str(self.name))
+        return self._known
+
+    @params.setter
+    def params(self, known: list[click.Parameter]) -> None:
+        self._known = known or None
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         whole = click.Option(
@@ -194,6 +206,14 @@ class HelpfulCommand(click.Command):
             option = next((p for p in self.params if p.name == "method"), None)
             if option is not None and given.get("method") not in (None, AUTO_METHOD):
                 ctx.meta[METHOD] = option.type.convert(given["method"], option, ctx)
+        elif (slug := _named(args)) is not None:
+            self.params = parameters_of(str(self.name), slug)
+            try:
+                return super().parse_args(ctx, list(args))
+            except click.NoSuchOption:  # another method may have it
+                pass
+            finally:
+                self.params = []
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as e:
@@ -252,6 +272,15 @@ class HelpfulCommand(click.Command):
         known = {p.name for p in self.params if isinstance(p, ParameterOption)}
         found = [method_option(p, [slug], every=True) for p in parameters(method_class(slug)) if p.name in known]
         return f"Parameters of {slug}", [(f"{o.opts[0]} {o.metavar}", o.help or "") for o in found]
+
+
+def _named(args: list[str]) -> str | None:
+    """The method that the words of a command name, if all other words can be understood by it alone."""
+    if any(word.startswith(("--as", "--help")) for word in args):
+        return None
+    named = [after for word, after in pairwise([*args, ""]) if word in ("-m", "--method")]
+    named += [word.partition("=")[2] for word in args if word.startswith("--method=")]
+    return named[0] if len(named) == 1 and named[0] in METHODS else None
 
 
 def read_argv(words: list[str]) -> Request:

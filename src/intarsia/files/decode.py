@@ -12,15 +12,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..disk.limits import check_cost, check_size, most_pixels, no_room
 from ..errors import InputError, IntarsiaError
-from . import netpbm, png
+from ..lazy import lazy
+from . import png
 from .formats import PictureFile, channels_in, damaged
+
+if TYPE_CHECKING:
+    from . import netpbm
+else:  # few pictures are of its formats
+    netpbm = lazy("intarsia.files.netpbm")
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ..geometry import laid
 from ..guide import Guide
 from ..kernels.cuts import SeamPrice
 from ..kernels.windows import Grown
-from ..lazy import ndimage
+from ..lazy import lazy, ndimage
 from ..params import Poses, Weights
 from ..run import Run
 from ..search.candidates import (
@@ -37,14 +37,18 @@ from ..search.candidates import (
     isometry_ids,
     posed_exemplars,
 )
-from ..search.distance_map import best_of_poses, distance_maps, full_scale
 from ..search.fourier import PatchSearch
-from ..search.guide import Guided, GuidedSearch, WindowGuide, numbered_labels, seam_unit
 from ..sourcemap import HOLE, SourceMap
 from .fill_order import fill_order
 from .growing_map import GrowingMap, Pick, Window, random_patch, waves
 from .repetition import Repetition, striking
 from .repetition_kernels import weigh_edge
+
+if TYPE_CHECKING:
+    from ..search import distance_map
+    from ..search import guide as guiding
+else:  # where labels, or maps of distances, are asked for
+    distance_map, guiding = lazy("intarsia.search.distance_map"), lazy("intarsia.search.guide")
 
 SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
 
@@ -69,9 +73,7 @@ class Boundaries(NamedTuple):
     slack: int | None = None
 
     @classmethod
-    def of(
-        cls, patch: Pair, side: int | None, isometries: Poses | None, slack: int | None
-    ) -> Boundaries:
+    def of(cls, patch: Pair, side: int | None, isometries: Poses | None, slack: int | None) -> Boundaries:
         """Decide for patches of (rows, columns) what is None: half a patch, all poses of its shape, half of that."""
         side = min(patch) // 2 if side is None else side
         poses = isometries if isometries is not None else "both" if patch[0] == patch[1] else "180"
@@ -102,7 +104,7 @@ class PatchSettings:
     # Makes the search of a method that has one of its own, from variants, size of the windows, and how many it lists;
     finder: Callable[[PatchSettings, PosedExemplars, Pair, int], Search] | None = None
     # and from that, under a guide, what the guide says and the unit of seams, the search under the guide.
-    guided: Callable[[Any, WindowGuide, int], Guided[Any]] | None = None
+    guided: Callable[[Any, guiding.WindowGuide, int], guiding.Guided[Any]] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
         """The isometries in which patches are taken, those for boundaries of labels included."""
@@ -179,7 +181,7 @@ class Stages:
         Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
         regions hold is as if outside the canvas; pixels that a start map locks are not touched.
         """
-        target = numbered_labels(guide.target, guide.names)
+        target = guiding.numbered_labels(guide.target, guide.names)
         found = shown_labels(self.map, guide)
         stray = strays(found, target, slack, neighbours(guide))
         free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
@@ -203,7 +205,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
     for n, source in enumerate(guide.sources):
         mine = smap.numbers == n
         yx = smap.yx[mine]
-        out[mine] = numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
+        out[mine] = guiding.numbered_labels(source, guide.names)[yx[:, 0], yx[:, 1]]
     return out
 
 
@@ -212,7 +214,7 @@ def neighbours(guide: Guide) -> Array:
     size = len(guide.names) + 1
     out = np.eye(size, dtype=bool)
     for source in guide.sources:
-        ids = numbered_labels(source, guide.names)
+        ids = guiding.numbered_labels(source, guide.names)
         for a, b in ((ids[1:], ids[:-1]), (ids[:, 1:], ids[:, :-1])):
             out[a, b] = out[b, a] = True
     return out
@@ -317,19 +319,19 @@ class Growth:
             return settings.finder(settings, self.variants, patch, listed)
         return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
 
-    def _guided(self) -> Guided[Any] | None:
+    def _guided(self) -> guiding.Guided[Any] | None:
         """The search under the canvas's guide, where it has one."""
         guide = self.canvas.guide
         if guide is None:
             return None
-        what = WindowGuide(
+        what = guiding.WindowGuide(
             guide, self.variants, self.layout, self.canvas.wrap, isometry_ids(self.settings.isometries)
         )
-        unit = seam_unit(self.exemplars[0], self.settings.weights)
+        unit = guiding.seam_unit(self.exemplars[0], self.settings.weights)
         if self.settings.guided is not None:
             return self.settings.guided(self.finder, what, unit)
         assert isinstance(self.finder, PatchSearch), "methods with a search of their own say how it follows a guide"
-        return GuidedSearch(self.finder, what, unit)
+        return guiding.GuidedSearch(self.finder, what, unit)
 
     def at_boundary(self, window: Window) -> bool:
         """True where a window holds a boundary between labels of the guide."""
@@ -392,9 +394,9 @@ class Growth:
             dy = dy % self.canvas.height if self.canvas.wrap.y else dy
             dx = dx % self.canvas.width if self.canvas.wrap.x else dx
             if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
-                scale = full_scale(self.exemplars[0], self.settings.weights)
-                every = distance_maps(candidates, self.variants, scale)
-                probe.maps = best_of_poses(every, self.variants, self.layout.patch)
+                scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
+                every = distance_map.distance_maps(candidates, self.variants, scale)
+                probe.maps = distance_map.best_of_poses(every, self.variants, self.layout.patch)
                 if candidates.free:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return
@@ -478,5 +480,6 @@ class Growth:
         def part(items: list[tuple[Window, Pick, Candidates]]) -> None:
             for window, pick, found in items:
                 join(self.at(window), pick, found)
+
         size = -(-len(chosen) // workers)
         each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from ..canvas import Canvas
 from ..exemplar import Exemplars
+from ..lazy import lazy
 from ..methods.image_quilting import ImageQuilting
 from ..params import AUTO, extent
 from ..run import Run
 from ..search.candidates import resolved_isometries
-from ..search.guide import check_guide
 from ..search.sizes import check_patch, default_patch
 from ..sourcemap import SourceMap
 from .growth import Boundaries, PatchSettings, Repeats, Stages
+
+if TYPE_CHECKING:
+    from ..search import guide as guiding
+else:  # where labels are asked for
+    guiding = lazy("intarsia.search.guide")
 
 STAGE = 2002  # keeps this method's draws apart from those of others
 
@@ -25,7 +31,7 @@ def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> Ima
     isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
     check_patch(patch, exemplars, isometries)
     if canvas.guide is not None:
-        check_guide(exemplars, canvas.guide, patch)
+        guiding.check_guide(exemplars, canvas.guide, patch)
     third = (rows // 3, columns // 3) if rows != columns else rows // 3
     overlap = third if method.overlap is AUTO else method.overlap
     bounds = resolved_isometries(method.boundary_isometries, exemplars, (rows, columns))

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,14 +24,18 @@ from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplars
 from ..geometry import Box
 from ..image import Kind, Plane
+from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import SourceMap, check_stretch
 from .colour import Curve
-from .finish import Bench
 from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
 from .mixing import Mixer, NormalCoding, coding_of, mixer_of
 from .vote_kernels import Map, VotedExemplars, copy_cell, make_plan
-from .warped import Warped
+
+if TYPE_CHECKING:
+    from . import finish, warped
+else:  # what few pictures need
+    finish, warped = lazy("intarsia.rendering.finish"), lazy("intarsia.rendering.warped")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -77,7 +82,7 @@ def render(
     _check_exemplars(exemplars, smap)
     planes, scale = _planes(exemplars, name)
     box = box or Box(0, 0, smap.height, smap.width)
-    job = (_Job if smap.exact else Warped).of(exemplars, planes, scale, smap, blend)
+    job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
     shrink = max(-scale, 1)
     check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
     check_stretch(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
@@ -89,7 +94,7 @@ def render(
         return planes[0].like(_draw_box(job, box, smap, shrink, run))
     assert isinstance(job, _Job)  # the others have no finish
     usable = usable_pixels(exemplars, job.scale)
-    bench = Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
+    bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
     codes = bench.finished(lambda wide: _draw_box(job, wide, smap, 1, run), box, blend.finish, run)
     if shrink > 1:
         step = _ROWS * shrink
@@ -98,7 +103,7 @@ def render(
     return planes[0].like(codes)
 
 
-def _draw_box(job: _Job | Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow = job.scale
     rows, columns = _stretches(box.y0, box.y1, smap.height), _stretches(box.x0, box.x1, smap.width)

@@ -72,11 +72,11 @@ def _option(flag: str, text: str, joined: bool) -> list[str]:
 def parameter_words(request: Request, joined: bool = False) -> list[str]:
     """Return the options that give the method its parameters, but for those that are as the verb has them."""
     own, drawn, said = parameters_of(request.method), request.drawn, list[str]()
-    known = {name: p for name, (p, _) in known_parameters().items()} | own
     usual = {name: p.default for name, p in own.items()} | usual_parameters(request.verb, request.method)
     for name, value in request.parameters.items():
         if name not in usual or value != usual[name]:
-            text = drawn.get(name) or KINDS[known[name].kind].text(value)
+            p = own.get(name) or known_parameters()[name][0]
+            text = drawn.get(name) or KINDS[p.kind].text(value)
             said += _option("--" + name.replace("_", "-"), text, joined)
     return said
 

@@ -130,10 +130,11 @@ def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
 
 def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Read the parameters of methods among the options that are given, as the method `slug` has them."""
-    own = parameters_of(slug)
+    own, fields = parameters_of(slug), {f.name for f in fields_of_verb(verb)}
+    others = any(value is not None for name, value in given.items() if name not in fields and name not in own)
     return {
         name: value_of(own.get(name, p), text_of(p.kind, given[name]))
-        for name, (p, _) in parameters_of_verb(verb).items() if given.get(name) is not None
+        for name, (p, _) in parameters_of_verb(verb, None if others else slug).items() if given.get(name) is not None
     }  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from ..arguments import ALPHAS, FEATHER, MOST_PASSES, OVERLAYS, PLANE_WEIGHTS, REACHES, TIMES, WEIGHT, WEIGHTS
@@ -61,7 +61,8 @@ DONE = {"grow": "grown", "paint": "painted", "extend": "extended", "heal": "heal
 
 def able(verb: str) -> tuple[str, ...]:
     """The methods that a verb offers."""
-    return tuple(slug for slug in METHODS if ABILITIES.get(verb, set()) <= method_class(slug).supports)
+    asked = ABILITIES.get(verb)
+    return tuple(slug for slug in METHODS if not asked or asked <= method_class(slug).supports)
 
 
 def parameters_of(slug: Any) -> dict[str, Parameter]:
@@ -71,12 +72,12 @@ def parameters_of(slug: Any) -> dict[str, Parameter]:
 
 
 @cache
-def known_parameters() -> dict[str, tuple[Parameter, list[str]]]:
-    """Every parameter of a method by name, and the methods that have it."""
+def known_parameters(slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
+    """Every parameter of a method by name, and the methods that have it; of the method `slug` alone, if it is one."""
     found: dict[str, tuple[Parameter, list[str]]] = {}
-    for slug in METHODS:
-        for name, p in parameters_of(slug).items():
-            found.setdefault(name, (p, []))[1].append(slug)
+    for one in (slug,) if slug in METHODS else METHODS:
+        for name, p in parameters_of(one).items():
+            found.setdefault(name, (p, []))[1].append(str(one))
     return found
 
 
@@ -99,9 +100,18 @@ USUAL_OUT = (
 )
 
 
-def methods(verb: str) -> Kind:
-    """A method that a verb offers, or the choice among them."""
-    return one_of(AUTO_METHOD, *able(verb))
+class MethodOf(Kind):
+    """A method that a verb offers, or the choice among them; the methods are asked when somebody wants to know."""
+
+    name = "choice"
+
+    def __init__(self, verb: str) -> None:
+        super().__init__()
+        self.verb = verb
+
+    @cached_property
+    def choices(self) -> tuple[str, ...]:  # type: ignore[override]
+        return AUTO_METHOD, *able(self.verb)
 
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
@@ -264,15 +274,15 @@ class Asked:
     )  # fmt: skip
 
     method: str = asked(
-        methods("grow"), "--method -m",
+        MethodOf("grow"), "--method -m",
         "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
         MADE, "tells_default", AUTO_METHOD, heading=LOOK,
         otherwise={
-            "paint": {"kind": methods("paint"), "help": "How to grow; `intarsia methods` tells of each."},
-            "heal": {"kind": methods("heal"), "help": "How to fill the holes."},
-            "tile": {"kind": methods("tile"), "help": "How to grow the band."},
+            "paint": {"kind": MethodOf("paint"), "help": "How to grow; `intarsia methods` tells of each."},
+            "heal": {"kind": MethodOf("heal"), "help": "How to fill the holes."},
+            "tile": {"kind": MethodOf("tile"), "help": "How to grow the band."},
             "weave": {
-                "kind": methods("weave"), "help": "How to grow; auto chooses. It goes by what the exemplar is like, "
+                "kind": MethodOf("weave"), "help": "How to grow; auto chooses. It goes by what the exemplar is like, "
                 "among methods that make windows alone.",
             },
         },

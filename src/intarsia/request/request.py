@@ -88,7 +88,7 @@ class Request(Asked):
     @property
     def drawn(self) -> dict[str, str]:
         """The files of parameters that are pictures, by their names."""
-        known = known_parameters()
+        known = known_parameters(self.method)
         named = {n: v for n, v in self.parameters.items() if n in known and names_a_picture(known[n][0], v)}
         return {**dict(self.pictures), **named}
 
@@ -165,8 +165,8 @@ def fields_of_verb(verb: str) -> tuple[Field, ...]:
     return tuple(f.of(verb) for f in FIELDS if verb in f.verbs)
 
 
-def parameters_of_verb(verb: str) -> dict[str, tuple[Parameter, list[str]]]:
-    """The parameters that a verb offers: those of its methods that no field of the verb is called like."""
+def parameters_of_verb(verb: str, slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
+    """The parameters that a verb offers: those of its methods, or of one, that no field of the verb is called like."""
     taken, slugs = {f.name for f in fields_of_verb(verb)}, able(verb) if verb in MADE else ()
-    kept = {name: (p, [s for s in owners if s in slugs]) for name, (p, owners) in known_parameters().items()}
+    kept = {name: (p, [s for s in owners if s in slugs]) for name, (p, owners) in known_parameters(slug).items()}
     return {name: (p, owners) for name, (p, owners) in kept.items() if owners and name not in taken}

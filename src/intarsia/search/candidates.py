@@ -5,20 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
 from ..analysis.features import Features, pose_array
 from ..analysis.sums import valid_windows, without_patch
-from ..analysis.symmetry import allowed_isometries
 from ..arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
 from ..errors import ParameterError
 from ..exemplar import Exemplars
 from ..geometry import ISOMETRIES, ISOMETRY_SETS
 from ..kernels.windows import Grown, Posed, gather_all
+from ..lazy import lazy
 from ..sourcemap import HOLE
 from .fourier_kernels import Correlated, Fee
+
+if TYPE_CHECKING:
+    from ..analysis import symmetry
+else:  # where poses are chosen
+    symmetry = lazy("intarsia.analysis.symmetry")
 
 Choice = TypeVar("Choice")
 
@@ -77,9 +82,7 @@ class PosedExemplars:
                     out[v, k] = *(other.T @ j).ravel(), *(other.T @ (start - begin)), 1
         return out
 
-    def to_exemplars(
-        self, yx: Int32, variant: UInt8
-    ) -> tuple[Int32, UInt8, UInt8]:
+    def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:
         """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
         if not self.pose.any():
             which = _lookup(self.exemplar, variant)
@@ -304,4 +307,4 @@ class Search(Protocol):
 
 def resolved_isometries(choice: Choice, exemplars: Exemplars, patch: Pair) -> Choice | str | tuple[int, ...]:
     """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
-    return allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice
+    return symmetry.allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ..analysis.elements import ElementSize, element_size
@@ -12,9 +14,14 @@ from ..errors import ParameterError
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from ..guide import Guide
+from ..lazy import lazy
 from ..params import extent, words
 from .candidates import isometry_ids
-from .guide import check_sources, largest_squares
+
+if TYPE_CHECKING:
+    from . import guide as guiding
+else:  # where labels are asked for
+    guiding = lazy("intarsia.search.guide")
 
 LEAST = 16
 USUAL = 64
@@ -85,9 +92,9 @@ def _patch_of_labels(exemplars: Exemplars, guide: Guide) -> int:
 
     It stays below these squares, so that there is a choice of patches for every label.
     """
-    check_sources(exemplars, guide)
+    guiding.check_sources(exemplars, guide)
     sizes, sides = [], []
-    for found in largest_squares(exemplars, guide):
+    for found in guiding.largest_squares(exemplars, guide):
         if found is not None:
             number, y, x, side = found
             picture = features([exemplars[number]]).pictures[0][y : y + side, x : x + side]

@@ -24,12 +24,11 @@ from ..request.request import Request
 from ..run import Run, run_of
 from ..sourcemap import SourceMap
 from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_out, check_between, planned
-from .completion import Margins, extension, fill_holes, healed_scene, planned_for_holes
-from .repair import check_repair, repair
 
 if TYPE_CHECKING:
-    from . import tileable
-else:  # it measures much, and few ask for it
+    from . import completion, repair, tileable
+else:  # what few pictures ask for
+    completion, repair = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.repair")
     tileable = lazy("intarsia.tasks.tileable")
 
 BESIDE = {
@@ -58,11 +57,11 @@ def scene_of(
         return Scene(exemplars, canvas_of(exemplars, small, wrap, start, guide, request.rim))
     picture, donors = exemplars[0], exemplars[1:]
     if request.verb == "extend":
-        return extension(picture, Margins(*request.margins), donors, wrap)
+        return completion.extension(picture, completion.Margins(*request.margins), donors, wrap)
     if request.verb == "tile":
         return tileable.scene_to_tile(picture, donors, wrap, request.band, None if size is None else size[::-1])
     assert hole is not None
-    scene = healed_scene(picture, hole, donors, wrap, request.grow)
+    scene = completion.healed_scene(picture, hole, donors, wrap, request.grow)
     if "alpha" not in request.holes:
         return scene
     return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
@@ -73,11 +72,11 @@ def plan_of(request: Request, scene: Scene) -> Plan:
     if request.verb == "tile":
         plan = tileable.planned_to_tile(scene, request.chosen)
     elif request.verb == "heal":
-        plan = planned_for_holes(scene, request.chosen, request.edge)
+        plan = completion.planned_for_holes(scene, request.chosen, request.edge)
     else:
         plan = planned(scene, request.chosen)
     if plan.choice is None and request.repair:
-        check_repair(plan.method, request.repair)
+        repair.check_repair(plan.method, request.repair)
     return with_joins(plan, request)
 
 
@@ -93,7 +92,7 @@ def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
     if request.verb == "tile":
         return tileable.tiled(plan, seed, run)
     if request.verb == "heal":
-        return fill_holes(plan, seed, run, request.edge)
+        return completion.fill_holes(plan, seed, run, request.edge)
     return carry_out(plan, seed, run)
 
 
@@ -114,7 +113,7 @@ def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = 
             said = f"; it was made with --{', --'.join(recipe['inputs'])}" if recipe.get("inputs") else ""
             raise InputError(f"its recipe is of another exemplar{said}.")
         made = made_of(request, plan_of(request, scene), request.seeds[0], run)
-        return repair(made, request.repair, run=run) if "repair" in recipe else made
+        return repair.repair(made, request.repair, run=run) if "repair" in recipe else made
     except (ParameterError, MethodError) as e:
         raise InputError(f"its recipe cannot be followed: {e}") from None
 
