@@ -17,7 +17,7 @@ import click
 
 from intarsia.choosing.rules import RULES
 from intarsia.cli.app import COMMANDS, cli
-from intarsia.cli.help import ParameterOption
+from intarsia.cli.help import ParameterOption, parameters_of
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
 
@@ -60,7 +60,7 @@ def option_table(name: str) -> str:
     command = cli.get_command(click.Context(cli), name)
     assert command is not None
     lines = []
-    for option in command.params:
+    for option in command.params or parameters_of(name):
         if not isinstance(option, click.Option) or isinstance(option, ParameterOption):
             continue
         if not option.hidden and option.help:

@@ -19,6 +19,7 @@ from click.testing import CliRunner
 import intarsia as ia
 from intarsia import files
 from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli.help import parameters_of
 
 SOUND = {
     "files": "a.png",
@@ -100,6 +101,7 @@ MADE = {
 def command(name: str) -> click.Command:
     found = cli.get_command(click.Context(cli), name)
     assert found is not None
+    found.params = found.params or parameters_of(name)
     return found
 
 

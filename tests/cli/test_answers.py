@@ -16,6 +16,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.cli.app import cli
+from intarsia.cli.help import parameters_of
 from intarsia.image import Transfer
 from intarsia.testing import texture
 
@@ -76,7 +77,7 @@ def told(line: str) -> dict[str, Any]:
 def parameters(name: str) -> dict[str, click.Parameter]:
     command = cli.get_command(click.Context(cli), name)
     assert command is not None
-    return {str(p.name): p for p in command.params}
+    return {str(p.name): p for p in command.params or parameters_of(name)}
 
 
 @pytest.mark.parametrize("name", LINES)

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from intarsia.cli.app import COMMANDS, cli
-from intarsia.cli.help import MOST_USED, HelpfulCommand, ParameterOption
+from intarsia.cli.help import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import parameters
 from intarsia.request.field import HEADINGS
@@ -21,6 +21,7 @@ GROWING = ("grow", "extend", "heal", "paint", "tile", "weave")
 def found(name: str) -> click.Command:
     command = cli.get_command(click.Context(cli), name)
     assert command is not None
+    command.params = command.params or parameters_of(name)
     return command
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -147,7 +146,7 @@ def as_published(document: str, given: dict[str, Any]) -> dict[str, Any]:
     if given["method"] not in (AUTO_METHOD, settings["method"]):
         raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
     usual = {"method": AUTO_METHOD}
-    return given | {name: text for name, text in settings.items() if given[name] == usual.get(name)}
+    return given | {name: text for name, text in settings.items() if given.get(name) == usual.get(name)}
 
 
 MOST_USED = ("patch",)
@@ -178,19 +177,7 @@ class HelpfulCommand(click.Command):
             with allowing(request.max_pixels):
                 does(request, Report(request.as_json, request.progress, request.quiet))
 
-        self._known: list[click.Parameter] | None = None
         super().__init__(verb, callback=carry_out, help=told or does.__doc__, epilog=epilog)
-
-    @property
-    def params(self) -> list[click.Parameter]:
-        """All that the command takes; the methods are asked for theirs when that is wanted."""
-        if self._known is None:
-            self._known = parameters_of(str(self.name))
-        return self._known
-
-    @params.setter
-    def params(self, known: list[click.Parameter]) -> None:
-        self._known = known or None
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         whole = click.Option(
@@ -200,28 +187,23 @@ class HelpfulCommand(click.Command):
         return [*super().get_params(ctx), whole]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Note which method the help is about, wherever on the line it is named; lead from usual words to options."""
-        if not ctx.resilient_parsing and set(args) & set(ctx.help_option_names):
-            given, _, _ = self.make_parser(ctx).parse_args(list(args))
-            option = next((p for p in self.params if p.name == "method"), None)
-            if option is not None and given.get("method") not in (None, AUTO_METHOD):
-                ctx.meta[METHOD] = option.type.convert(given["method"], option, ctx)
-        elif (slug := _named(args)) is not None:
-            self.params = parameters_of(str(self.name), slug)
-            try:
-                return super().parse_args(ctx, list(args))
-            except click.NoSuchOption:  # another method may have it
-                pass
-            finally:
-                self.params = []
+        """Take what goes with the method that is named, else all there is; lead from usual words to options."""
+        slug = _named(args)
+        self.params = parameters_of(str(self.name), slug)
+        if slug and set(args) & set(ctx.help_option_names) and not ctx.resilient_parsing:
+            for option in (p for p in self.params if p.name == "method"):
+                ctx.meta[METHOD] = option.type.convert(slug, option, ctx)
         try:
-            return super().parse_args(ctx, args)
+            return super().parse_args(ctx, list(args))
         except click.NoSuchOption as e:
             meant = MEANT.get(e.option_name, "")
             if meant.partition(" ")[0] in {name for p in self.params for name in p.opts}:
                 line = f"No such option '{e.option_name}'. Did you mean '{meant}'?"
                 raise click.NoSuchOption(e.option_name, line, ctx=ctx) from None
-            raise
+            if slug is None:
+                raise
+        self.params = parameters_of(str(self.name))  # another method may have it
+        return super().parse_args(ctx, args)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         if METHOD not in ctx.meta:
@@ -275,12 +257,9 @@ class HelpfulCommand(click.Command):
 
 
 def _named(args: list[str]) -> str | None:
-    """The method that the words of a command name, if all other words can be understood by it alone."""
-    if any(word.startswith(("--as", "--help")) for word in args):
-        return None
-    named = [after for word, after in pairwise([*args, ""]) if word in ("-m", "--method")]
-    named += [word.partition("=")[2] for word in args if word.startswith("--method=")]
-    return named[0] if len(named) == 1 and named[0] in METHODS else None
+    """The method that the words of a command name, but for `auto`, unless they ask for all there is."""
+    found = re.findall(r"^(?:-m\n?|--method[\n=])(.*)$", "\n".join(args), re.MULTILINE)
+    return found[0] if len(found) == 1 and found != [AUTO_METHOD] and "--help-all" not in args else None
 
 
 def read_argv(words: list[str]) -> Request:

@@ -246,7 +246,8 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
             a, b, c, d = y + left[3], x + k + left[2], y + right[3], x + k + right[2]
             gap[k] = apart(picture, a, b, c, d)
             wrong[0, k], wrong[1, k] = amiss(usable, faces, a, b, b >= high), amiss(usable, faces, c, d, d < low)
-        gaps[r] = gap[1 : 2 * reach + 1]
+        for k in range(2 * reach):
+            gaps[r, k] = gap[k + 1]
         before, after = np.int64(0), np.int64(0)
         for k in range(1, 2 * reach + 2):
             after += wrong[1, k]
@@ -271,7 +272,10 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
     tall, wide = out.shape[:2]
     n = len(pieces)
     usable, faces, beds = scene[1], scene[2], scene[3]
-    cuts = np.empty((n, max(1, spans[:, 1].max())), np.int64)
+    tallest = 1
+    for k in range(n):
+        tallest = max(tallest, spans[k, 1])
+    cuts = np.empty((n, tallest), np.int64)
     for k in range(1, n):
         junction(scene, pieces[k - 1], pieces[k], spans[k, 0], cuts[k, : spans[k, 1]], spans[k, 2])
     at = 0

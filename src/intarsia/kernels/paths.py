@@ -73,7 +73,8 @@ def least_cut(cost: Any, gap: Any) -> Any:
     n, count = cost.shape
     total = np.empty((n, count), np.int64)
     came = np.empty((n, count), np.int64)
-    total[0] = cost[0]
+    for k in range(count):
+        total[0, k] = cost[0, k]
     for t in range(1, n):
         for k in range(count):
             total[t, k], came[t, k] = total[t - 1, k], k

@@ -103,7 +103,8 @@ def _merge(
             continue
         last = groups[count - 1]
         if count == 0 or key[k] != key[order[i - 1]] or piece[LEFT] >= last[RIGHT] + feather:
-            groups[count] = piece
+            for c in range(len(piece)):
+                groups[count, c] = piece[c]
             count += 1
         else:
             last[TOP], last[LEFT] = min(last[TOP], piece[TOP]), min(last[LEFT], piece[LEFT])

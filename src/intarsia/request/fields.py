@@ -61,8 +61,7 @@ DONE = {"grow": "grown", "paint": "painted", "extend": "extended", "heal": "heal
 
 def able(verb: str) -> tuple[str, ...]:
     """The methods that a verb offers."""
-    asked = ABILITIES.get(verb)
-    return tuple(slug for slug in METHODS if not asked or asked <= method_class(slug).supports)
+    return tuple(s for s in METHODS if verb not in ABILITIES or ABILITIES[verb] <= method_class(s).supports)
 
 
 def parameters_of(slug: Any) -> dict[str, Parameter]:
@@ -88,8 +87,7 @@ def usual_parameters(verb: str, slug: str) -> dict[str, Any]:
 
 DEPTHS = ("8", "16", "half", "float")
 MOST_GROWN, MOST_EDGE, MOST_BAND, MOST_TILES = 1024, 64, 1 << 16, 16
-MARGINS = Whole(high=1 << 20)
-PICTURE, IMAGE, WRITTEN = File(name="exemplar"), File(name="image"), File()
+MARGINS, PICTURE, IMAGE, WRITTEN = Whole(high=1 << 20), File(name="exemplar"), File(name="image"), File()
 GATE = NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5")
 PLANE_WEIGHT = NamedNumber(most=PLANE_WEIGHTS, remedy=f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5")
 USABLE = "White where pixels may be taken from. One for each picture."
@@ -103,11 +101,7 @@ USUAL_OUT = (
 class MethodOf(Kind):
     """A method that a verb offers, or the choice among them; the methods are asked when somebody wants to know."""
 
-    name = "choice"
-
-    def __init__(self, verb: str) -> None:
-        super().__init__()
-        self.verb = verb
+    name, verb = "choice", ""
 
     @cached_property
     def choices(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -274,16 +268,16 @@ class Asked:
     )  # fmt: skip
 
     method: str = asked(
-        MethodOf("grow"), "--method -m",
+        MethodOf(verb="grow"), "--method -m",
         "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
         MADE, "tells_default", AUTO_METHOD, heading=LOOK,
         otherwise={
-            "paint": {"kind": MethodOf("paint"), "help": "How to grow; `intarsia methods` tells of each."},
-            "heal": {"kind": MethodOf("heal"), "help": "How to fill the holes."},
-            "tile": {"kind": MethodOf("tile"), "help": "How to grow the band."},
+            "paint": {"kind": MethodOf(verb="paint"), "help": "How to grow; `intarsia methods` tells of each."},
+            "heal": {"kind": MethodOf(verb="heal"), "help": "How to fill the holes."},
+            "tile": {"kind": MethodOf(verb="tile"), "help": "How to grow the band."},
             "weave": {
-                "kind": MethodOf("weave"), "help": "How to grow; auto chooses. It goes by what the exemplar is like, "
-                "among methods that make windows alone.",
+                "kind": MethodOf(verb="weave"), "help": "How to grow; auto chooses. It goes by what the exemplar is "
+                "like, among methods that make windows alone.",
             },
         },
     )  # fmt: skip

@@ -218,7 +218,7 @@ class PatchSearch:
             clip = min(max(int(self.tails * math.sqrt(0.4 / (FINENESS * size))), STEPS), FINE_STEPS)
         clip = min(clip, most_steps(self.patch, self.cells, len(axes)))
         scale = min(clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
-        return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64), scale, clip
+        return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64, order="C"), scale, clip
 
     def _limit(self, valid: Sequence[Array]) -> None:
         """Search among these first pixels only."""

@@ -459,7 +459,8 @@ def insert(found: Any, count: int, d: int, v: int, u: int, s: int) -> int:
             return count
         at -= 1
     for k in range(count, at, -1):
-        found[k] = found[k - 1]
+        for c in range(found.shape[1]):
+            found[k, c] = found[k - 1, c]
     found[at, 0], found[at, 1], found[at, 2], found[at, 3] = d, v, u, s
     return count + 1
 

@@ -24,7 +24,8 @@ def smooth(colours: Int32, passes: int) -> None:
     h, w, n = colours.shape
     rows, above, line = colours.reshape(h, w * n), np.empty(w * n, np.int32), np.empty((w + 2) * n, np.int32)
     for _ in range(passes):
-        above[:] = rows[0]
+        for k in range(w * n):
+            above[k] = rows[0, k]
         for i in range(h):
             here, below = rows[i], rows[min(i + 1, h - 1)]
             for k in range(w * n):
@@ -34,8 +35,10 @@ def smooth(colours: Int32, passes: int) -> None:
                 above[k] = middle
         for i in range(h):
             here = rows[i]
-            line[n : n + w * n] = here
-            line[:n], line[n + w * n :] = here[:n], here[w * n - n :]
+            for k in range(w * n):
+                line[n + k] = here[k]
+            for k in range(n):
+                line[k], line[n + w * n + k] = here[k], here[w * n - n + k]
             for k in range(w * n):
                 twice = np.int32(np.int32(line[k + n] + line[k + n]) + np.int32(2))
                 here[k] = np.int32(np.int32(line[k] + line[k + 2 * n]) + twice) >> np.int32(2)
@@ -129,7 +132,8 @@ def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> i
     for k in range(m):
         weight[k] = _weight(pairs[k, 0], pairs[k, 1], values[k], facts, colours, spread, unit)
         for side in range(2):
-            outline[pairs[k, side]] += values[k]
+            for c in range(3):
+                outline[pairs[k, side], c] += values[k, c]
     while m > 0:
         best = 0
         for k in range(1, m):
@@ -138,8 +142,12 @@ def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> i
         p, q = pairs[best, 0], pairs[best, 1]
         one, two = node_of[p], node_of[q]
         kids[nodes, 0], kids[nodes, 1] = one, two
-        facts[nodes], colours[nodes] = facts[one] + facts[two], colours[one] + colours[two]
-        outline[nodes] = outline[one] + outline[two] - 2 * values[best]
+        for c in range(facts.shape[1]):
+            facts[nodes, c] = facts[one, c] + facts[two, c]
+        for c in range(colours.shape[1]):
+            colours[nodes, c] = colours[one, c] + colours[two, c]
+        for c in range(3):
+            outline[nodes, c] = outline[one, c] + outline[two, c] - 2 * values[best, c]
         short = 0.45 * np.sqrt(float(min(facts[one, AREA], facts[two, AREA])))
         strength = values[best, 0] / values[best, 1] * min(1.0, values[best, 1] / short)
         inner[nodes] = max(inner[one], inner[two], strength)
