@@ -188,7 +188,7 @@ class HelpfulCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take what goes with the method that is named, else all there is; lead from usual words to options."""
-        slug = _named(args)
+        slug, known = _named(args), self.params
         self.params = parameters_of(str(self.name), slug)
         if slug and set(args) & set(ctx.help_option_names) and not ctx.resilient_parsing:
             for option in (p for p in self.params if p.name == "method"):
@@ -202,8 +202,11 @@ class HelpfulCommand(click.Command):
                 raise click.NoSuchOption(e.option_name, line, ctx=ctx) from None
             if slug is None:
                 raise
-        self.params = parameters_of(str(self.name))  # another method may have it
-        return super().parse_args(ctx, args)
+            self.params = parameters_of(str(self.name))  # another method may have it
+            return super().parse_args(ctx, args)
+        finally:
+            if not ctx.resilient_parsing:  # else they are read after this
+                self.params = known
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         if METHOD not in ctx.meta:
