@@ -116,6 +116,13 @@ def _weight(one: int, two: int, value: Any, facts: Any, colours: Any, spread: fl
 
 
 @kernel
+def _add_up(rows: Any, one: int, two: int, into: int) -> None:
+    """Write the sum of two rows into a third."""
+    for c in range(rows.shape[1]):
+        rows[into, c] = rows[one, c] + rows[two, c]
+
+
+@kernel
 def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> int:
     """Merge all basins, the cheapest pair first; returns how many nodes there are.
 
@@ -142,12 +149,11 @@ def merge(pairs: Any, values: Any, nodes_: Any, spread: float, unit: float) -> i
         p, q = pairs[best, 0], pairs[best, 1]
         one, two = node_of[p], node_of[q]
         kids[nodes, 0], kids[nodes, 1] = one, two
-        for c in range(facts.shape[1]):
-            facts[nodes, c] = facts[one, c] + facts[two, c]
-        for c in range(colours.shape[1]):
-            colours[nodes, c] = colours[one, c] + colours[two, c]
+        _add_up(facts, one, two, nodes)
+        _add_up(colours, one, two, nodes)
+        _add_up(outline, one, two, nodes)
         for c in range(3):
-            outline[nodes, c] = outline[one, c] + outline[two, c] - 2 * values[best, c]
+            outline[nodes, c] -= 2 * values[best, c]
         short = 0.45 * np.sqrt(float(min(facts[one, AREA], facts[two, AREA])))
         strength = values[best, 0] / values[best, 1] * min(1.0, values[best, 1] / short)
         inner[nodes] = max(inner[one], inner[two], strength)
