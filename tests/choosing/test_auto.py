@@ -18,7 +18,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
-from intarsia.choosing.facts import JOINTED, Facts, _lattice_tie, _tie, measurements
+from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli.app import cli
@@ -95,6 +95,16 @@ def lines_of_text(height: int = 192, width: int = 200, seed: int = 6) -> np.ndar
     return page
 
 
+def letters(size: int = 200, seed: int = 4) -> np.ndarray:
+    """Random black letters on white paper, as a typewriter sets them: 20 px apart in lines 32 px apart."""
+    rng = np.random.default_rng(seed)
+    page = np.full((size, size), 235, np.uint8)
+    for y in range(8, size - 16, 32):
+        for x in range(4, size - 12, 20):
+            page[y : y + 16, x : x + 12] -= 190 * np.kron(rng.random((4, 3)) < 0.55, np.ones((4, 4), np.uint8))
+    return page
+
+
 CLASSES = {
     "brick_colours": "in-step",
     "weave": "equal-periods",
@@ -131,8 +141,19 @@ class TestRules:
         clear = choice_of(tiles())
         assert (clear.rule, clear.method.slug) == ("periods", "near-regular")
         assert clear.facts.joints < JOINTED < choice_of(picture("brick_colours")).facts.joints
-        for canvas in (ia.Canvas(256, 256, "both"), ia.Canvas(4097, 4096)):
-            assert choice_of(picture("brick_colours"), canvas).rule == "periods"
+        assert choice_of(picture("brick_colours"), ia.Canvas(4097, 4096)).rule == "periods"
+
+    def test_on_canvases_that_wrap_patches_are_laid_in_step_whatever_parts_their_periods(self) -> None:
+        """Blocks of whole periods would have to close around them."""
+        for exemplar in (tiles(), picture("brick_colours")):
+            assert choice_of(exemplar, ia.Canvas(256, 256, "both")).rule == "in-step"
+
+    def test_what_bare_ground_parts_is_laid_in_step(self) -> None:
+        """As between letters: nothing there has an outline that a block would keep."""
+        found = choice_of(letters())
+        assert found.facts.joints < JOINTED
+        assert found.facts.outlines < OUTLINED
+        assert found.rule == "in-step"
 
     def test_a_lattice_that_only_its_peaks_tell_keeps_patches_in_step(self) -> None:
         found = choice_of(picture("pebbles_black"))

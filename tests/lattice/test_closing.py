@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from intarsia.lattice.lattice import allowed, closing_length, misfit
+from intarsia.lattice.lattice import allowed, closing_length, misfit, once_around
 
 UNIT = 256
 LATTICES = {
@@ -32,6 +32,12 @@ def test_the_misfit_is_that_of_the_nearest_point(name: str, axis: int) -> None:
     vectors = LATTICES[name]
     for length in range(16, 200, 7):
         assert misfit(vectors, length, axis) == pytest.approx(naive_misfit(vectors, length, axis), abs=1e-9)
+
+
+def test_a_canvas_of_less_than_half_a_period_closes_around_one() -> None:
+    """Not around none: what is shown there would not go on at all."""
+    assert once_around(LATTICES["upright"], 9, 0) == (32 * UNIT, 0)
+    assert once_around(LATTICES["upright"], 6, 1) == (0, 20 * UNIT)
 
 
 def test_of_rows_their_pitch_must_close() -> None:

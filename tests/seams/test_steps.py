@@ -8,6 +8,7 @@ import pytest
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.lattice import lattice
 from intarsia.methods.base import keeps_lattice
 from intarsia.seams import graphcut
 from intarsia.sourcemap import HOLE, SourceMap
@@ -19,9 +20,12 @@ LATTICE = ((31.25, 1.5), (-2.0, 35.75))
 VECTORS = ((384, 3392), (4544, -512))
 
 
-def off(smap: SourceMap, first: tuple[int, int] | None = None) -> np.ndarray:
-    """How far, px, every pixel lies off the steps from the first, or from where the canvas's first one would be."""
-    away = (smap.yx - np.moveaxis(np.indices(smap.yx.shape[:2]), 0, 2)).astype(float)
+def off(smap: SourceMap, first: tuple[int, int] | None = None, stretch: np.ndarray | None = None) -> np.ndarray:
+    """How far, px, every pixel lies off the steps from the first, or from where the canvas's first one would be.
+
+    `stretch`: where a px of the canvas, down and across, leads in the exemplar, by rows.
+    """
+    away = smap.yx - np.moveaxis(np.indices(smap.yx.shape[:2]), 0, 2) @ (np.eye(2) if stretch is None else stretch)
     away -= away[0, 0].copy() if first is None else first
     steps_of = np.array([(y, x) for x, y in LATTICE])
     least = np.full(away.shape[:2], np.inf)
@@ -70,6 +74,31 @@ def test_all_of_a_picture_is_in_step_with_its_first_pixel(seed: int) -> None:
     assert off(free.map).max() > 2 * graphcut.SLACK + 1
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_every_px_of_the_canvas_leads_as_far_as_every_other(seed: int) -> None:
+    dice = np.random.default_rng(seed)
+    around, shape = dice.integers(-9000, 60000, (2, 2)).tolist(), dice.integers(40, 300, 2).tolist()
+    first = tuple(map(tuple, dice.integers(0, 40, (2, 2)).tolist()))
+    for at in dice.integers(0, 400, (20, 2)).tolist():
+        exact = np.array(first[0]) + ((np.array(at) - first[1]) / shape) @ np.array(around) / 256
+        assert np.abs(graphcut.led(around, first, at, shape) - exact).max() <= 1
+    for axis, n in enumerate(shape):
+        once = graphcut.led(around, ((0, 0), (0, 0)), (n * (1 - axis), n * axis), shape)
+        assert np.abs(once - np.array(around[axis]) / 256).max() <= 0.5
+
+
+@pytest.mark.parametrize("wrap", ["x", "y", "both"])
+def test_on_a_canvas_that_wraps_all_is_in_step_with_a_lattice_that_closes(wrap: str) -> None:
+    exemplar, shape, stretch = Exemplar.of(texture(72, 80)), (150, 130), np.eye(2)
+    vectors = tuple((round(256 * y), round(256 * x)) for x, y in LATTICE)
+    made = ia.synthesize(exemplar, shape, ia.Graphcut(patch=30, lattice=LATTICE), seed=1, wrap=wrap)
+    for axis, known in enumerate((wrap != "x", wrap != "y")):
+        if known:
+            stretch[axis] = np.array(lattice.once_around(vectors, shape[axis], axis)) / (256 * shape[axis])
+    within = np.abs(stretch - np.eye(2)).max() * 30  # what a patch, which is not stretched, is off at its ends
+    assert off(made.map, stretch=stretch).max() <= graphcut.SLACK + 1.5 + within < off(made.map).max()
+
+
 def test_what_is_there_is_gone_on_with_in_step() -> None:
     exemplar = Exemplar.of(texture(72, 80))
     yx, which = np.zeros((60, 110, 2), np.int32), np.full((60, 110), HOLE, np.uint8)
@@ -83,7 +112,6 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
 @pytest.mark.parametrize(
     ("given", "canvas", "said"),
     [
-        ({}, Canvas(90, 90, "x"), "a canvas that wraps"),
         ({"isometries": "180"}, Canvas(90, 90), "isometries=180"),
         ({"lattice": ((0.0, 13.0),)}, Canvas(90, 90), "rows of one vector"),
         ({"lattice": ((0.0, 13.0), (70.0, 0.0))}, Canvas(90, 90), "no patch of 16 px"),

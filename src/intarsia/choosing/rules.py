@@ -93,12 +93,14 @@ def _two(f: Facts) -> bool:
 def _in_step(f: Facts) -> bool:
     """Whether its elements lie about a lattice, and patches of free shape can be laid by it.
 
-    Where blocks of whole periods are parted by joints they are laid whole, and every one of them is shown as often.
+    Where blocks of whole periods are parted by joints they are laid whole, and every one of them is shown as often;
+    unless the canvas wraps, which they would have to close around, or what parts them is no joint, but bare ground.
     Stones between lines lie where a lattice says, too, but not surely: they are laid by their courses.
     """
     canvas = f.canvas
-    laid = not canvas.endless and canvas.wrap is Wrap.NONE and canvas.height * canvas.width <= VAST
-    if not laid or f.about is None or f.joints <= JOINTED:
+    if canvas.endless or canvas.height * canvas.width > VAST or f.about is None:
+        return False
+    if canvas.wrap is Wrap.NONE and f.joints <= JOINTED and not _loose(f):
         return False
     return f.lattice is not None or f.masonry is None
 
@@ -192,8 +194,8 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
-        "between lines, no clear joints between its periods, and a canvas of at most "
-        f"{VAST >> 20} million px that does not wrap",
+        f"between lines, and a canvas of at most {VAST >> 20} million px; where that does not wrap, no clear joints of "
+        "outlined periods",
         _in_step, lambda f: _steps(f) | _spread(f),
         lambda f: (
             _differ(f) if _two(f) else "Its elements lie about a lattice, though it does not repeat by it.",

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -103,23 +104,37 @@ NEAR = 0.05  # of the shortest vector: 2 px on tiles of 40 px, which a joint hid
 LEAST = 1.5  # px: no finer misfit is seen, rounding to whole px makes half of it, and photographs bend by as much
 
 
+def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vector]]:
+    """A step of `length` px along an axis, and points of a lattice about it, but for its origin; 1/256 px."""
+    (a, b), (c, d) = vectors
+    goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
+    area = a * d - b * c
+    m, n = (goal[0] * d - goal[1] * c) // area, (goal[1] * a - goal[0] * b) // area
+    steps = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3)]
+    return goal, [(s * a + t * c, s * b + t * d) for s, t in steps if (s, t) != (0, 0)]
+
+
+def once_around(vectors: Vectors, length: int, axis: int) -> Vector:
+    """Return the step of a lattice, (rows, columns) in 1/256 px, that is to lead once around `length` px of an axis.
+
+    0: rows, 1: columns. The one nearest to that, as a share of its own length: a canvas of less than half a period is
+    to hold one, not none.
+    """
+    (y, x), points = _points(vectors, length, axis)
+    return min(points, key=lambda p: Fraction((p[0] - y) ** 2 + (p[1] - x) ** 2, p[0] ** 2 + p[1] ** 2))
+
+
 def misfit(vectors: Sequence[Vector], length: int, axis: int) -> float:
     """Return how far, px, a lattice is from closing around `length` px of an axis (0: rows, 1: columns).
 
     `vectors`: one or two of (rows, columns) in 1/256 px. Of rows alone only their pitch must close.
     """
-    goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
-    if len(vectors) == 1:
-        y, x = vectors[0]
-        pitch = math.hypot(y, x)
-        along = (goal[0] * y + goal[1] * x) / pitch
-        return abs(along - pitch * round(along / pitch)) / UNIT
-    (a, b), (c, d) = vectors
-    area = a * d - b * c
-    m, n = (goal[0] * d - goal[1] * c) // area, (goal[1] * a - goal[0] * b) // area
-    steps = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3)]
-    points = [(s * a + t * c, s * b + t * d) for s, t in steps if (s, t) != (0, 0)]
-    return min(math.dist(point, goal) for point in points) / UNIT
+    if len(vectors) == 2:
+        goal, points = _points((vectors[0], vectors[1]), length, axis)
+        return min(math.dist(point, goal) for point in points) / UNIT
+    pitch = math.hypot(*vectors[0])
+    along = length * UNIT * vectors[0][axis] / pitch
+    return abs(along - pitch * round(along / pitch)) / UNIT
 
 
 def allowed(vectors: Sequence[Vector]) -> float:

@@ -14,11 +14,10 @@ Which pieces of a map lie about a window, as placements for it: a piece may grow
 A window of one piece that grows as far as a cut says is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate
 Energy Minimization via Graph Cuts", IEEE PAMI 23, 2001), kept to the surroundings of a bad place. No search is needed.
 
-Patches in step: all lie whole steps of one lattice from the first, give or take a few px.
-
-Where threads cross over and under there is no straight joint to cut along: blocks of whole periods end in the middle of
-a strand, wherever they begin. Patches of free shape find their way around it, but miss the lattice. In step they do
-both.
+Patches in step: all lie whole steps of one lattice from the first, give or take a few px. Where threads cross there is
+no straight joint to cut along, so blocks of whole periods end in the middle of a strand; patches of free shape find
+their way around it, but miss the lattice. In step they do both. On a canvas that wraps the lattice is stretched until
+it holds whole periods: what is off by that is taken up a little from patch to patch.
 
 Source: no paper; the lattice of Lopez Recas, Hilsmann and Eisert 2011 asked of the patches of Kwatra et al. 2003.
 """
@@ -40,7 +39,7 @@ from ..draws import draw
 from ..exemplar import Exemplars
 from ..kernels.windows import Grown
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Vectors
+from ..lattice.lattice import Vector, Vectors, once_around
 from ..patches.growing_map import Pick, picked, random_patch
 from ..patches.growth import Growth
 from ..run import Run
@@ -150,6 +149,18 @@ def shifts_around(
     return list(zip((found // columns // rows).tolist(), y.tolist(), x.tolist(), strict=True))
 
 
+def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Sequence[int]) -> Pair:
+    """Return the place of the exemplar, which may lie beyond it, that a px of the canvas is in step with.
+
+    `first`: a px of the exemplar, and where the canvas shows it. `around`: where all rows and all columns of the canvas
+    lead, (rows, columns) in 1/256 px: as far as on the canvas, or steps of the lattice where it wraps.
+    """
+    y, x = first[0]
+    for step, n, here, there in zip(around, shape, first[1], at, strict=True):
+        y, x = (p + (2 * (there - here) * s + n * UNIT) // (2 * n * UNIT) for p, s in zip((y, x), step, strict=True))
+    return y, x
+
+
 def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> Mask:
     """Say which of the places `valid` lie whole steps from `place`, which may lie anywhere, give or take `slack` px.
 
@@ -187,10 +198,14 @@ class GraphcutGrowth:
         self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
-        self.first: Pair | None = None  # where patches in step have the canvas's first px
+        self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
+        self._around = [
+            once_around(stitch.lattice, n, k) if stitch.lattice and wrap else (n * UNIT * (1 - k), n * UNIT * k)
+            for k, (n, wrap) in enumerate(zip(self.variant.shape, self.wraps, strict=True))
+        ]
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
-            self.first = int(self.yx[y, x, 0]) - y, int(self.yx[y, x, 1]) - x
+            self.first = (int(self.yx[y, x, 0]), int(self.yx[y, x, 1])), (y, x)
         self.note((0, 0, *self.variant.shape))
 
     @property
@@ -332,7 +347,7 @@ class GraphcutGrowth:
         valid, lattice = self.variants.valid, self.stitch.lattice
         if lattice is None or self.first is None:
             return valid
-        place = self.first[0] + box[0], self.first[1] + box[1]
+        place = led(self._around, self.first, box[:2], self.variant.shape)
         return [in_step(v, lattice, place) for v in valid]
 
     @contextmanager
@@ -431,7 +446,7 @@ class GraphcutGrowth:
         top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, cut.box, cut.pick, cut.take)
         y, x = cut.box[:2]
         if self.stitch.lattice is not None and self.first is None:
-            self.first = cut.pick[1] - y, cut.pick[2] - x
+            self.first = (cut.pick[1], cut.pick[2]), (y, x)
         self.note((y + top - 1, x + left - 1, h + 1, w + 1))
 
     def note(self, box: Box) -> None:

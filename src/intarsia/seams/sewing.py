@@ -76,7 +76,7 @@ def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
         return LARGEST
     check_lattice(method.lattice, exemplars[0])
     for wrong, what in (
-        (len(method.lattice) == 1, "rows of one vector"), (canvas.wrap.y or canvas.wrap.x, "a canvas that wraps"),
+        (len(method.lattice) == 1, "rows of one vector"),
         (canvas.guide is not None, "a guide"), (len(exemplars) > 1, "several exemplars"),
         (method.isometries not in ("none", (0,)), f"isometries={method.isometries}"),
     ):  # fmt: skip
