@@ -135,14 +135,14 @@ def test_what_strikes_returns_less() -> None:
     work, now = work_of(made), work_of(Synthesis(**{**vars(made), "map": out}))
     assert now.field().sum() < work.field().sum()
     steps = [int((w.sewing.prices > 4 * work.sewing.price.knee).sum()) for w in (work, now)]
-    assert steps[1] < 1.4 * steps[0]
+    assert steps[1] <= 1.4 * steps[0]
 
 
 def test_every_patch_saves_more_than_it_costs() -> None:
     """By the map as it is when the patch is laid, and by the prices that are then."""
     made = ia.synthesize(spotted(), (200, 200), GRAPHCUT, seed=4, run=ONE)
     work, laid = work_of(made), 0
-    paste = work.paste
+    lay = work.lay
 
     def total() -> int:
         work.sewing.note((0, 0, 200, 200))
@@ -152,12 +152,12 @@ def test_every_patch_saves_more_than_it_costs() -> None:
         nonlocal laid
         old, new, take = work._priced(cut.box), work._priced(cut.box, cut.pick), cut.take > 0
         before = total()
-        paste(cut)
+        lay(cut)
         assert total() - before == cut.change
         assert int((old - new)[take].sum()) > FINE * max(cut.change, 0)
         laid += 1
 
-    work.paste = watched  # type: ignore[method-assign]
+    work.lay = watched  # type: ignore[method-assign]
     totals = [int(work.field().sum())]
     for _ in range(3):
         work.wave(ONE)

@@ -107,15 +107,15 @@ def test_a_mirror_is_left_aside() -> None:
     assert sewing.apart(box, rows).tolist() == [False, True, True]
 
 
-def test_what_is_drawn_stands_beside_no_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_drawn_stands_beside_no_mirror() -> None:
     sewing, box = halves(), (10, 20, 16, 16)
     rows = np.array([(0, 1, 10, 20), (5, 1, 20, 0), (6, 0, 10, 20)], np.int64)
     known = np.ones((16, 16), bool)
-    monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows, 100, np.empty(0), known))
     for filling in (True, False):
-        assert (1, 10, 20) not in sewing._drawn(box, 7, filling)
-    monkeypatch.setattr(sewing, "_found", lambda _: Candidates(rows[:1], 100, np.empty(0), known))
-    assert sewing._drawn(box, 7, True) == [(1, 10, 20)]  # nothing else is there
+        found = Candidates(rows, 100, np.empty(0), known)
+        assert (1, 10, 20) not in sewing.placements(box, found, 7, filling)
+    found = Candidates(rows[:1], 100, np.empty(0), known)
+    assert sewing.placements(box, found, 7, True) == [(1, 10, 20)]  # nothing else is there
 
 
 def posed_alike(sewing: graphcut.GraphcutGrowth, y: int, x: int, k: int) -> tuple[int, int] | None:

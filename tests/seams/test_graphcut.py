@@ -28,7 +28,7 @@ from intarsia.kernels.maxflow import MOST
 from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings
-from intarsia.seams import energy_kernels, graphcut, placement_kernels, recut_kernels
+from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
 from intarsia.seams.graphcut import likelihood
 from intarsia.seams.recut_kernels import NEVER, Draft
 from intarsia.seams.sewing import settings_of, stitch_of
@@ -318,23 +318,20 @@ def test_the_worst_seams_are_found_given_up_and_looked_at_again(wraps: tuple[boo
     prices = rng.integers(0, 9, (60, 77, 2)).astype(np.int32)
     prices[33, 70] += 4000
     worst = WorstSeams(prices, (32, 40), wraps)
-    place = worst.place()
-    assert place is not None
+    ((cell, place),) = worst.apart(0, most=1).items()
     y, x = ((33 - place[0]) % 60, (70 - place[1]) % 77)
     assert 0 <= y < 32
     assert 0 <= x < 40
     cells = np.add.reduceat(np.add.reduceat(prices.sum(axis=2), range(0, 60, CELL), 0), range(0, 77, CELL), 1)
     assert (worst._cells == cells).all()
-    worst.give_up()
-    other = worst.place()
-    assert other != place
+    worst.give_up(cell)
+    assert worst.apart(0, most=1).get(cell) is None
     worst.renew((30, 60, 20, 17))
-    assert worst.place() == place
+    assert worst.apart(0, most=1) == {cell: place}
     for _ in range(200):
-        if worst.place() is None:
-            break
-        worst.give_up()
-    assert worst.place() is None
+        for other in worst.apart(0):
+            worst.give_up(other)
+    assert not worst.apart(0)
 
 
 def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -> int:
@@ -381,10 +378,10 @@ def test_the_books_are_kept(seam: str) -> None:
     method = ia.Graphcut(patch=12, overlap=4, seam=seam).resolved([e], Canvas(50, 44))
     growth = patches_growth.Growth(settings_of(method), [e], Canvas(50, 44))
     sewing = graphcut.GraphcutGrowth(growth, stitch_of(method))
-    sewing.fill(1, 2, ia.Run(1))
+    improve.fill(sewing, 1, 2, ia.Run(1))
     assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
     before = sewing.total
-    saved = sewing.refine(1, 2, ia.Run(1), 30)
+    saved = improve.refine(sewing, 1, 2, ia.Run(1), 30)
     assert saved
     assert min(saved) > 0
     assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
@@ -414,7 +411,7 @@ def test_a_bad_seam_is_covered() -> None:
     work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0))
     before = sewing.total
-    assert sum(sewing.refine(3, 5, ia.Run(1), 40)) >= before * 9 // 10
+    assert sum(improve.refine(sewing, 3, 5, ia.Run(1), 40)) >= before * 9 // 10
     assert sewing.total <= before // 10
 
 
@@ -425,21 +422,21 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(margin=2))
-    first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
+    first = sewing.cheapest((0, 0, 16, 16), sewing.found((0, 0, 16, 16)), 1, filling=True)
     assert first is not None
     sewing.paste(first)
     box = (0, 10, 16, 16)
-    picks = sewing._drawn(box, 2, filling=True)
+    picks = sewing.placements(box, sewing.found(box), 2, filling=True)
     assert len(set(picks)) == len(picks) == 6
     rough = [sewing.cut(box, pick, 2, step=2).change for pick in picks]
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
-    found = sewing.cheapest(box, 2, filling=True)
+    found = sewing.cheapest(box, sewing.found(box), 2, filling=True)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
     monkeypatch.setattr(graphcut, "TRIES", 2)
     fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
-    assert fewer._drawn(box, 2, filling=True) == picks[:2]
+    assert fewer.placements(box, fewer.found(box), 2, filling=True) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -449,16 +446,16 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
-    first = sewing.cheapest((0, 0, 16, 16), 1, filling=True)
+    first = sewing.cheapest((0, 0, 16, 16), sewing.found((0, 0, 16, 16)), 1, filling=True)
     assert first is not None
     sewing.paste(first)
     box = (0, 10, 16, 16)
-    found = sewing._found(box)
+    found = sewing.found(box)
     prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))
     cheap = min(prices.values())
     assert max(prices.values()) > 1.5 * cheap > 0
     for bits in range(1, 20):
-        (pick,) = sewing._drawn(box, bits, filling=True)
+        (pick,) = sewing.placements(box, found, bits, filling=True)
         assert prices[pick] <= cheap + 20
 
 

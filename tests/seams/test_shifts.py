@@ -12,7 +12,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.run import Run
-from intarsia.seams import graphcut
+from intarsia.seams import graphcut, improve
 from intarsia.seams.graphcut import shifts_around
 from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
@@ -82,9 +82,9 @@ def test_a_piece_grows_over_its_neighbour_where_nothing_is_found(monkeypatch: py
     for tries in (2, 6):
         sewing = sewing_of(Wrap.NONE)
         monkeypatch.setattr(graphcut, "TRIES", tries)
-        monkeypatch.setattr(sewing, "_drawn", lambda box, bits, filling: [])
+        monkeypatch.setattr(sewing, "placements", lambda *_: [])
         before = sewing.total
-        saved = sewing.refine(1, 2, Run(1), 40)
+        saved = improve.refine(sewing, 1, 2, Run(1), 40)
         assert sewing.total == before - sum(saved)
         falls[tries] = len(saved)
     assert falls[2] == 0  # a third of two placements is none
@@ -96,11 +96,11 @@ def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pyt
     monkeypatch.setattr(graphcut, "TRIES", 6)
     sewing, tried = sewing_of(Wrap.NONE), list[tuple[int, int, int]]()
     drawn = [(0, k, k) for k in range(6)]
-    monkeypatch.setattr(sewing, "_drawn", lambda box, bits, filling: drawn)
+    monkeypatch.setattr(sewing, "placements", lambda *_: drawn)
     monkeypatch.setattr(sewing, "best", lambda box, picks, limit: tried.extend(picks))
     box = (10, 22, 16, 16)
-    sewing.cheapest(box, 1, filling=False)
+    sewing.cheapest(box, sewing.found(box), 1, filling=False)
     assert tried == [*sewing.shown(box), *drawn[:4]]
     tried.clear()
-    sewing.cheapest(box, 1, filling=True)
+    sewing.cheapest(box, sewing.found(box), 1, filling=True)
     assert tried == drawn

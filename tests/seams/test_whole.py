@@ -16,6 +16,7 @@ from intarsia.geometry import Wrap, widened
 from intarsia.patches.growth import Growth
 from intarsia.seams import whole_kernels
 from intarsia.seams.graphcut import GraphcutGrowth
+from intarsia.seams.improve import fill
 from intarsia.seams.sewing import STAGE, settings_of, stitch_of
 from intarsia.seams.whole import Elements, Mending, make_whole
 from intarsia.segments.wholes import JOINT, wholes
@@ -50,7 +51,7 @@ def grown(exemplar: Exemplar = EXEMPLAR, canvas: Canvas | None = None, seed: int
     method = METHOD.resolved([exemplar], canvas)
     growth = Growth(settings_of(method), [exemplar], canvas)
     sewn = GraphcutGrowth(growth, stitch_of(method))
-    sewn.fill(seed, STAGE, ONE)
+    fill(sewn, seed, STAGE, ONE)
     return sewn
 
 

@@ -17,8 +17,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,8 @@ from ..patches.growth import Growth, PatchSettings
 from ..patches.repetition import best_measured
 from ..run import Run
 from ..seams import recut_kernels
-from ..seams.graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from ..seams.graphcut import APART, SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from ..seams.improve import improve
 from ..seams.placement_kernels import mark_steps
 from ..seams.worst import WorstSeams
 from ..search.candidates import Candidates, Prices, posed_exemplars
@@ -90,11 +92,10 @@ def repaired(
     work = Repairing(repair, exemplars, canvas, smap)
     before, patches = work.sewing.total, 0
     for number in range(repair.passes):
-        run.tick(number, repair.passes, work.growth.draft)
         wave = work.worst.apart(work.around)
         if not wave:
             break
-        patches += work.cover(wave, run)
+        patches += work.cover(wave, run, lambda _: run.tick(number, repair.passes, work.growth.draft))  # noqa: B023
     run.tick(repair.passes, repair.passes, work.growth.draft)
     return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
 
@@ -227,8 +228,6 @@ def in_step(growth: Growth, lattice: Steps, at: Pair, shown: Pick) -> Candidates
 
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
 PLAIN = GraphcutSettings()
-AT_ONCE = 64  # windows of a wave that are searched for and cut before progress is told; what they hold is dropped then
-APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 
 
 @dataclass(frozen=True)
@@ -281,6 +280,8 @@ class Covering:
         self.margin, self.lattice = min(settings.patch) // REACH, laying.lattice
         stitch = replace(stitch, margin=self.margin)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        self.worst: WorstSeams  # the windows that are covered
+        self.told: Prices | None = None  # what patches cost besides how they fit, by the map before a wave
         self._plain, self._unpriced = self.sewing.price, list[Box]()
         self._spread = math.isqrt(self.growth.variance(seen=True))
 
@@ -320,7 +321,23 @@ class Covering:
         least, most = (max(spread * part // 100, 1) for part in knee)
         sewn.price = SeamPrice(knee=min(max(usual, least), most))
 
-    def paste(self, cut: Cut) -> None:
+    def boxes(self, wave: dict[Pair, Pair]) -> dict[Pair, Box]:
+        """The windows of a wave, by the cells that name them."""
+        return {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}
+
+    def give_up(self, key: Any) -> None:
+        """Leave a window until something changes there."""
+        self.worst.give_up(key)
+
+    def found(self, sites: list[Any], run: Run) -> list[Candidates]:
+        """What fits around the middles of windows."""
+        return self.candidates(sites, list(map(middle, sites)), self.told, run)
+
+    def pays(self, cut: Cut) -> bool:
+        """Whether a cut may be laid after what the wave has laid before it."""
+        return not self.bars.returns(cut.box, cut.pick, cut.take)
+
+    def lay(self, cut: Cut) -> None:
         """Write a cut into the map; its seams are priced when an average is asked for again."""
         recut_kernels.write_cut(self.sewing.grown, self.sewing.pieces, cut.box, cut.pick, cut.take)
         y, x, h, w = cut.box
@@ -386,26 +403,21 @@ class Repairing(Covering):
         super().__init__(Laying(distance=repair.distance), settings, exemplars, canvas, smap, stitch)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
 
-    def cover(self, wave: dict[Pair, Pair], run: Run) -> int:
+    def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
-        boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
-        found = self.candidates(boxes, list(map(middle, boxes)), self.sewing.search_prices(), run)
-        with run.pool() as each:
-            cuts = each(lambda pair: self._best(*pair), zip(boxes, found, strict=True))
-        laid: list[Cut] = []
-        for cell, cut in zip(wave, cuts, strict=True):
-            if cut is None:
-                self.worst.give_up(cell)
-            elif not self.bars.returns(cut.box, cut.pick, cut.take):  # what this pass laid before counts, too
-                self.sewing.paste(cut)
-                laid.append(cut)
+        self.told = self.sewing.search_prices()
+        laid = improve(self, self.boxes(wave), run, tick)
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
-    def _best(self, box: Box, found: Candidates) -> Cut | None:
+    def lay(self, cut: Cut) -> None:
+        """Write a cut into the map and its prices."""
+        self.sewing.paste(cut)
+
+    def best(self, site: Box, found: Candidates) -> Cut | None:
         """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
-        picks = self.sewing.shown(box)[: TRIES // SHOWN]
-        price = self.sewing.priced(box, found)
+        picks = self.sewing.shown(site)[: TRIES // SHOWN]
+        price = self.sewing.priced(site, found)
         picks += [picked(found, k) for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist()]
-        cut = self.sewing.best(box, picks)
+        cut = self.sewing.best(site, picks)
         return cut if cut is not None and cut.change < 0 else None

@@ -17,28 +17,28 @@ Optimization", Eurographics 2015. What a repeat costs is this project's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 
 from ..analysis.features import Features
 from ..analysis.popout import popout
 from ..analysis.sums import spreads
-from ..arrays import Array, Pair, UInt8
+from ..arrays import Array, UInt8
 from ..canvas import Canvas
 from ..corrections import stack
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from ..patches.growing_map import Pick, picked
 from ..run import Run
-from ..seams.graphcut import Box, Cut, laid_out, middle
+from ..seams.graphcut import Box, Cut, laid_out
+from ..seams.improve import improve
 from ..seams.worst import WorstSeams
 from ..search import sizes
 from ..search.candidates import Candidates, PosedExemplars, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
 from .copies_kernels import FINE, STEP, Copies, Origins, Repeats, Terms
-from .covering import AT_ONCE, Covering, Laying
+from .covering import Covering, Laying
 
 FLOOR = 31  # of 256: what a repeat of the plainest pixel costs; without it all but what strikes is repeated
 PLAIN, STEEP = 307, 2  # of 256: what strikes less than this strikes not at all; half of what it strikes more counts,
@@ -221,34 +221,22 @@ class Spreading(Covering):
         """Cover the dearest windows that lie apart; returns how many patches were laid."""
         self.field()
         wave = self.worst.apart(self.around, DEAR)
-        boxes = [(*at, *self.growth.layout.patch) for at in wave.values()]
-        if not boxes:
-            return 0
-        cuts, told = list[Cut | None](), None if self.lattice else self._told()
-        for begin in range(0, len(boxes), AT_ONCE):
-            run.tick(begin, len(boxes), self.growth.draft)
-            some = boxes[begin : begin + AT_ONCE]
-            found = self.candidates(some, list(map(middle, some)), told, run)
-            with run.pool() as each:
-                cuts += each(lambda pair: self._best(*pair), zip(some, found, strict=True))
-        return self._laid(zip(wave, cuts, strict=True))
+        self.told = None if self.lattice else self._told()
+        return len(improve(self, self.boxes(wave), run, lambda begin: run.tick(begin, len(wave), self.growth.draft)))
 
-    def _laid(self, cuts: Iterable[tuple[Pair, Cut | None]]) -> int:
-        """Lay what was cut, as far as it is still a gain after what was laid before it."""
-        laid = 0
-        for cell, cut in cuts:
-            if cut is None:
-                self.worst.give_up(cell)
-            elif (not laid or self._gain(cut) > 0) and not self.bars.returns(cut.box, cut.pick, cut.take):
-                self.paste(cut)
-                self._list(cut.box)
-                self._stale = True
-                laid += 1
-        return laid
+    def pays(self, cut: Cut) -> bool:
+        """Whether it is still a gain after what was laid before it."""
+        return self._gain(cut) > 0 and super().pays(cut)
 
-    def _best(self, box: Box, found: Candidates) -> Cut | None:
+    def lay(self, cut: Cut) -> None:
+        """Write a cut into the map, and what it shows into the lists."""
+        super().lay(cut)
+        self._list(cut.box)
+        self._stale = True
+
+    def best(self, site: Box, found: Candidates) -> Cut | None:
         """Of the best candidates by repeats and fit the one whose cut gains most; None where none does."""
-        (y, x, h, w), area = box, max(int(found.known.sum()), 1)
+        (y, x, h, w), area = site, max(int(found.known.sum()), 1)
         height, width = self._field.shape[:2]
         inner = ((y + h // 4) % height, (x + w // 4) % width, h - 2 * (h // 4), w - 2 * (w // 4))
         high, wide = (np.minimum(n - np.arange(0, n, 2 * STEP), 2 * STEP) for n in inner[2:])  # of blocks
@@ -270,7 +258,7 @@ class Spreading(Covering):
                 copies_kernels.savings(prices[0], prices[1], self._taper, more)
                 return more
 
-            cut = self.sewing.cut(box, picked(found, k), self.margin, saved=saved)
+            cut = self.sewing.cut(site, picked(found, k), self.margin, saved=saved)
             return self._gain(cut, *prices), cut
 
         best = np.argsort(costs, kind="stable")[: TRIES].tolist()

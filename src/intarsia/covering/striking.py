@@ -12,7 +12,8 @@ is this project's own.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,12 +26,13 @@ from ..patches.fill_order import Neighbours
 from ..patches.growing_map import Pick, picked
 from ..run import Run
 from ..seams.graphcut import Box, Cut
+from ..seams.improve import improve
 from ..seams.placement_kernels import Samples
 from ..search.candidates import Candidates, Prices
 from ..segments.wholes import things
 from ..sourcemap import HOLE, SourceMap
 from . import striking_kernels as kernels
-from .covering import AT_ONCE, Covering, Laying, kept
+from .covering import Covering, Laying, kept
 from .striking_kernels import Looks
 
 # When a thing counts as shown: chosen by eye on twelve photographs:
@@ -247,19 +249,18 @@ class Thinning(Covering):
         """Cover showings of things, each once: those first whose windows do not touch, then the others."""
         sewn, total = self.sewing, len(shows)
         while left := [show for show in shows if (part[sewn.index(show.box)] == show.part).any()]:  # some went
-            (wave, shows), cuts = self._apart(left), list[Cut | None]()
+            (wave, shows), self.part = self._apart(left), part
             if max(sewn.variant.shape) <= sewn.nearby:  # all of it is seen together
                 self._samples = sewn.samples((0, 0, 1, 1), LOOKED)
-            for begin in range(0, len(wave), AT_ONCE):
-                run.tick(total - len(left) + begin, total, self.growth.draft)
-                some = wave[begin : begin + AT_ONCE]
-                with run.pool() as each:
-                    pairs = zip(some, self._found(some, run), strict=True)
-                    cuts += each(lambda pair: self._best(part, *pair), pairs)
-            for cut in cuts:
-                if cut is not None and not self.bars.returns(cut.box, cut.pick, cut.take):
-                    self.paste(cut)
-                    part[sewn.index(cut.box)] *= cut.take == 0  # it shows no thing
+            tick = partial(self._tick, run, total - len(left), total)
+            for cut in improve(self, dict(enumerate(wave)), run, tick):
+                part[sewn.index(cut.box)] *= cut.take == 0  # it shows no thing
+
+    def _tick(self, run: Run, done: int, total: int, begin: int) -> None:
+        run.tick(done + begin, total, self.growth.draft)
+
+    def give_up(self, key: Any) -> None:
+        """Leave a showing: it is tried in larger windows."""
 
     def _apart(self, shows: list[Show]) -> tuple[list[Job], list[Show]]:
         """Those whose windows do not touch, with their windows, and the others."""
@@ -293,24 +294,25 @@ class Thinning(Covering):
         shows: Array = self.looks.things[begin + y[:, None] * size[1] + x] > 0
         return shows | self.bars(box, pick) if self.bars.any else shows
 
-    def _found(self, wave: list[Job], run: Run) -> list[Candidates]:
+    def found(self, sites: list[Any], run: Run) -> list[Candidates]:
+        """What fits around the showings of things, and shows none in its middle."""
         out = dict[int, Candidates]()
         for middle in (True, False):
-            mine = [k for k, job in enumerate(wave) if job.middle == middle]
+            mine = [k for k, job in enumerate(sites) if job.middle == middle]
             if mine:
-                boxes, holes = [wave[k].box for k in mine], [wave[k].hole for k in mine]
+                boxes, holes = [sites[k].box for k in mine], [sites[k].hole for k in mine]
                 prices = None if self.lattice else self._priced(middle)
                 out.update(zip(mine, self.candidates(boxes, holes, prices, run), strict=True))
-        return [out[k] for k in range(len(wave))]
+        return [out[k] for k in range(len(sites))]
 
-    def _often(self, part: Array, job: Job, found: Candidates) -> tuple[Array, int]:
+    def _often(self, job: Job, found: Candidates) -> tuple[Array, int]:
         """How often what placements would show for a thing, and the thing, are shown elsewhere, and how they strike.
 
         Once is 256 for what strikes one and a half times as much as usual; nearby it counts up to four times.
         """
         sewn, rows, now = self.sewing, found.rows.copy(), np.zeros((1, 4), np.int64)
         where = sewn.index(job.hole)
-        y, x = np.nonzero(part[where] == job.show.part)
+        y, x = np.nonzero(self.part[where] == job.show.part)
         middle = int(y[len(y) // 2]), int(x[len(x) // 2])
         now[0, 1], now[0, 2:] = sewn.variant[where][middle], sewn.yx[where][middle] - middle
         for axis in (0, 1):  # the placements begin with the window
@@ -324,14 +326,14 @@ class Thinning(Covering):
         out = sewn.repeats(job.hole, rows, samples) * np.maximum(strikes - PLAIN, 1) // PLAIN
         return out[:-1], int(out[-1])
 
-    def _best(self, part: Array, job: Job, found: Candidates) -> Cut | None:
+    def best(self, site: Job, found: Candidates) -> Cut | None:
         """The patch that covers a showing with the cheapest seams; None where they would be dear, or it would stay."""
-        sewn, known, show, box = self.sewing, dict[Box, tuple[Array, int]](), job.show, job.box
+        sewn, known, show, box = self.sewing, dict[Box, tuple[Array, int]](), site.show, site.box
 
         def going(window: Box, patch: Pick = (0, 0, 0)) -> Array:
             if window not in known:
                 wanted = np.empty(window[2:], np.int32)
-                area = kernels.mark_part(part, sewn.wraps, window, show.part, EDGE, MUST, wanted)
+                area = kernels.mark_part(self.part, sewn.wraps, window, show.part, EDGE, MUST, wanted)
                 known[window] = wanted, int(area)
             return known[window][0]
 
@@ -339,7 +341,7 @@ class Thinning(Covering):
             return int(((going(cut.box)[::step, ::step] > 0) & (cut.take == 0)).sum()) * step * step
 
         knee, step = max(sewn.price.knee, 1), min(ROUGH, self.side // 8)
-        length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(part, job, found)
+        length, (often, now) = 2 * (show.box[2] + show.box[3]), self._often(site, found)
         costs = found.rows[:, 0] + often * found.usual // USUAL
         rarer = np.flatnonzero((often * RARER[0] <= now * RARER[1]) | (not self.often.most))
         tried = rarer[np.argsort(costs[rarer], kind="stable")][: TRIES]

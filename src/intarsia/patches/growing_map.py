@@ -213,21 +213,25 @@ class GrowingMap:
         )
 
 
-def waves(layout: WindowGrid, wanted: Mask) -> list[list[Window]]:
+def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window]]:
     """Order the wanted windows in waves: the windows of a wave do not touch, earlier waves come first.
+
+    With `around` there are so many px between them, where the canvas has room.
 
     The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above
     and to the left of it, and after the one above to the right. Windows that lie freely keep the order of their
     numbers: outward from what is known.
     """
     if layout.places is not None:
-        wave_of = levels(list(layout.places), layout.patch, (layout.height, layout.width), layout.wraps)
+        size = layout.height, layout.width
+        wide = min(layout.patch[0] + around, size[0]), min(layout.patch[1] + around, size[1])
+        wave_of = levels(list(layout.places), wide, size, layout.wraps)
         free: list[list[Window]] = [[] for _ in range(max(wave_of, default=-1) + 1)]
         for k, wave in enumerate(wave_of):
             free[wave].append((k, 0))
         return free
-    rows = _neighbours(layout.rows, layout.patch[0], layout.height, layout.wrap_y)
-    columns = _neighbours(layout.columns, layout.patch[1], layout.width, layout.wrap_x)
+    rows = _neighbours(layout.rows, layout.patch[0] + around, layout.height, layout.wrap_y)
+    columns = _neighbours(layout.columns, layout.patch[1] + around, layout.width, layout.wrap_x)
     reach = [b - a for a, near in enumerate(columns) for b in near]
     slope = 1 + max((r for r in reach if r <= len(columns) // 2), default=0)
     out: list[list[Window]] = []

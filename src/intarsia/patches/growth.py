@@ -307,7 +307,7 @@ class Growth:
             self.repetition.apart(self.guided.guidance.groups(self.finder))
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
-        self.waves = waves(self.layout, windows)
+        self.windows, self.waves = windows, waves(self.layout, windows)
         if rule.in_turn:
             self.waves = [[window] for window in sorted(w for wave in self.waves for w in wave)]
         if canvas.start is not None:

@@ -42,7 +42,6 @@ from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, Vectors, once_around
 from ..patches.growing_map import Pick, picked, random_patch
 from ..patches.growth import Growth
-from ..run import Run
 from ..search.candidates import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE
@@ -50,7 +49,6 @@ from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look, Samples, mark_steps
 from .recut_kernels import NEVER, Draft, drafted
-from .worst import WorstSeams
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 Bar = Callable[[Box, Pick], Array]
@@ -66,6 +64,7 @@ SHOWN = 3  # one in so many of the placements that a bad place is covered by is 
 EVERY = 4  # px from one to the next where pieces about a window are counted
 TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
+APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
 MOST = 32  # at most 1 / MOST of a window may lie beside itself
 # px off the lattice, as threads are not quite where it says. Of seven weaves together seams cost 4 % less with 1 (of
@@ -213,45 +212,17 @@ class GraphcutGrowth:
         """What all seams of the map cost."""
         return int(self.prices.sum(dtype=np.int64))
 
-    def fill(self, seed: int, stage: int, run: Run, more: int = 0) -> None:
-        """Fill the windows of the layout in their order; `more` units of work are still to come after them."""
-        windows = [window for wave in self.growth.waves for window in wave]
-        for number, window in enumerate(windows):
-            run.tick(number, len(windows) + more, self.growth.draft)
-            box = (*self.growth.at(window), *self.growth.layout.patch)
-            cut = self.cheapest(box, draw(seed, stage, 0, *window), filling=True)
-            assert cut is not None, "an empty window takes any patch"
-            self.paste(cut)
-        run.tick(len(windows), len(windows) + more, self.growth.draft)
-
-    def refine(self, seed: int, stage: int, run: Run, steps: int) -> list[int]:
-        """Cover the worst seams anew, where that makes them cheaper; returns what every accepted patch saved.
-
-        Ends after so many attempts, or when no place is left that has not been tried since it last changed.
-        """
-        done = sum(map(len, self.growth.waves))
-        worst, saved = WorstSeams(self.prices, self.growth.layout.patch, self.wraps), []
-        for number in range(steps):
-            at = worst.place()
-            if at is None:
-                break
-            box = (*at, *self.growth.layout.patch)
-            cut = self.cheapest(box, draw(seed, stage, 1, number), filling=False)
-            if cut is not None:
-                self.paste(cut)
-                worst.renew(cut.box)
-                saved.append(-cut.change)
-            else:
-                worst.give_up()
-            run.tick(done + number + 1, done + steps, self.growth.draft)
-        return saved
+    @property
+    def around(self) -> int:
+        """How far apart windows must be that are worked on at the same time, px."""
+        return 2 * self.stitch.margin + APART
 
     # ---- placing
 
-    def cheapest(self, box: Box, bits: int, filling: bool) -> Cut | None:
-        """Draw placements for a window, and cut in the best of them; None where there is none, or none that saves."""
+    def cheapest(self, box: Box, found: Candidates, bits: int, filling: bool) -> Cut | None:
+        """Draw some of the candidates for a window, and cut in the best; None where there is none that saves."""
         shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
-        picks = shown + self._drawn(box, bits, filling)[: TRIES - len(shown)]
+        picks = shown + self.placements(box, found, bits, filling)[: TRIES - len(shown)]
         return self.best(box, picks, NEVER if filling else 0)
 
     def best(self, box: Box, picks: Sequence[Pick], limit: int = NEVER) -> Cut | None:
@@ -298,9 +269,8 @@ class GraphcutGrowth:
             placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
         return np.asarray(count * MOST <= box[2] * box[3])
 
-    def _drawn(self, box: Box, bits: int, filling: bool) -> list[Pick]:
-        with self.opened([] if filling else [middle(box)]):  # what is to be covered does not count
-            found = self._found(box)
+    def placements(self, box: Box, found: Candidates, bits: int, filling: bool) -> list[Pick]:
+        """Draw some of the candidates for a window, the cheaper the likelier; an empty one gets any place at least."""
         good = self.apart(box, found.rows)
         found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
         if not len(found.rows):
@@ -336,7 +306,7 @@ class GraphcutGrowth:
             sides.append(side)
         return Look(firsts[0], firsts[1], sides[0], sides[1], step)
 
-    def _found(self, box: Box) -> Candidates:
+    def found(self, box: Box) -> Candidates:
         """The candidates for a window as the map now is."""
         assert self._search is not None
         search = self._search if self.first is None else self._search.within(self._allowed(box))

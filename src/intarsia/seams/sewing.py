@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 from ..canvas import Canvas
 from ..errors import ParameterError
@@ -16,8 +17,10 @@ from ..run import Run
 from ..search.candidates import resolved_isometries
 from ..search.guide import check_guide
 from ..search.sizes import LEAST, check_patch, default_patch, large_patch
+from ..segments.wholes import wholes
 from ..sourcemap import SourceMap
 from .graphcut import GraphcutGrowth, GraphcutSettings
+from .improve import fill, refine
 from .whole import make_whole
 
 STAGE = 2403  # keeps this method's draws apart from those of others
@@ -54,8 +57,9 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
     growth = Growth(settings_of(method), exemplars, canvas)
     sewn = GraphcutGrowth(growth, stitch_of(method))
     laying = run.part(0, 2) if method.whole else run
-    sewn.fill(seed, STAGE, laying, method.refinements or 0)
-    sewn.refine(seed, STAGE, laying, method.refinements or 0)
+    with run.beside(*(partial(wholes, e) for e in exemplars if method.whole)):
+        fill(sewn, seed, STAGE, laying, method.refinements or 0)
+        refine(sewn, seed, STAGE, laying, method.refinements or 0)
     make_whole(sewn, list(exemplars), method.whole, run.part(1, 2))
     return growth.map(method.blend)
 

@@ -237,7 +237,7 @@ class Mending:
                 self.shown.whole[k] = max(int(inside.sum()), 1)
 
     def _damaged(self) -> list[tuple[int, Box]]:
-        """The damaged bodies and their boxes, those with the dearest seams first."""
+        """The damaged bodies and their boxes, those with the dearest seams first; of equal ones the largest."""
         body, bodies = np.empty(self.shape, np.int32), self.shown.body.astype(np.int32)
         self.size = np.zeros(len(self.shown.area), np.int64)
         for top in range(0, self.shape[0], STRIP):
@@ -254,14 +254,14 @@ class Mending:
             if any(5 * side > 3 * n for side, n in zip((h, w), self.shape, strict=True)):
                 continue  # all one
             around = self.sewn.index(widened((y, x, h, w), 2, self.shape, self.sewn.wraps))
-            out.append((-int(self.sewn.prices[around].sum()), k, (y, x, h, w)))
+            out.append((-int(self.sewn.prices[around].sum()), -area, -hidden[k], h, w, k, (y, x, h, w)))
         self.often: dict[int, list[Pair]] = {}
         for k in range(1, self.count):
             if 2 * self.shown.area[k] > self.shown.whole[k]:
                 y, x = self.shown.shift[k].tolist()
                 self.often.setdefault(int(self.shown.element[k]), []).append((y, x))
         self.usual = sum(map(len, self.often.values())) / len(self.elements.boxes)
-        return [(k, box) for _, k, box in sorted(out)]
+        return [(k, box) for *_, k, box in sorted(out)]
 
     # ---- candidates
 

@@ -32,29 +32,19 @@ class WorstSeams:
         self.shape = -(-prices.shape[0] // CELL), -(-prices.shape[1] // CELL)
         self._cells = np.zeros(self.shape, np.int64)
         self._tired = np.zeros(self.shape, bool)
-        self._at = (0, 0)
         self._radius = [min(size // (4 * CELL), n // 2) for size, n in zip(patch, self.shape, strict=True)]
         self._scores, self._open = np.zeros(self.shape, np.int64), Highest(np.zeros(self.shape, np.int64))
         self.read()
 
-    def place(self) -> Pair | None:
-        """First row and column of the worst window; None where every place with seams was given up."""
-        at = self._open.first()
-        if at is None:
-            return None
-        self._at = at
-        row, column = (self._first(axis, cell) for axis, cell in enumerate(self._at))
-        return row, column
-
-    def apart(self, around: int, share: int = 0) -> dict[Pair, Pair]:
+    def apart(self, around: int, share: int = 0, most: int | None = None) -> dict[Pair, Pair]:
         """The worst windows of which no two come closer than `around` px: cell and first pixel of each, worst first.
 
-        Those that cost less than `share` % of the mean are left out.
+        Those that cost less than `share` % of the mean are left out, and all but the first `most`.
         """
         least = int(self._scores.sum()) * share // (100 * self._scores.size)
         scores, found = Highest(np.where(self._scores < least, 0, self._open.values)), dict[Pair, Pair]()
         firsts = [np.array([self._first(axis, cell) for cell in range(n)]) for axis, n in enumerate(self.shape)]
-        while (at := scores.first()) is not None:
+        while len(found) != most and (at := scores.first()) is not None:
             found[at] = int(firsts[0][at[0]]), int(firsts[1][at[1]])
             near = []
             for axis, first in enumerate(found[at]):
@@ -64,10 +54,10 @@ class WorstSeams:
             scores.put(near[0], near[1], 0)
         return found
 
-    def give_up(self, cell: Pair | None = None) -> None:
-        """Leave a window, by default the one last named, and those close to it, until something changes there."""
+    def give_up(self, cell: Pair) -> None:
+        """Leave a window and those close to it, until something changes there."""
         radius = max(1, min(self.patch) // (4 * CELL))
-        near = [self._runs(axis, at - radius, at + radius) for axis, at in enumerate(cell or self._at)]
+        near = [self._runs(axis, at - radius, at + radius) for axis, at in enumerate(cell)]
         for rows in near[0]:
             for columns in near[1]:
                 self._tired[rows, columns] = True
