@@ -1,0 +1,112 @@
+"""The loop that lays patches: waves whose windows lie apart, what pays, and what is told meanwhile."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.geometry import Wrap, apart
+from intarsia.patches.growing_map import waves
+from intarsia.patches.growth import Growth
+from intarsia.seams import improve
+from intarsia.seams.graphcut import Cut, GraphcutGrowth
+from intarsia.seams.sewing import settings_of, stitch_of
+from intarsia.sourcemap import HOLE, SourceMap
+from intarsia.testing import texture
+
+METHOD = ia.Graphcut(patch=24, overlap=10, refinements=20)
+
+
+def sewing_of(canvas: Canvas) -> GraphcutGrowth:
+    exemplar = Exemplar.of(texture(60, 64, 3, 5))
+    method = METHOD.resolved([exemplar], canvas)
+    return GraphcutGrowth(Growth(settings_of(method), [exemplar], canvas), stitch_of(method))
+
+
+def begun() -> SourceMap:
+    """Two islands on an empty canvas."""
+    which = np.full((140, 150), HOLE, np.uint8)
+    which[20:30, 20:34] = which[100:120, 110:124] = 0
+    source = Exemplar.of(texture(60, 64, 3, 5)).source
+    return SourceMap(np.moveaxis(np.indices((140, 150), np.int32), 0, 2) % 60, which, None, (source,))
+
+
+@pytest.mark.parametrize("wrap", list(Wrap))
+@pytest.mark.parametrize("start", [None, begun()])
+def test_what_a_window_reads_no_other_of_its_wave_changes(wrap: Wrap, start: SourceMap | None) -> None:
+    """But around a canvas too small for that, where nothing shares a wave."""
+    canvas = Canvas(140, 150, wrap, start)
+    sewn = sewing_of(canvas)
+    layout, seen = sewn.growth.layout, 0
+    for wave in waves(layout, sewn.growth.windows, sewn.around):
+        for one, other in combinations([sewn.growth.at(window) for window in wave], 2):
+            gaps = map(apart, one, other, (140, 150), sewn.wraps)
+            assert any(gap >= side + sewn.around for gap, side in zip(gaps, layout.patch, strict=True))
+            seen += 1
+    assert seen
+
+
+@pytest.mark.parametrize("wrap", ["none", "both"])
+def test_threads_share_the_work_and_change_no_byte(wrap: str) -> None:
+    made = [
+        ia.synthesize(texture(60, 64, 3, 5), (140, 150), METHOD, seed=3, wrap=wrap, run=ia.Run(n)).map for n in (1, 5)
+    ]
+    assert (made[0].yx == made[1].yx).all()
+
+
+class Watched:
+    """Sites 0 to 9, of which the odd ones pay, but only the first of any two neighbours."""
+
+    def __init__(self) -> None:
+        self.left, self.laid, self.asked = list[int](), list[int](), list[list[int]]()
+
+    def found(self, sites: list[int], run: ia.Run) -> list[int]:
+        self.asked.append(sites)
+        return [10 * site for site in sites]
+
+    def best(self, site: int, found: int) -> Cut | None:
+        assert found == 10 * site
+        assert not self.laid, "all are cut before the first is laid"
+        return Cut(-1, (site, 0, 1, 1), (0, 0, 0), np.ones((1, 1))) if site % 2 else None
+
+    def pays(self, cut: Cut) -> bool:
+        return cut.box[0] - 2 not in self.laid
+
+    def lay(self, cut: Cut) -> None:
+        self.laid.append(cut.box[0])
+
+    def give_up(self, key: str) -> None:
+        self.left.append(int(key))
+
+
+def test_what_is_cut_is_laid_in_turn_where_it_still_pays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(improve, "AT_ONCE", 4)
+    work, told = Watched(), list[int]()
+    laid = improve.improve(work, {str(k): k for k in range(10)}, ia.Run(3), told.append)
+    assert [cut.box[0] for cut in laid] == work.laid == [1, 5, 9]
+    assert work.left == [0, 2, 4, 6, 8]
+    assert work.asked == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
+    assert told == [0, 4, 8]
+
+
+def test_the_worst_windows_are_taken_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most an eighth of all attempts, and never more attempts than asked for; those first that are worst."""
+    sewn, waves_seen = sewing_of(Canvas(140, 150)), list[int]()
+    improve.fill(sewn, 1, 2, ia.Run(1))
+    plain = improve.improve
+
+    def watched(work: improve.Pass, wave: dict[tuple[int, int], improve.Place], *more: object) -> list[Cut]:
+        waves_seen.append(len(wave))
+        return plain(work, wave, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(improve, "improve", watched)
+    saved = improve.refine(sewn, 1, 2, ia.Run(1), 21)
+    assert saved
+    assert max(waves_seen) <= 3
+    assert sum(waves_seen) <= 21
+    assert len(waves_seen) >= 7
