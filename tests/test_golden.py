@@ -254,8 +254,8 @@ GOLDEN = {
         "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
     ),
     "chosen": (
-        "988bd5cc01d5bfc0ac27e829ea6c2fea4af0a05fbfd1dc467b5b0fdbeb0cd45d",
-        "48634ad062a6be59e57699258cfb41988fde42ee632448a4fb7044323b75da61",
+        "e0658cfeef68502a8c3fec3c4238c4dd4ca68956f4712b688ee87af5eca2247b",
+        "5ee313b18fef715e99897ec8f84046003470f5d1732dd1fd7397eb9951f3420b",
     ),
     "tried": (
         "75c48a7f45d6cad6e36a8ab08b4d98d3e8dc6f198d53d720e0ec7aebedf49ca8",
@@ -278,8 +278,8 @@ GOLDEN = {
         "879a8328c25cc88bf21fbc9284c2a8fb641b82af3bc8943a13889f2ee810983c",
     ),
     "shifted": (
-        "a8af3eece6b56f1eaef5ad667ff5129f2669dfe72278fc6bb146d3c16729709c",
-        "7fcb68c414b590a6d432e859ca4849ea86d7c26e155b4c98570803818a7bbd5f",
+        "d0e471ff4ef27b1240ee0d372485b4cd225fdefe76372c0fd4fffdee7cb47439",
+        "0a15c9625c8c7bfcd0cd36cb745d5e84c2ac658679fd5b81d800dc1fd97226bb",
     ),
     "corrected": (
         "d09aeebe3d2d3d3c0d1b8ae7807afa107a56f751ab03dbf21b5091f0170bb373",
