@@ -178,7 +178,7 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 
 BUDGET = {
     "analysis": 18_600,
-    "blocks": 16_380,
+    "blocks": 12_610,
     "choosing": 7_200,
     "cli": 24_210,
     "corrections": 21_500,

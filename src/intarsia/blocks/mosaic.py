@@ -4,8 +4,9 @@ Which block lies where depends only on its place and the seed: any window of the
 
 Source: Lopez Recas 2011, 4.2. Departures: the block grid begins where cuts are cheapest, in the joints; blocks are
 parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
-real lattice vectors; periods that the exemplar's border cuts are completed from others; every position is used about
-equally often; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no two cuts meet.
+real lattice vectors; periods that the exemplar's border cuts are completed from others; random blocks are dealt from
+shuffled decks of all positions; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no
+two cuts meet.
 
 How blocks lie on a canvas that closes on itself.
 
@@ -36,9 +37,8 @@ from ..patches.growing_map import Continuation
 from ..run import Run
 from ..search.sizes import elements
 from . import gap_kernels
-from .gap_kernels import FAR
 from .grid import BlockGrid, Places, Sheet, lattice_poses, posed_places, sheet_of
-from .places import BAR, GapTable, Shares, dealt, grid_and_places, place_shares
+from .places import grid_and_places
 
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 
@@ -149,7 +149,6 @@ class Mosaic:
     # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
     places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
-    shares: Shares  # how often each of the places is to be read, in parts of their sum
     before: Pair  # rows and columns added to the exemplar above and to the left, px
     start: Continuation | None = None  # what is on the canvas already, and must be continued
     # Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
@@ -171,9 +170,7 @@ class Mosaic:
         sheet = sheet_of(wider, ground.usable, ground.source, poses, 2 * math.ceil(laid.half) + 8)
         if len(poses) > 1:
             places = posed_places(sheet, wider, source, places)
-        near = nearest(sheet.usable)
-        shares = place_shares(source, sheet, near, places)
-        return cls(settings, seed, laid, sheet, near, places, shares, ground.before, start)
+        return cls(settings, seed, laid, sheet, nearest(sheet.usable), places, ground.before, start)
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
@@ -185,7 +182,7 @@ class Mosaic:
         """The pixels of the sheet (height, width, 2) that a window shows."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
         fields = self.laid.meeting(y0, x0, height, width)
-        done, draft, _ = 0, partial(self._draft, out), self.tables  # made before threads ask for them
+        done, draft, _ = 0, partial(self._draft, out), self.sparse  # made before threads ask for it
         with run.pool() as each:
             for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
                 part = [f for f in fields if (f[0] + f[1]) % 2 == parity]
@@ -208,24 +205,6 @@ class Mosaic:
         for kind, found in self.places.items():  # the first one in every square
             sparse[kind] = found[np.sort(np.unique(found // side, axis=0, return_index=True)[1])]
         return sparse
-
-    @cached_property
-    def tables(self) -> dict[Pair, GapTable | None]:
-        """How places fit into gaps, by the parity of row and column; None where they are many, or a start goes on."""
-        found: dict[Pair, GapTable | None] = {(0, 1): None, (1, 0): None}
-        if self.start is not None:
-            return found
-        for i, j in ((0, 1), (1, 0)):
-            at, sides, core = self.laid.window(i, j)
-            near = []
-            for a, b in beside(i, j):
-                there, here = (self._shifts(*block, self._places(a, b)) + at for block in ((a, b), (i, j)))
-                near.append((there, here, self.shares[a % 2, b % 2]))
-            shifts, shares = self._shifts(i, j) + at, self.shares[i, j]
-            own = shifts, shares if len(shares) == len(shifts) else np.ones(len(shifts), np.int64)
-            picture, usable, slack = self.sheet.picture, self.sheet.usable, self.settings.slack
-            found[i, j] = GapTable.of(picture, usable, core, sides, own, near, slack)
-        return found
 
     def _block(self, block: Pair) -> tuple[Array, Array]:
         """The canvas pixels (n, 2) that a block decides, and the exemplar's that it shows there."""
@@ -262,31 +241,20 @@ class Mosaic:
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
         """The shift of a gap: one that fits, and shows neither the same as a neighbour nor what continues it."""
-        shifts, table = self._shifts(i, j) + at, self.tables[i % 2, j % 2]
-        if table is not None:
-            order, costs, moves = table.ranked([self._random(a, b) for a, b in beside(i, j)])
-            bits = draw(self.seed, STAGE, 1, *self.laid.number(i, j))
-            near = min(self.settings.slack, 1)
-            inside = np.argwhere(core)  # a block rounded past the edges of the sheet is moved back, and read whole
-            room = -inside.min(axis=0), np.subtract(self.sheet.usable.shape, 1) - inside.max(axis=0)
-            for k in _tried(costs, bits):
-                wanted = shifts[order[k]] + moves[k]
-                wanted += np.clip(np.clip(wanted, *room) - wanted, -near, near)
-                for _, ty, tx in self._best(core, zone, t, wanted[None], near, 1).tolist():
-                    return ty, tx
-        found = self._best(core, zone, t, shifts, self.settings.slack)
+        shifts = self._shifts(i, j) + at
+        found = self._best(core, zone, t, shifts)
         if not len(found):
             return int(shifts[0, 0]), int(shifts[0, 1])
         places = np.array([self._place(a, b) for a, b in beside(i, j)])
         return self._choose(i, j, found, t, self._shifts(i, j, places) + at)
 
-    def _best(self, core: Array, zone: Array, t: Array, shifts: Array, slack: int, keep: int = KEPT) -> Array:
+    def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
         """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
-        picture, usable = self.sheet.picture, self.sheet.usable
-        return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, keep))
+        picture, usable, slack = self.sheet.picture, self.sheet.usable, self.settings.slack
+        return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT))
 
     def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Pair:
-        """Draw among the good shifts of many places.
+        """Draw among the good shifts of a gap.
 
         `t`: the neighbours' shifts, which would continue them; `equal`: those that would repeat them.
         """
@@ -300,7 +268,7 @@ class Mosaic:
         return int(row[1]), int(row[2])
 
     def _random(self, i: int, j: int) -> int:
-        """The place that a random block is read from: in each square of blocks as often as its share says, shuffled."""
+        """The place that a random block is read from: all of them in each square of blocks, shuffled."""
         i, j = self.laid.number(i, j)
         side = 2 * math.ceil(math.sqrt(len(self._places(i, j)) / 2))
         square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
@@ -309,8 +277,7 @@ class Mosaic:
         if order is None:
             if len(self.orders) > 256:  # an endless mosaic must not fill the memory
                 self.orders.clear()
-            cards, bits = deck(len(self.places[kind]), self.seed, STAGE, 2, *square), draw(self.seed, STAGE, 2, *square)
-            order = self.orders[square, kind] = dealt(self.shares[kind], bits, cards[::-1])
+            order = self.orders[square, kind] = deck(len(self.places[kind]), self.seed, STAGE, 2, *square)[::-1]
         return order[cell % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
@@ -331,7 +298,7 @@ class Mosaic:
         if not len(zone):
             return None
         there = np.array([np.add(at, self.before)], np.int64)
-        found = self._best(core, zone, there, self._shifts(i, j) + at, self.settings.slack)
+        found = self._best(core, zone, there, self._shifts(i, j) + at)
         return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
     def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
@@ -341,11 +308,3 @@ class Mosaic:
 
     def _places(self, i: int, j: int) -> Int64:
         return self.places[i % 2, j % 2]
-
-
-def _tried(costs: Array, bits: int) -> list[int]:
-    """In which order places are tried, of which `costs` rises: first one of the best, drawn, then all in turn."""
-    free = costs[: max(int((costs < BAR).sum()), 1)]
-    good = int((free <= free[0] + CHOICE * (free[len(free) // 2] - free[0])).sum())
-    first = below(good, bits)
-    return [first, *(k for k in range(len(costs)) if k != first and costs[k] < FAR)]
