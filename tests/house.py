@@ -178,11 +178,11 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 
 BUDGET = {
     "analysis": 18_600,
-    "blocks": 12_610,
+    "blocks": 11_040,
     "choosing": 7_200,
     "cli": 24_210,
     "corrections": 21_500,
-    "courses": 25_700,
+    "courses": 25_640,
     "covering": 14_470,
     "disk": 5_200,
     "files": 16_460,
@@ -190,7 +190,7 @@ BUDGET = {
     "judging": 11_000,
     "kernels": 16_700,
     "lattice": 13_020,
-    "methods": 4_600,
+    "methods": 4_580,
     "patches": 17_330,
     "published": 41_000,
     "rendering": 23_540,

@@ -193,13 +193,6 @@ class TestNearRegular(MethodContract):
         return super().cases().map(even)
 
 
-class TestTurnedNearRegular(TestNearRegular):
-    """All poses that keep the lattice of the other one."""
-
-    method = replace(TestNearRegular.method, isometries="both")
-    examples = 4
-
-
 class TestGapFilling(MethodContract):
     """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
 

@@ -126,8 +126,7 @@ def test_every_period_of_a_photograph_is_shown(name: str, textures: dict[str, Pa
     """Those that lie whole in it, on the grid of the blocks."""
     e = ia.read(textures[name])
     method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    settings = ia.NearRegular(method.lattice, method.block, isometries=method.isometries)
-    mosaic = Mosaic.of(settings, e, Canvas(9, 9), 0)
+    mosaic = Mosaic.of(method, e, Canvas(9, 9), 0)
     (a, b), second = mosaic.laid.grid.vectors
     area = a * second[1] - b * second[0]
     y, x = np.mgrid[: e.height, : e.width] * UNIT + UNIT // 2

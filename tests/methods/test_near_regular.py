@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.analysis.features import features
 from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.courses.near_regular import FEW
 from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS
 from intarsia.lattice.lattice import check_lattice, lattice_of
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -87,7 +84,7 @@ def test_blocks_meet_in_the_joints_wherever_these_lie(cut: tuple[int, int], bloc
 
 def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tuple[int, int]]:
     """By how much the pixel in the middle of each block lies elsewhere in the exemplar: what the block shows."""
-    window = mosaic.on_sheet(0, 0, height, width)
+    window = mosaic.on_ground(0, 0, height, width)
     down = (mosaic.laid.grid.rows[0] + mosaic.laid.grid.columns[0]) / 512
     right = (mosaic.laid.grid.rows[1] + mosaic.laid.grid.columns[1]) / 512
     found = {}
@@ -178,10 +175,10 @@ def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
     settings, (y, x) = ia.NearRegular(lattice), corner
     e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
     mosaic = Mosaic.of(settings, e, Canvas(10, 10), 5)
-    whole = mosaic.on_sheet(y, x, 150, 170)
+    whole = mosaic.on_ground(y, x, 150, 170)
     assert whole.any(axis=2).mean() > 0.99
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = mosaic.on_sheet(y + top, x + left, height, width)
+        part = mosaic.on_ground(y + top, x + left, height, width)
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -189,7 +186,7 @@ def test_two_neighbours_never_meet_inside_a_gap() -> None:
     """They would meet along the mitre, in a seam that no cut counts."""
     settings = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
     mosaic = Mosaic.of(settings, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
-    moved = mosaic.on_sheet(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
+    moved = mosaic.on_ground(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
 
     def shown_by(gap: tuple[int, int], y: int, x: int) -> set[tuple[int, int]]:
         """The neighbours of a gap that show a pixel in it, and not the gap's own block."""
@@ -216,9 +213,9 @@ def test_a_wrapped_canvas_continues_in_itself() -> None:
     canvas = Canvas(203, 290, ia.Wrap.BOTH)
     e = Exemplar.of(tiling(120, 140, 17, 24))
     mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
-    here = mosaic.on_sheet(0, 0, 203, 290)
-    np.testing.assert_array_equal(mosaic.on_sheet(203, -290, 203, 290), here)
-    np.testing.assert_array_equal(mosaic.on_sheet(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
+    here = mosaic.on_ground(0, 0, 203, 290)
+    np.testing.assert_array_equal(mosaic.on_ground(203, -290, 203, 290), here)
+    np.testing.assert_array_equal(mosaic.on_ground(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
 
 
 def test_sizes_that_strain_the_lattice_are_refused() -> None:
@@ -246,10 +243,10 @@ def test_wrapped_blocks_are_read_at_strained_places() -> None:
     e = Exemplar.of(tiling(120, 140, 17, 24))
     settings = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0)
     mosaic = Mosaic.of(settings, e, Canvas(200, 293, ia.Wrap.BOTH), 3)
-    shown = mosaic.on_sheet(0, 0, 200, 293)
+    shown = mosaic.on_ground(0, 0, 200, 293)
     for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
         begin = [p / 256 for p in mosaic.laid.grid.phase]
-        phase = begin[axis] + mosaic.before[axis]
+        phase = begin[axis] + mosaic.ground.before[axis]
         assert mosaic.laid.around[axis] == turns
         for i, j in ((0, 0), (1, 1), (5, 3), (10, 10)):
             q = (i, j)[axis] * length / turns + phase
@@ -267,63 +264,6 @@ def test_a_slanted_lattice_that_cannot_close_is_refused() -> None:
         ia.synthesize(e, (260, 192), ia.NearRegular(lattice=((24, 0), (1, 26)), block=26), wrap="y")
     made = ia.synthesize(e, (624, 192), ia.GapFilling(lattice=((24, 0), (1, 26))), wrap="y")
     assert made.map.height == 624
-
-
-@pytest.mark.parametrize("isometries", ["180", "90", "both"])
-def test_turned_blocks_keep_the_joints_on_the_lattice(isometries: str) -> None:
-    """Wherever the joints lie in the exemplar: copies are moved until they agree with it."""
-    e = tiling(170, 190, 20, 20)[7:160, 3:]
-    method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries=isometries)
-    made = ia.synthesize(e, (300, 320), method, seed=4)
-    assert made.map.poses == ISOMETRY_SETS[isometries]
-    shown = joints(made.render().pixels.reshape(300, 320))
-    truth = joints(tiling(327, 343, 20, 20)[7:307, 3:323])
-    grown = truth.copy()
-    for dy in (-1, 0, 1):
-        for dx in (-1, 0, 1):
-            grown |= np.roll(truth, (dy, dx), (0, 1))
-    assert (shown & ~grown).mean() < 0.005
-    assert 0.85 < shown.mean() / truth.mean() < 1.15
-
-
-def test_the_sheet_shows_the_poses_that_the_map_names() -> None:
-    """Every px of the sheet is the exemplar's px that it is turned into."""
-    pixels = texture(41, 47, 3, 2)
-    e = Exemplar.of(pixels)
-    mosaic = Mosaic.of(ia.NearRegular(lattice=((9, 0), (0, 9)), block=9, isometries="both"), e, Canvas(50, 50), 3)
-    yx = mosaic.on_sheet(0, 0, 200, 200)
-    shown, picture = mosaic.sheet.to_exemplar(yx)[0], features([e]).pictures[0]
-    np.testing.assert_array_equal(picture[shown[..., 0], shown[..., 1]], mosaic.sheet.picture[yx[..., 0], yx[..., 1]])
-    own = np.moveaxis(np.indices(mosaic.sheet.size, np.int32), 0, 2)  # the exemplar with its completed periods
-    exact, pose = replace(mosaic.sheet, source=own).to_exemplar(yx)
-    assert set(np.unique(pose)) == set(range(8))
-    within = (np.diff(yx, axis=1) == (0, 1)).all(axis=2)  # the sheet runs on to the right
-    j = np.array([iso.j for iso in ISOMETRIES])[pose[:, :-1]]
-    np.testing.assert_array_equal(np.diff(exact, axis=1)[within], j[..., 1][within])
-
-
-def test_isometries_that_break_the_lattice_are_left_out_or_refused() -> None:
-    e = tiling(120, 140, 17, 24)
-    both = ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries="both"), seed=1)
-    assert both.map.poses == (0, 1, 2, 6)
-    running = ia.NearRegular(lattice=((30, 0), (7, 16)), isometries="both").resolved([Exemplar.of(e)], Canvas(9, 9))
-    assert ia.synthesize(e, 200, running, seed=1).map.poses == (0, 6)
-    with pytest.raises(ia.ParameterError, match=r"^isometries: 5 \(rotate 90\) does not map the lattice to itself"):
-        ia.synthesize(e, 200, ia.NearRegular(lattice=((24, 0), (0, 17)), isometries=(0, 5)))
-
-
-def test_auto_leaves_out_what_changes_the_look() -> None:
-    """Tiles that are bright above and dark below are not turned; whatever is allowed keeps the lattice, too."""
-    y, x = np.mgrid[:160, :160]
-    grain = (noise(160, 160, 7) % np.uint64(120)).astype(int)
-    shaded, even = 130 - 6 * (y % 20), 70
-    allowed = []
-    for shade in (shaded, even):
-        e = np.where((y % 20 < 2) | (x % 20 < 2), 20, shade + grain).astype(np.uint8)
-        method = ia.NearRegular(lattice=((20, 0), (0, 20)), isometries="auto")
-        allowed.append(method.resolved([Exemplar.of(e)], Canvas(9, 9)).isometries)
-    assert set(allowed[0]) <= {0, 1}
-    assert len(allowed[1]) > 1
 
 
 def test_masked_pixels_are_never_shown() -> None:

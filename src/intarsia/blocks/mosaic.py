@@ -17,7 +17,7 @@ is read near M M'^-1 q.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
@@ -37,8 +37,8 @@ from ..patches.growing_map import Continuation
 from ..run import Run
 from ..search.sizes import elements
 from . import gap_kernels
-from .grid import BlockGrid, Places, Sheet, lattice_poses, posed_places, sheet_of
-from .places import grid_and_places
+from .grid import BlockGrid, Places
+from .places import Continued, grid_and_places
 
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 
@@ -145,11 +145,10 @@ class Mosaic:
     settings: NearRegular  # the parameters that it is laid by
     seed: int  # what the draws follow from
     laid: LaidBlocks  # where the blocks lie
-    sheet: Sheet  # the exemplar's features and usable pixels in all poses, one below the other, that blocks are read in
+    ground: Continued  # the exemplar with completed periods, which blocks are read from
     # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
     places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
-    before: Pair  # rows and columns added to the exemplar above and to the left, px
     start: Continuation | None = None  # what is on the canvas already, and must be continued
     # Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
     orders: dict[tuple[Pair, Pair], list[int]] = field(default_factory=dict, repr=False)
@@ -160,26 +159,20 @@ class Mosaic:
         cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
     ) -> Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
-        feats = features([exemplar], settings.channel_weights)
-        picture = feats.pictures[0]
+        picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell, float(elements(exemplar).size))
         laid = LaidBlocks.of(grid, canvas, settings.border / 2)
-        poses = lattice_poses(settings.isometries, grid.vectors, exemplar, feats)
-        wider, source = replace(feats, pictures=(ground.picture,), _memo={}), ground.placed(grid)
-        sheet = sheet_of(wider, ground.usable, ground.source, poses, 2 * math.ceil(laid.half) + 8)
-        if len(poses) > 1:
-            places = posed_places(sheet, wider, source, places)
-        return cls(settings, seed, laid, sheet, nearest(sheet.usable), places, ground.before, start)
+        return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
 
     def window(
         self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, UInt8 | None]:
-        """The exemplar pixels (height, width, 2) and the poses (height, width) of a window; None: all upright."""
-        return self.sheet.to_exemplar(self.on_sheet(y0, x0, height, width, run))
+    ) -> tuple[Int32, None]:
+        """The exemplar pixels (height, width, 2) of a window, all upright."""
+        return self._exemplar(self.on_ground(y0, x0, height, width, run)), None
 
-    def on_sheet(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """The pixels of the sheet (height, width, 2) that a window shows."""
+    def on_ground(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
+        """The pixels of the ground (height, width, 2) that a window shows."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
         fields = self.laid.meeting(y0, x0, height, width)
         done, draft, _ = 0, partial(self._draft, out), self.sparse  # made before threads ask for it
@@ -195,8 +188,12 @@ class Mosaic:
         return out
 
     def _draft(self, out: Int32) -> Laid:
-        """What of a window is laid; the first pixel of the sheet stands for nothing."""
-        return *self.sheet.to_exemplar(out), np.asarray(out.any(axis=2))
+        """What of a window is laid; the first pixel of the ground stands for nothing."""
+        return self._exemplar(out), None, np.asarray(out.any(axis=2))
+
+    def _exemplar(self, yx: Int32) -> Int32:
+        """The exemplar's pixels that pixels (..., 2) of the ground show."""
+        return self.ground.source[yx[..., 0], yx[..., 1]]
 
     @cached_property
     def sparse(self) -> Places:
@@ -220,7 +217,7 @@ class Mosaic:
         """Write what of a block lies in a window."""
         y, x = (block[0] - (y0, x0)).T
         inside = (y >= 0) & (y < out.shape[0]) & (x >= 0) & (x < out.shape[1])
-        shown = np.clip(block[1][inside], 0, np.subtract(self.sheet.usable.shape, 1))
+        shown = np.clip(block[1][inside], 0, np.subtract(self.ground.usable.shape, 1))
         if self.nearest is not None:
             shown = self.nearest[:, shown[:, 0], shown[:, 1]].T
         out[y[inside], x[inside]] = shown
@@ -234,9 +231,9 @@ class Mosaic:
             there = self.start.zone(at, (core > 0) | (sides >= 0), len(near))
             free = np.full(core.shape, True)
             free[there[:, 0], there[:, 1]] = False
-            zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.before)]])
+            zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.ground.before)]])
         ty, tx = self._fit(i, j, core, zone, t, at)
-        own, shown = gap_kernels.fill_gap(self.sheet.picture, self.sheet.usable, sides, core, t, ty, tx)
+        own, shown = gap_kernels.fill_gap(self.ground.picture, self.ground.usable, sides, core, t, ty, tx)
         return own, shown
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
@@ -250,7 +247,7 @@ class Mosaic:
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
         """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
-        picture, usable, slack = self.sheet.picture, self.sheet.usable, self.settings.slack
+        picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
         return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT))
 
     def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Pair:
@@ -297,7 +294,7 @@ class Mosaic:
         zone = start.zone(at, (core > 0) | (sides >= 0), 0)
         if not len(zone):
             return None
-        there = np.array([np.add(at, self.before)], np.int64)
+        there = np.array([np.add(at, self.ground.before)], np.int64)
         found = self._best(core, zone, there, self._shifts(i, j) + at)
         return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from ..analysis.features import features
 from ..arrays import Laid
-from ..blocks.grid import resolved_poses
 from ..blocks.mosaic import Mosaic
 from ..blocks.places import FewPlaces
 from ..canvas import Canvas
@@ -34,14 +33,8 @@ def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearR
         _check_unequal(method, canvas)
     straighten = method.straighten if canvas.start is None or method.straighten == "on" else "off"
     rectified = _rectified(replace(method, straighten=straighten), exemplars[0])
-    lattice = rectified.lattice
-    if method.isometries not in ("none", (0,)) and len(lattice) == 1:
-        raise ParameterError(
-            f"isometries={method.isometries}: along one vector courses are laid, all of them upright; leave it out."
-        )
-    poses = resolved_poses(method.isometries, lattice, rectified.exemplar, method.channel_weights)
     straighten = "off" if rectified.straight is None else "on"
-    return replace(method, lattice=lattice, isometries=poses, straighten=straighten)
+    return replace(method, lattice=rectified.lattice, straighten=straighten)
 
 
 def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:

@@ -32,9 +32,7 @@ class NearRegular(EndlessBase):
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
     engine: ClassVar[str] = "intarsia.courses.near_regular"
-    supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.WINDOW}
-    )
+    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.WINDOW})
 
     lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
@@ -52,7 +50,6 @@ class NearRegular(EndlessBase):
         "the exemplar between them; the lattice then is their mean pitch",
         choices=("equal", "unequal"),
     )
-    isometries: str | tuple[int, ...] = parameters.poses()
     straighten: str = param(
         "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
         "repeat much better, not with given vectors; on: wherever they are not straight; vectors then hold after it",
