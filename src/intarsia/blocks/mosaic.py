@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..analysis.features import features
 from ..analysis.sums import nearest
-from ..arrays import Array, Int32, Int64, Laid, Pair, UInt8
+from ..arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..canvas import Canvas
 from ..draws import below, deck, draw
 from ..errors import ParameterError
@@ -203,26 +203,29 @@ class Mosaic:
             sparse[kind] = found[np.sort(np.unique(found // side, axis=0, return_index=True)[1])]
         return sparse
 
-    def _block(self, block: Pair) -> tuple[Array, Array]:
-        """The canvas pixels (n, 2) that a block decides, and the exemplar's that it shows there."""
+    def _block(self, block: Pair) -> tuple[Pair, Mask, Array]:
+        """First pixel of a block's window, which of it the block decides, and the ground's pixels that it shows."""
         i, j = block
         at, sides, core = self.laid.window(i, j)
         if (i + j) % 2:
-            own, shown = self._gap(i, j, at, sides, core)
-            return np.argwhere(own) + at, shown[own]
-        yx = np.argwhere(core) + at
-        return yx, yx + self._shifts(i, j, self._place(i, j))
+            return at, *self._gap(i, j, at, sides, core)
+        shown = np.moveaxis(np.indices(core.shape), 0, 2) + (self._shifts(i, j, self._place(i, j)) + at)
+        return at, core > 0, shown
 
-    def _write(self, block: tuple[Array, Array], out: Array, y0: int, x0: int) -> None:
+    def _write(self, block: tuple[Pair, Mask, Array], out: Array, y0: int, x0: int) -> None:
         """Write what of a block lies in a window."""
-        y, x = (block[0] - (y0, x0)).T
-        inside = (y >= 0) & (y < out.shape[0]) & (x >= 0) & (x < out.shape[1])
-        shown = np.clip(block[1][inside], 0, np.subtract(self.ground.usable.shape, 1))
-        if self.nearest is not None:
-            shown = self.nearest[:, shown[:, 0], shown[:, 1]].T
-        out[y[inside], x[inside]] = shown
+        at, own, shown = block
+        low = np.maximum(at, (y0, x0))
+        high = np.minimum(np.add(at, own.shape), np.add((y0, x0), out.shape[:2]))
+        here, there = (
+            tuple(slice(a - f, b - f) for a, b, f in zip(low, high, first, strict=True)) for first in (at, (y0, x0))
+        )
+        own = own[here]
+        yx = np.clip(shown[here][own], 0, np.subtract(self.ground.usable.shape, 1))
+        out[there][own] = yx if self.nearest is None else self.nearest[:, yx[:, 0], yx[:, 1]].T
 
-    def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Array, Array]:
+    def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Mask, Array]:
+        """Which of its window's pixels a gap decides, and what they show."""
         near = beside(i, j)
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
