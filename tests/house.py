@@ -178,7 +178,7 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 
 BUDGET = {
     "analysis": 18_600,
-    "blocks": 11_040,
+    "blocks": 10_720,
     "choosing": 7_200,
     "cli": 24_210,
     "corrections": 21_500,
@@ -200,7 +200,7 @@ BUDGET = {
     "search": 16_400,
     "segments": 9_590,
     "studio": 24_100,
-    "tasks": 17_930,
+    "tasks": 17_910,
     "testing": 6_110,
     "tiles": 4_400,
 }

@@ -202,7 +202,7 @@ class TestDrawn:
         assert 0.1 < changed.mean() < 0.45
         found = ia.analyze("weave.png")
         cell = found.lattice.vectors
-        y, x = phase_of(features([found.exemplar]).pictures[0], cell, 48.0)
+        y, x = phase_of(features([found.exemplar]).pictures[0], cell)
         assert y % 20 < 3.1
         assert x % 24 < 3.1
         for i in range(1, 5):

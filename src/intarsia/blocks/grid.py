@@ -8,7 +8,8 @@ usual lattices of bricks, tiles and weaves it is a rectangle.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -62,56 +63,35 @@ class BlockGrid:
             (dx * self.rows[0] - dy * self.rows[1]) // self.determinant,
         )
 
-    def extent(self) -> Pair:
-        """Rows and columns of the px box around a block that begins at a corner of it."""
-        height = abs(self.rows[0]) + abs(self.columns[0])
-        width = abs(self.rows[1]) + abs(self.columns[1])
-        return -(-height // UNIT) + 1, -(-width // UNIT) + 1
-
-    def before(self) -> Pair:
-        """How far the box around a block begins before its corner, px, at most 0."""
-        return (
-            (min(0, self.rows[0]) + min(0, self.columns[0])) // UNIT,
-            (min(0, self.rows[1]) + min(0, self.columns[1])) // UNIT,
-        )
+    @cached_property
+    def reach(self) -> tuple[Pair, Pair]:
+        """How far a block reaches before its first corner, at most (0, 0), and behind it, (y, x) in 1/256 px."""
+        (a, b), (c, d) = self.rows, self.columns
+        return (min(0, a) + min(0, c), min(0, b) + min(0, d)), (max(0, a) + max(0, c), max(0, b) + max(0, d))
 
 
-def block_vectors(
-    v1: Vector, v2: Vector | None, target: float | None, wide: float, room: Pair
-) -> Vectors:
+def block_vectors(v1: Vector, v2: Vector | None, target: float | None, room: Pair) -> Vectors:
     """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
 
-    `target`: wanted side in px (None: one period, or enough to reach 40 px); `wide`: width in px in a free
-    direction; `room`: rows and columns of the exemplar, of which a block takes at most half. The second is turned so
-    that they are right-handed.
+    `v2`: None where the lattice has rows alone, and a block is as wide as they are apart; `target`: wanted side in px
+    (None: one period, or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at
+    most half. The second is turned so that they are right-handed.
     """
     if v2 is None:
-        length = math.hypot(*v1)
-        free = (round(v1[1] / length * wide * UNIT), round(-v1[0] / length * wide * UNIT))
+        free = v1[1], -v1[0]
         down, across = (v1, free) if abs(v1[0]) >= abs(v1[1]) else (free, v1)
     else:
         down, across = _upright(v1, v2, room)
-    down, across = _towards(down, 0), _towards(across, 1)
-    fixed = {id(v) for v in (down, across)} if v2 is not None else {id(down if abs(v1[0]) >= abs(v1[1]) else across)}
     sides = []
-    for v, available in ((down, room[0]), (across, room[1])):
+    for v, available in ((_towards(down, 0), room[0]), (_towards(across, 1), room[1])):
         length = math.hypot(*v) / UNIT
         wanted = target if target is not None else max(length, LEAST_SIDE)
-        n = max(1, round(wanted / length)) if id(v) in fixed else 1
+        n = max(1, round(wanted / length))
         while n > 1 and n * length > available / 2:
             n -= 1
         sides.append((v[0] * n, v[1] * n))
     (a, b), (c, d) = sides
     return (a, b), ((c, d) if a * d >= b * c else (-c, -d))
-
-
-def best_phase(features: Int16, grid: BlockGrid, border: int, axis: int) -> tuple[int, float]:
-    """Find where along an axis cuts are cheapest, and how cheap: there the joints are (0 .. period-1 px)."""
-    mean = phase_costs(features, grid, border, axis)
-    if mean is None:
-        return 0, 0.0
-    at = int(np.argmin(mean))
-    return at, float(mean[at])
 
 
 def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Floats | None:
@@ -140,8 +120,8 @@ def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
 
     Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
     """
-    rows, columns = block_vectors(*cell, None, LEAST_SIDE, (int(picture.shape[0]), int(picture.shape[1])))
-    grid, worst = BlockGrid(rows, columns, (0, 0), cell), 0.0
+    sides = block_vectors(*cell, None, (int(picture.shape[0]), int(picture.shape[1])))
+    grid, worst = BlockGrid(*sides, (0, 0), cell), 0.0
     for axis in (0, 1):
         costs = phase_costs(picture, grid, border, axis)
         seen = np.ones(1) if costs is None else costs[np.isfinite(costs)]
@@ -157,18 +137,21 @@ def phased(
 
     Also returns what these cuts cost, 1/16 of a feature unit a px along each axis.
     """
-    grid = BlockGrid(rows, columns, (0, 0), cell)
-    fixed = cell[1] is not None
-    down = abs(cell[0][0]) >= abs(cell[0][1])
-    y, dear_down = best_phase(picture, grid, border, 0) if fixed or down else (0, 0.0)
-    x, dear_across = best_phase(picture, grid, border, 1) if fixed or not down else (0, 0.0)
-    return BlockGrid(rows, columns, (y * UNIT, x * UNIT), cell), (dear_down, dear_across)
+    grid, steep = BlockGrid(rows, columns, (0, 0), cell), int(abs(cell[0][0]) < abs(cell[0][1]))
+    found = [(0, 0.0), (0, 0.0)]
+    for axis in (0, 1) if cell[1] is not None else (steep,):
+        costs = phase_costs(picture, grid, border, axis)
+        if costs is not None:
+            at = int(np.argmin(costs))
+            found[axis] = at, float(costs[at])
+    (y, down), (x, across) = found
+    return replace(grid, phase=(y * UNIT, x * UNIT)), (down, across)
 
 
-def phase_of(picture: Int16, cell: Cell, wide: float) -> tuple[float, float]:
-    """Where the grid of the smallest blocks begins, (y, x) px; `wide` as for :func:`block_vectors`."""
+def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
+    """Where the grid of the smallest blocks begins, (y, x) px."""
     room = int(picture.shape[0]), int(picture.shape[1])
-    y, x = phased(picture, *block_vectors(*cell, 1.0, wide, room), cell, 14)[0].phase
+    y, x = phased(picture, *block_vectors(*cell, 1.0, room), cell, 14)[0].phase
     return y / UNIT, x / UNIT
 
 
@@ -180,8 +163,7 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     """
     v1, v2 = grid.vectors
     height, width = valid.shape
-    corners = np.array([(0, 0), grid.rows, grid.columns, np.add(grid.rows, grid.columns)], np.int64)
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = np.array(grid.reach, np.int64)
     box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
     at = np.array(grid.origin(*kind), np.int64)
     places: Int64 = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)

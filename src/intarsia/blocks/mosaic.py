@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,6 @@ from ..lattice.lattice import cell_of, unfit
 from ..methods.near_regular import NearRegular
 from ..patches.growing_map import Continuation
 from ..run import Run
-from ..search.sizes import elements
 from . import gap_kernels
 from .grid import BlockGrid, Places
 from .places import Continued, grid_and_places
@@ -69,8 +68,8 @@ class LaidBlocks:
             slant = abs(side[1 - axis]) / side[axis]
             strain = math.hypot(length * UNIT / (count * side[axis]) - 1, slant)
             if strain > STRAIN:
-                good = [] if slant > STRAIN else [n * side[axis] / UNIT for n in (count - 2, count, count + 2) if n > 0]
-                fitting = list(map(round, good))
+                counts = [] if slant > STRAIN else [n for n in (count - 2, count, count + 2) if n > 0]
+                fitting = [round(n * side[axis] / UNIT) for n in counts]
                 raise ParameterError(unfit(axis, length, "is no even number of blocks", strain, fitting))
             straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
             sides.append((straight, 0) if axis == 0 else (0, straight))
@@ -114,11 +113,10 @@ class LaidBlocks:
 
     def _box(self, i: int, j: int) -> tuple[Pair, Pair]:
         """First pixel and shape of the window around a block, its seam zone included."""
-        y, x = self.origin(i, j)
-        reach = math.ceil(self.half) + 1
-        before, shape = self.grid.before(), self.grid.extent()
-        at = (y // UNIT + before[0] - reach, x // UNIT + before[1] - reach)
-        return at, (shape[0] + 2 * reach + 1, shape[1] + 2 * reach + 1)
+        (y, x), ((above, before), (below, after)) = self.origin(i, j), self.grid.reach
+        more = math.ceil(self.half) + 1
+        at = y // UNIT + above // UNIT - more, x // UNIT + before // UNIT - more
+        return at, (2 * more + 2 - (above - below) // UNIT, 2 * more + 2 - (before - after) // UNIT)
 
 
 def beside(i: int, j: int) -> tuple[Pair, ...]:
@@ -138,6 +136,9 @@ CHOICE = 0.15  # those within this share of the way from the best to the median
 APART = 0.5  # the same, where all of them repeat a neighbour
 
 
+shuffled = lru_cache(maxsize=64)(deck)  # an endless mosaic must not fill the memory
+
+
 @dataclass(frozen=True, eq=False)
 class Mosaic:
     """An endless mosaic."""
@@ -150,9 +151,7 @@ class Mosaic:
     nearest: NDArray[np.intp] | None
     places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
     start: Continuation | None = None  # what is on the canvas already, and must be continued
-    # Shuffled places, kept for squares of blocks that were asked for, and places that continue the start map.
-    orders: dict[tuple[Pair, Pair], list[int]] = field(default_factory=dict, repr=False)
-    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)
+    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)  # places that continue the start map
 
     @classmethod
     def of(
@@ -161,7 +160,7 @@ class Mosaic:
         """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
         picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
-        grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell, float(elements(exemplar).size))
+        grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell)
         laid = LaidBlocks.of(grid, canvas, settings.border / 2)
         return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
 
@@ -197,11 +196,10 @@ class Mosaic:
 
     @cached_property
     def sparse(self) -> Places:
-        """Of places closer together than the slack, one; for gaps, which look around each."""
-        side, sparse = (self.settings.slack + 1) * UNIT, {}
-        for kind, found in self.places.items():  # the first one in every square
-            sparse[kind] = found[np.sort(np.unique(found // side, axis=0, return_index=True)[1])]
-        return sparse
+        """Of places closer together than the slack, the first in every square; for gaps, which look around each."""
+        side = (self.settings.slack + 1) * UNIT
+        squares = {kind: np.unique(some // side, axis=0, return_index=True)[1] for kind, some in self.places.items()}
+        return {kind: some[np.sort(squares[kind])] for kind, some in self.places.items()}
 
     def _block(self, block: Pair) -> tuple[Pair, Mask, Array]:
         """First pixel of a block's window, which of it the block decides, and the ground's pixels that it shows."""
@@ -240,24 +238,15 @@ class Mosaic:
         return own, shown
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
-        """The shift of a gap: one that fits, and shows neither the same as a neighbour nor what continues it."""
+        """The shift of a gap: one drawn that fits, and shows neither the same as a neighbour nor what continues it.
+
+        `t`: the neighbours' shifts, and that of a start map: with one of these it would go on.
+        """
         shifts = self._shifts(i, j) + at
         found = self._best(core, zone, t, shifts)
         if not len(found):
             return int(shifts[0, 0]), int(shifts[0, 1])
-        places = np.array([self._place(a, b) for a, b in beside(i, j)])
-        return self._choose(i, j, found, t, self._shifts(i, j, places) + at)
-
-    def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
-        """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
-        picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
-        return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT))
-
-    def _choose(self, i: int, j: int, found: Array, t: Array, equal: Array) -> Pair:
-        """Draw among the good shifts of a gap.
-
-        `t`: the neighbours' shifts, which would continue them; `equal`: those that would repeat them.
-        """
+        equal = self._shifts(i, j, np.array([self._place(a, b) for a, b in beside(i, j)])) + at
         median = found[len(found) // 2, 0]
         near = [found[:, 0] <= found[0, 0] + share * (median - found[0, 0]) for share in (CHOICE, APART)]
         far = 2 * self.settings.slack
@@ -267,18 +256,17 @@ class Mosaic:
         row = good[below(len(good), draw(self.seed, STAGE, 1, *self.laid.number(i, j)))]
         return int(row[1]), int(row[2])
 
+    def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
+        """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
+        picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
+        return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT))
+
     def _random(self, i: int, j: int) -> int:
         """The place that a random block is read from: all of them in each square of blocks, shuffled."""
         i, j = self.laid.number(i, j)
         side = 2 * math.ceil(math.sqrt(len(self._places(i, j)) / 2))
-        square, cell = (i // side, j // side), ((i % side) * side + j % side) // 2
-        kind = i % 2, j % 2
-        order = self.orders.get((square, kind))
-        if order is None:
-            if len(self.orders) > 256:  # an endless mosaic must not fill the memory
-                self.orders.clear()
-            order = self.orders[square, kind] = deck(len(self.places[kind]), self.seed, STAGE, 2, *square)[::-1]
-        return order[cell % len(order)]
+        order = shuffled(len(self._places(i, j)), self.seed, STAGE, 2, i // side, j // side)
+        return order[-1 - ((i % side) * side + j % side) // 2 % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
         """The place that a block which is no gap is read from: what continues the canvas's start, or any."""

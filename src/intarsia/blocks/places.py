@@ -194,20 +194,18 @@ class FewPlaces(MethodError):
 
 
 def grid_and_places(
-    settings: NearRegular, picture: Int16, usable: Mask, cell: Cell, element: float
+    settings: NearRegular, picture: Int16, usable: Mask, cell: Cell
 ) -> tuple[BlockGrid, Continued, Places]:
     """Choose the blocks and complete the periods around them; smaller ones where there are too few places for large.
 
     Returns the grid as it lies in the exemplar, what blocks are read from, and their places there.
     """
     room = int(picture.shape[0]), int(picture.shape[1])
-    wide = min(max(1.5 * element, 48.0), min(room) / 2.5)
     target = float(settings.block) if settings.block is not None else None
-    down, across = block_vectors(*cell, 1.0, wide, room)  # one period
+    down, across = block_vectors(*cell, 1.0, room)  # one period
     periods = down[0] / UNIT, abs(across[1]) / UNIT
     for wanted in (target, 1.0):
-        rows, columns = block_vectors(*cell, wanted, wide, room)
-        grid, costs = phased(picture, rows, columns, cell, settings.border)
+        grid, costs = phased(picture, *block_vectors(*cell, wanted, room), cell, settings.border)
         ground = continued(picture, usable, grid, periods, costs, settings.border)
         placed = ground.placed(grid)
         places = {(i, j): block_places(placed, ground.usable, (i, j)) for i in (0, 1) for j in (0, 1)}

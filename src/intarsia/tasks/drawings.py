@@ -123,15 +123,14 @@ def _lined(picture: Array, distance: Array, colour: Colour, core: float, rim: fl
 # What was found in an exemplar
 
 
-def lattice_lines(exemplar: Exemplar, lattice: Lattice, size: float) -> Plane:
+def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
     """Draw the lines of the lattice, through where blocks are cut, and its points.
 
     Yellow lines run along the second vector, cyan ones along the first; rows without a period have yellow lines only.
-    `size`: that of the elements, px.
     """
     picture: Array = on_paper(exemplar.base)
     cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
-    phase = phase_of(features([exemplar]).pictures[0], cell, max(1.5 * size, 48.0))
+    phase = phase_of(features([exemplar]).pictures[0], cell)
     y, x = np.mgrid[: exemplar.height, : exemplar.width] + 0.5 - np.reshape(phase, (2, 1, 1))
     for distance, colour in _marks(y, x, cell):
         picture = _lined(picture, distance, colour, CORE, EDGE + 0.5, SHADE)

@@ -124,7 +124,7 @@ class Findings:
 
         if kind == "segments":
             return Plane(segment_overlay(self.exemplar, self.segments))
-        return lattice_lines(self.exemplar, self.found_lattice("overlay"), self.elements.size)
+        return lattice_lines(self.exemplar, self.found_lattice("overlay"))
 
     def found_lattice(self, wanted: str) -> Lattice:
         """Return the lattice, or say in one line that there is none, and what to do instead."""
