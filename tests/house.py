@@ -177,7 +177,7 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 
 
 BUDGET = {
-    "analysis": 18_600,
+    "analysis": 18_360,
     "blocks": 10_720,
     "choosing": 7_200,
     "cli": 24_210,

@@ -1,11 +1,10 @@
-"""How well two pictures agree for every way of laying one over the other, even where they overlap only in part.
+"""How well a picture agrees with itself for every way of moving it over itself, where they overlap only in part.
 
-Moved over itself, a picture of bricks agrees again and again: the peaks of that agreement are its lattice.
+A picture of bricks agrees again and again: the peaks of that agreement are its lattice.
 
-Source: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13. Departures: the printed eq.
-3.8 takes the sums of g at the wrong place unless both pictures are equal in size. Here every sum is that of the part
-that overlaps, whose ends are kept inside the picture, for f and g alike, so that neither the misprint nor sums beyond
-the last row can occur.
+Source: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13. Departures: only one picture
+and itself are compared, so the misprint of eq. 3.8, which shows where sizes differ, cannot occur. Every sum is that of
+the part that overlaps, whose ends are kept inside the picture, so sums beyond the last row cannot either.
 """
 
 from __future__ import annotations
@@ -24,29 +23,12 @@ Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 FLAT = 1e-9  # of the largest variance: less is rounding, and says nothing
 
 
-def gncc(f: Array, g: Array) -> Floats:
-    """Correlate two pictures at every offset, each offset over the pixels that then overlap.
-
-    Parameters
-    ----------
-    f, g : arrays, shape (H, W) or (H, W, C)
-        Any sizes, equally many channels. A channel counts by its contrast in the overlap, so a constant one
-        counts nothing.
-
-    Returns
-    -------
-    float64 array, shape (Hf + Hg - 1, Wf + Wg - 1)
-        Entry (y + Hg - 1, x + Wg - 1) is the correlation, -1 to 1, with the upper left pixel of `g` laid on
-        pixel (y, x) of `f`. 0 where nothing, or nothing but constant colour, overlaps.
-    """
-    down, right = (np.arange(1 - b, a) for a, b in zip(f.shape[:2], g.shape[:2], strict=True))
-    return _from_rectangles(_centred(f), _centred(g), down, right)
-
-
 def autocorrelation(
     picture: Array, usable: Mask | None = None, reach: Pair | None = None
 ) -> tuple[Floats, Floats]:
-    """Correlate a picture with itself, and count the pixels that each offset compares.
+    """Correlate a picture with itself at every offset over the pixels that then overlap, and count these.
+
+    A channel counts by its contrast in the overlap, so a constant one counts nothing.
 
     Parameters
     ----------
@@ -66,7 +48,7 @@ def autocorrelation(
     down, right = np.arange(rows + 1), np.arange(-columns, columns + 1)
     if usable is None:
         f = _centred(picture)
-        half, pairs = _from_rectangles(f, f, down, right), overlaps(f.shape, down, right)
+        half, pairs = _from_rectangles(f, down, right), overlaps(f.shape, down, right)
     else:
         half, pairs = _from_mask(picture, usable.astype(np.float64), down, right)
     half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
@@ -116,28 +98,24 @@ def _at_lags(spectrum: Array, size: list[int], down: Array, right: Array) -> Flo
     return result
 
 
-def _from_rectangles(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
+def _from_rectangles(f: Floats, down: Array, right: Array) -> Floats:
     """Eq. 3.13 where all pixels count: one transform per channel, all other sums by running sums."""
-    spans_f = _span(down, f.shape[0], g.shape[0]), _span(right, f.shape[1], g.shape[1])
-    spans_g = _span(-down, g.shape[0], f.shape[0]), _span(-right, g.shape[1], f.shape[1])
-    n = np.multiply.outer(spans_f[0][1] - spans_f[0][0], spans_f[1][1] - spans_f[1][0]).astype(np.float64)
-    size = _padded(f, g, down, right)
+    here = _span(down, f.shape[0]), _span(right, f.shape[1])
+    there = _span(-down, f.shape[0]), _span(-right, f.shape[1])
+    n = overlaps(f.shape, down, right)
+    size = _padded(f, f, down, right)
     spectrum: Any = 0.0
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
-    for c in range(f.shape[2]):
-        own_f, own_g = f[..., c], g[..., c]
-        transformed = fft.rfft2(own_f, size)
-        spectrum = spectrum + transformed * np.conj(transformed if f is g else fft.rfft2(own_g, size))
-        sums_f, squares_f = (running_sums(own, np.float64) for own in (own_f, own_f * own_f))
-        sums_g, squares_g = (
-            (sums_f, squares_f) if f is g else (running_sums(own, np.float64) for own in (own_g, own_g * own_g))
-        )
-        sum_f, sum_g = _inside(sums_f, *spans_f), _inside(sums_g, *spans_g)
-        above -= sum_f * sum_g
-        spread_f = _clamped(n * _inside(squares_f, *spans_f) - sum_f * sum_f)
-        spread_g = _clamped(n * _inside(squares_g, *spans_g) - sum_g * sum_g)
-        below += np.sqrt(spread_f * spread_g)
-        largest = max(largest, float((own_f * own_f).sum()), float((own_g * own_g).sum()))
+    for own in np.moveaxis(f, 2, 0):
+        transformed = fft.rfft2(own, size)
+        spectrum = spectrum + transformed * np.conj(transformed)
+        sums, squares = (running_sums(values, np.float64) for values in (own, own * own))
+        before, after = _inside(sums, *here), _inside(sums, *there)
+        above -= before * after
+        spread_here = _clamped(n * _inside(squares, *here) - before * before)
+        spread_there = _clamped(n * _inside(squares, *there) - after * after)
+        below += np.sqrt(spread_here * spread_there)
+        largest = max(largest, float((own * own).sum()))
     above += n * _at_lags(spectrum, size, down, right)
     return _ratio(above, below, FLAT * n * largest)
 
@@ -169,9 +147,9 @@ def _from_mask(picture: Array, mask: Floats, down: Array, right: Array) -> tuple
     return _ratio(above, below, FLAT * n * largest), n
 
 
-def _span(lag: Array, mine: int, other: int) -> Spans:
-    """First and last + 1 of my rows that the other one, moved by `lag`, lies on."""
-    return np.maximum(lag, 0), np.minimum(lag + other, mine)
+def _span(lag: Array, length: int) -> Spans:
+    """First and last + 1 of so many rows that these, moved by `lag`, lie on."""
+    return np.maximum(lag, 0), np.minimum(lag + length, length)
 
 
 def _inside(total: Floats, rows: Spans, columns: Spans) -> Floats:
