@@ -1,4 +1,4 @@
-"""What the search adds up stays within its numbers: sums of squares in 32 bits, correlations in single precision."""
+"""What the search adds up stays within its numbers: sums of squares in 32 bits, correlations in doubles."""
 
 from __future__ import annotations
 
@@ -90,13 +90,8 @@ def distances(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
     return out[np.ix_((0, 11, 40), (0, 7, 40))].astype(np.int64), np.array(exact)
 
 
-def reduced_pictures(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
-    from intarsia.search import fourier_kernels
-
-    return tuple(
-        fourier_kernels.coarse_picture(p, search.factor, search.mean, search.axes, search.clip).astype(np.int64)
-        for p in (search.variants.picture(0), window)
-    )
+def reduced_pictures(search: PatchSearch, window: NDArray) -> tuple[NDArray, ...]:
+    return tuple(search._reduced(p).astype(np.int64) for p in (search.variants.picture(0), window))
 
 
 def test_the_exact_search_of_large_patches_stays_below_32_bits() -> None:
@@ -158,36 +153,3 @@ def test_doubles_correlate_as_whole_numbers_do() -> None:
     whole, mine = rng.integers(-107, 108, (2, 40, 37)), rng.integers(-107, 108, (2, 11, 9))
     truth = [[int((whole[:, y : y + 11, x : x + 9] * mine).sum()) for x in range(29)] for y in range(30)]
     np.testing.assert_array_equal(by_doubles(whole, mine), truth)
-
-
-@pytest.mark.parametrize("name", WORST)
-def test_single_precision_errs_less_than_the_bound(name: str) -> None:
-    """Of all sizes, for windows up to nearly the whole picture, full and in the shape of an L."""
-    from intarsia.search.fourier import Correlator
-
-    worst = 0.0
-    for side in (48, 60, 90, 128, 181, 256, 300, 310):
-        for patch in (side // 10, side // 3, side // 2, side * 9 // 10):
-            picture = (on_gray(name, side, patch).astype(int) - 128) * 31 // 127
-            correlator = Correlator([picture[None].astype(np.float32)], (patch, patch))
-            for at in {0, min(side // 10, side - patch), side - patch}:
-                for rim in (patch, patch // 3):
-                    window = picture[at : at + patch, at : at + patch].copy()
-                    window[rim:, rim:] = 0
-                    spectra = correlator.spectra(window[None, None].astype(np.float32))
-                    got = correlator.correlations(0, spectra, side - patch + 1)[0, :, : side - patch + 1]
-                    error = np.abs(got - by_doubles(picture[None], window[None])).max()
-                    norm = np.sqrt((window.astype(float) ** 2).sum())
-                    worst = max(worst, error / max(correlator.error * norm, 1e-30) if norm else 0.0)
-    assert 0.05 < worst < 1
-
-
-def test_where_single_precision_does_not_fit_doubles_are_used() -> None:
-    """A lively window asks for doubles, a faint one of the same picture does not; both are rounded to whole numbers."""
-    search = PatchSearch(laid_out(on_gray("checks", SIDE, PATCH), PATCH), (PATCH, PATCH), 66, True)
-    picture = search.variants.picture(0)
-    known = np.ones((1, PATCH, PATCH), np.uint8)
-    corner = picture[:PATCH, :PATCH]
-    lively, faint = (search.reduce(w[None], known) for w in (corner, corner // 64 + 504))
-    kinds = [next(iter(r.spectra.values())).dtype for r in (lively, faint)]
-    assert kinds == [np.complex128, np.complex64]

@@ -4,9 +4,8 @@ A short-list is found on reduced pictures by FFT, for all positions at once; its
 full resolution and measured exactly. Everything that decides is a whole number, so the list is the same on
 every machine. Used by all methods that lay patches.
 
-Correlations of pictures of whole numbers are whole, and rounded to them. What a transform in floating point is wrong by
-is bounded by the norms of what it correlates. Single precision is used where that bound fits, for most windows of most
-textures, and double precision elsewhere: the numbers are the same.
+Correlations of pictures of whole numbers are whole, and rounded to them: transforms in double precision are wrong by a
+billionth of what would make another number of one.
 """
 
 from __future__ import annotations
@@ -14,9 +13,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from functools import cache
-from threading import Lock, local
-from typing import Any
+from threading import Lock
 
 import numpy as np
 from scipy import fft
@@ -29,80 +26,7 @@ from . import fourier_kernels
 from .candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, in_one_row
 from .fourier_kernels import Listed
 
-ROUNDING = 3e-7
-"""By which share of the two norms a correlation in single precision may be wrong, at most: so much for windows far
-smaller than the picture, and in proportion up to twice as much for those as long as it. Measured over plates, stripes
-and checks of all sizes: 2.5e-7 and 4.6e-7 (docs/design/002)."""
-
 MASKS = 64  # whose sums of squares are kept
-FITS = 0.45  # errors below a half leave the nearest whole number what it is; the rest is for adding 1/2 in floats
-
-
-class Correlator:
-    """Correlate windows with pictures of whole numbers.
-
-    `pictures`, float32 (K, rows, columns) each: a correlation adds up all K; `cells`: rows and columns of the windows.
-    """
-
-    def __init__(self, pictures: list[Array], cells: Pair) -> None:
-        self.pictures = pictures
-        self.shapes = [
-            (fft.next_fast_len(p.shape[1], real=False), fft.next_fast_len(p.shape[2], real=True)) for p in pictures
-        ]
-        self.norms = [math.sqrt(float((p.astype(np.float64) ** 2).sum())) for p in pictures]
-        self.error = max(  # of single precision, for windows of norm 1
-            ROUNDING * (1.0 + max(n / max(m, 1) for n, m in zip(cells, p.shape[1:], strict=True))) * norm
-            for p, norm in zip(pictures, self.norms, strict=True)
-        )
-        self._padded, self._lock = local(), Lock()
-        self._made: dict[Any, list[Array]] = {}
-
-    def precision(self, energies: Array) -> Any:
-        """Return in which floats windows of these energies (sums of squares) must be, so that rounding is exact."""
-        return np.float32 if self.error * math.sqrt(float(energies.max(initial=0))) < FITS else np.float64
-
-    def correlations(self, v: int, spectra: dict[Pair, Array], rows: int) -> Array:
-        """Correlate windows, by their :meth:`spectra`, with picture `v`: (n, rows, columns) for every position.
-
-        Only the first `rows` are made.
-        """
-        mine = spectra[self.shapes[v]]
-        product = np.empty((len(mine), self.shapes[v][0], mine.shape[4]), mine.dtype)
-        fourier_kernels.correlate(self._transformed(mine.dtype.type)[v], mine, product)
-        inner = fft.ifft(product, axis=1, overwrite_x=True)[:, :rows]
-        return np.asarray(fft.irfft(inner, self.shapes[v][1], axis=2))
-
-    def spectra(self, templates: Array) -> dict[Pair, Array]:
-        """Transform windows (n, K, rows, columns), floats of their :meth:`precision`, padded as the pictures are."""
-        return {shape: self._spectra(templates, shape) for shape in set(self.shapes)}
-
-    def _transformed(self, kind: Any) -> list[Array]:
-        """The spectra of all pictures, complex64 or complex128, made when they are first asked for."""
-        with self._lock:
-            if kind not in self._made:
-                self._made[kind] = [
-                    fft.rfft2(p.astype(np.float64), shape).astype(kind)
-                    for p, shape in zip(self.pictures, self.shapes, strict=True)
-                ]
-            return self._made[kind]
-
-    def _spectra(self, templates: Array, shape: Pair) -> Array:
-        """Transform windows, padded to `shape`: (n, K, p, rows / p, columns), frequency p k + r at [r, k].
-
-        Their rows come first, which are few. Down the columns most is padding: p short transforms of the rows,
-        each turned by what its frequencies differ, do the work of a long one (decimation in frequency).
-        """
-        rows = fft.rfft(templates, shape[1], axis=3)
-        parts = next(p for p in (4, 2, 1) if shape[0] % p == 0 and shape[0] // p >= rows.shape[2])
-        size = (*rows.shape[:2], parts, shape[0] // parts, rows.shape[3])
-        name = f"{shape}{rows.dtype}"
-        padded = getattr(self._padded, name, None)  # of this thread: overwritten by the next windows
-        if padded is None or len(padded) < len(rows):
-            padded = np.empty(size, rows.dtype)
-            setattr(self._padded, name, padded)
-        padded = padded[: len(rows)]
-        fourier_kernels.turn(rows, _turns(shape[0], parts, rows.shape[2]).astype(rows.dtype, copy=False), padded)
-        return np.asarray(fft.fft(padded, axis=3, overwrite_x=True))
 
 
 class Masks:
@@ -121,10 +45,10 @@ class Masks:
         with self._lock:
             if len(self._known) + len(masks) > MASKS:
                 self._forget()
-            keys = fourier_kernels.mask_keys(masks).tolist()
-            return np.array([self._slot(*pair) for pair in zip(keys, masks, strict=True)], np.int64), self._squares
+            return np.array([self._slot(mask) for mask in masks], np.int64), self._squares
 
-    def _slot(self, key: int, mask: Array) -> int:
+    def _slot(self, mask: Array) -> int:
+        key = mask.tobytes()
         slot = self._known.get(key)
         if slot is None:
             slot = self._known[key] = len(self._known)
@@ -135,13 +59,8 @@ class Masks:
 
     def _forget(self) -> None:
         # Fresh arrays: another thread may still be reading the old ones.
-        self._known: dict[int, int] = {}
+        self._known: dict[bytes, int] = {}
         self._squares = [np.empty((MASKS, *shape), np.int32) for shape in self.shapes]
-
-
-@cache
-def _turns(length: int, parts: int, rows: int) -> Array:
-    return np.asarray(np.exp(-2j * np.pi / length * np.outer(np.arange(parts), np.arange(rows))))
 
 
 AXES = 2
@@ -173,18 +92,15 @@ class PatchSearch:
         self.factor = factor or (1 if exact else _factor(variants, patch, overlap))
         self.cells = (patch[0] // self.factor, patch[1] // self.factor)
         self.mean, self.axes, self.scale, self.clip = self._reduction()
-        pictures = [
-            fourier_kernels.coarse_picture(variants.picture(v), self.factor, self.mean, self.axes, self.clip)
-            for v in range(len(variants))
-        ]
-        self.correlator = Correlator(pictures, self.cells)
-        self.coarse = self.correlator.shapes
-        (h, w), sizes = self.cells, [p.shape[1:] for p in pictures]
+        pictures = [self._reduced(variants.picture(v)) for v in range(len(variants))]
+        sizes = [p.shape[1:] for p in pictures]
+        self.padded = [(fft.next_fast_len(h, real=False), fft.next_fast_len(w, real=True)) for h, w in sizes]
+        self._spectra = [fft.rfft2(p, shape) for p, shape in zip(pictures, self.padded, strict=True)]
+        h, w = self.cells
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
-        energies = [(p.astype(np.float64) ** 2).sum(axis=0) for p in pictures]
-        squares = [fft.rfft2(e, shape) for e, shape in zip(energies, self.coarse, strict=True)]
+        squares = [fft.rfft2((p**2).sum(axis=0), shape) for p, shape in zip(pictures, self.padded, strict=True)]
         self._limit(variants.valid)
-        self._masks = Masks(self.coarse, squares, [v.shape for v in self.valid])
+        self._masks = Masks(self.padded, squares, [v.shape for v in self.valid])
 
     def within(self, valid: Sequence[Array]) -> PatchSearch:
         """Return the same search among some patches only: of every variant, where they may begin."""
@@ -227,9 +143,22 @@ class PatchSearch:
 
     def _reachable(self, shape: Pair, allowed: Array) -> Array:
         """Coarse positions, so many rows and columns, from which refinement can reach a patch that is allowed."""
-        out = np.empty(shape if allowed.size else (0, 0), bool)
-        fourier_kernels.reachable(allowed.view(np.uint8), self.factor, out.view(np.uint8))
-        return out
+        if not allowed.size:
+            return NOWHERE
+        beyond = self.factor - 1
+        for axis, length in enumerate(shape):
+            at = np.minimum(np.arange(length) * self.factor, allowed.shape[axis] - 1)
+            wide = np.pad(allowed, [(beyond, beyond) if a == axis else (0, 0) for a in (0, 1)])
+            allowed = np.logical_or.reduce([wide.take(at + k, axis) for k in range(2 * beyond + 1)])
+        return np.asarray(allowed)
+
+    def _reduced(self, picture: Array) -> Array:
+        """Reduce a picture (H, W, C): whole numbers, float64 (K, rows, columns)."""
+        cells = [n // self.factor for n in picture.shape[:2]]
+        out = np.zeros((1, len(self.axes), *cells))
+        known, masks = np.ones((1, *picture.shape[:2]), np.uint8), np.empty((1, *cells), np.uint8)
+        fourier_kernels.coarse(picture[None], known, self.factor, self.mean, self.axes, self.clip, out, masks)
+        return np.asarray(out[0])
 
     @property
     def unpriced(self) -> Prices:
@@ -238,7 +167,7 @@ class PatchSearch:
 
     def batch(self) -> int:
         """How many windows are best searched together."""
-        size = max(a * (b // 2 + 1) for a, b in self.coarse) * 8 * (len(self.axes) + 1)
+        size = max(a * (b // 2 + 1) for a, b in self.padded) * 8 * (len(self.axes) + 1)
         return max(1, min(32, (BATCH_BYTES << self.exact) // size))
 
     def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
@@ -279,20 +208,19 @@ class PatchSearch:
         for mine in every:
             fourier_kernels.short_list(mine, prices.of(mine.variant), listed)
         among = fourier_kernels.Among(self.flat_valid, self.offsets)
-        fourier_kernels.refine_all(feats, known, posed, among, best, counts, self.factor, found)
+        fourier_kernels.refine(feats, known, posed, among, best, counts, self.factor, found)
         for mine in every if self.exact else ():
             fourier_kernels.complete(mine, len(self.axes), self.scale, feats, known, posed, found, counts)
 
     def reduce(self, feats: Array, known: Array) -> Reduced:
         """Reduce windows (n, h, w, C) as the exemplars are."""
-        templates = np.empty((len(feats), len(self.axes), *self.cells), np.float32)
-        masks = np.empty((len(feats), *self.cells), np.float32)
-        energies = fourier_kernels.coarse_templates(
+        templates = np.zeros((len(feats), len(self.axes), *self.cells))
+        masks = np.empty((len(feats), *self.cells), np.uint8)
+        energies = fourier_kernels.coarse(
             feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks
         )
         slots, squares = self._masks.slots(masks)
-        templates = templates.astype(self.correlator.precision(energies), copy=False)
-        return Reduced(energies, slots, squares, self.correlator.spectra(templates))
+        return Reduced(energies, slots, squares, {shape: _conjugates(templates, shape) for shape in set(self.padded)})
 
     def full(self, coarse: int) -> int:
         """Return a distance of reduced pictures in units of the exact distance."""
@@ -300,7 +228,22 @@ class PatchSearch:
 
     def correlations(self, v: int, reduced: Reduced) -> Array:
         """Correlate windows with variant `v`: (n, rows, columns) for every coarse position."""
-        return self.correlator.correlations(v, reduced.spectra, self.valid[v].shape[0])
+        pictures, (height, width) = self._spectra[v], self.padded[v]
+        windows = reduced.spectra[height, width]
+        product = pictures[0] * windows[:, 0]
+        for k in range(1, len(pictures)):
+            product += pictures[k] * windows[:, k]
+        rows = fft.ifft(product, axis=1, overwrite_x=True)[:, : len(self.valid[v])]
+        return np.asarray(fft.irfft(rows, width, axis=2))
+
+
+def _conjugates(templates: Array, shape: Pair) -> Array:
+    """Transform windows (n, K, rows, columns), padded to `shape`: the conjugates of their spectra.
+
+    The columns' are made of the rows', which are few: what is padding is transformed once.
+    """
+    rows = fft.rfft(templates, shape[1], axis=3)
+    return np.asarray(fft.ifft(rows.conj(), shape[0], axis=2, norm="forward", overwrite_x=True))
 
 
 def most_steps(patch: Pair, cells: Pair, axes: int) -> int:

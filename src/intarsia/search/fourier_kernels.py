@@ -98,27 +98,6 @@ class Listed(NamedTuple):
 
 
 @kernel
-def coarse_picture(picture: Any, factor: int, mean: Any, axes: Any, clip: int) -> Any:
-    """Average cells of factor x factor px, project and quantise them: float32 (K, rows, columns) within `clip`.
-
-    `mean` (C,) is the features' mean; `axes` (K, C) int64 are the K directions kept, in 2**-24.
-    """
-    rows, columns, channels = picture.shape[0] // factor, picture.shape[1] // factor, picture.shape[2]
-    out = np.empty((len(axes), rows, columns), np.float32)
-    total = np.empty(channels, np.int64)
-    for y in range(rows):
-        for x in range(columns):
-            total[:] = 0
-            for i in range(factor):
-                for j in range(factor):
-                    for c in range(channels):
-                        total[c] += picture[y * factor + i, x * factor + j, c]
-            for k in range(len(axes)):
-                out[k, y, x] = quantised(total, factor * factor, mean, axes[k], clip)
-    return out
-
-
-@kernel
 def quantised(total: Any, count: int, mean: Any, axis: Any, clip: int) -> Any:
     """Turn the sums (C,) of `count` feature values into a whole number from -clip to clip along an axis."""
     q = np.int64(0)
@@ -130,68 +109,43 @@ def quantised(total: Any, count: int, mean: Any, axis: Any, clip: int) -> Any:
 
 
 @kernel
-def coarse_template(
-    feats: Any, known: Any, factor: int, mean: Any, axes: Any, clip: int, template: Any, mask: Any
-) -> Any:
-    """Reduce a window as :func:`coarse_picture` does; cells at least half known count. Returns sum of squares.
-
-    `template` float (K, rows, columns), 0 where `mask` float32 (rows, columns) is 0.
-    """
-    axis, rows, columns = template.shape
-    channels = feats.shape[2]
-    need = (factor * factor + 1) // 2
-    energy = np.int64(0)
-    total = np.empty(channels, np.int64)
-    template[:] = 0
-    for y in range(rows):
-        for x in range(columns):
-            count = 0
-            for i in range(factor):
-                for j in range(factor):
-                    count += known[y * factor + i, x * factor + j]
-            mask[y, x] = count >= need
-            if count < need:
-                continue
-            for c in range(channels):
-                part = np.int64(0)
-                for i in range(factor):
-                    for j in range(factor):
-                        part += feats[y * factor + i, x * factor + j, c]  # 0 where not known
-                total[c] = part
-            for k in range(axis):
-                q = quantised(total, count, mean, axes[k], clip)
-                template[k, y, x] = q
-                energy += q * q
-    return energy
-
-
-@kernel
-def coarse_templates(
+def coarse(
     feats: Any, known: Any, factor: int, mean: Any, axes: Any, clip: int, templates: Any, masks: Any
 ) -> Any:
-    """Apply :func:`coarse_template` to n windows; return their energies (n,) int64."""
-    energies = np.empty(len(feats), np.int64)
-    for k in range(len(feats)):
-        energies[k] = coarse_template(feats[k], known[k], factor, mean, axes, clip, templates[k], masks[k])
+    """Average cells of factor x factor px of n pictures, project and quantise them; return sums of squares (n,) int64.
+
+    `mean` (C,) is the features' mean; `axes` (K, C) int64 are the K directions kept, in 2**-24. `templates` float64
+    (n, K, rows, columns): whole numbers within `clip`, left as they are where `masks` uint8 (n, rows, columns) becomes
+    0, as less than half of the cell is known.
+    """
+    n, axis, rows, columns = templates.shape
+    energies, total = np.zeros(n, np.int64), np.empty(feats.shape[3], np.int64)
+    for k in range(n):
+        picture, there = feats[k], known[k]
+        for y in range(rows):
+            for x in range(columns):
+                count = 0
+                for i in range(factor):
+                    for j in range(factor):
+                        count += there[y * factor + i, x * factor + j]
+                masks[k, y, x] = 2 * count >= factor * factor
+                if not masks[k, y, x]:
+                    continue
+                for c in range(len(total)):
+                    part = np.int64(0)
+                    for i in range(factor):
+                        for j in range(factor):
+                            part += picture[y * factor + i, x * factor + j, c]  # 0 where not known
+                    total[c] = part
+                for a in range(axis):
+                    q = quantised(total, count, mean, axes[a], clip)
+                    templates[k, a, y, x] = q
+                    energies[k] += q * q
     return energies
-
-
-@kernel
-def mask_keys(masks: Any) -> Any:
-    """Return a hash (n,) int64 of each of n masks (n, rows, columns): FNV-1a over its cells."""
-    keys = np.empty(len(masks), np.uint64)
-    for k in range(len(masks)):
-        h = np.uint64(0xCBF29CE484222325)
-        for y in range(masks.shape[1]):
-            for x in range(masks.shape[2]):
-                h = (h ^ np.uint64(masks[k, y, x] != 0)) * np.uint64(0x100000001B3)
-        keys[k] = h
-    return keys
 
 
 ROWS = 20  # neighbours are compared on about this many rows of a window
 FAR = np.int64(1) << 62
-HALF = np.float32(0.5)
 NONE = np.int32((1 << 31) - 1)
 MOST_DIFFERENCE = 4092  # of two features, those of surroundings (2 * 2046) included
 MOST_SQUARES = ((1 << 31) - 1) // MOST_DIFFERENCE**2  # so many squares of it stay below 2**31
@@ -202,44 +156,6 @@ class Among(NamedTuple):
 
     valid: UInt8  # (positions,): 1 where a patch may begin
     offsets: Int64  # (V, 3): where a variant's positions begin, their rows and columns
-
-
-@kernel
-def turn(rows: Any, turns: Any, out: Any) -> None:
-    """Multiply the rows (n, K, m, w) with each of p series of numbers `turns` (p, m), into (n, K, p, >= m, w).
-
-    The rows of `out` beyond these become 0.
-    """
-    n, channels, m, w = rows.shape
-    for b in range(n):
-        for c in range(channels):
-            for r in range(len(turns)):
-                for y in range(m):
-                    source, target, by = rows[b, c, y], out[b, c, r, y], turns[r, y]
-                    for x in range(w):
-                        target[x] = source[x] * by
-                out[b, c, r, m:] = 0
-
-
-@kernel
-def correlate(spectra: Any, templates: Any, out: Any) -> None:
-    """Multiply the exemplar's spectra (K, h, w) with conjugates (n, K, p, h / p, w), and add up the K pictures.
-
-    Row p k + r of the exemplar meets row [r, k] of a template.
-    """
-    n, channels, parts, _, w = templates.shape
-    for b in range(n):
-        for y in range(spectra.shape[1]):
-            target = out[b, y]
-            for c in range(channels):
-                s = spectra[c, y]
-                t = templates[b, c, y % parts, y // parts]
-                if c == 0:
-                    for x in range(w):
-                        target[x] = s[x] * np.conj(t[x])
-                else:
-                    for x in range(w):
-                        target[x] += s[x] * np.conj(t[x])
 
 
 @kernel
@@ -255,7 +171,7 @@ def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, ou
     for y in range(h):
         cor, own, ok, d = correlation[y], energies[y], valid[y], out[y]
         for x in range(w):
-            whole = np.int32(np.floor(cor[x] + HALF))
+            whole = np.int32(np.floor(cor[x] + 0.5))
             value = np.int32(own[x] + np.int32(energy) - np.int32(2) * whole)
             d[x] = value if ok[x] else NONE
     step = max(1, int(np.sqrt(h * w / 500.0)))
@@ -318,36 +234,22 @@ def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count
 
     `best` (K, 4) int64: cost, variant, row, column, cheapest first. Equal costs: the earlier position stays.
     """
-    h, w = dist.shape
-    size = best.shape[0]
-    costs, rows = best[:, 0].copy(), np.arange(size)  # costs in order, and which row of `found` each belongs to
-    found = best.copy()
-    worst = costs[size - 1] if count == size else np.int64(NONE)
-    for y in range(h):
+    size = len(best)
+    worst = best[size - 1, 0] if count == size else np.int64(NONE)
+    for y in range(len(dist)):
         d, p = dist[y], penalty[y]
         least = NONE
-        for x in range(np.uint64(w)):
+        for x in range(np.uint64(len(d))):
             least = min(least, d[x])
         if least >= worst:  # a penalty only adds
             continue
-        for x in range(w):
+        for x in range(len(d)):
             if d[x] >= worst:
                 continue
-            cost = np.int64(d[x]) + ((np.int64(p[x]) * unit) >> 16)
-            if cost >= worst and count == size:
-                continue
-            count = min(count + 1, size)
-            k = count - 1
-            row = rows[k]
-            while k > 0 and costs[k - 1] > cost:
-                costs[k], rows[k] = costs[k - 1], rows[k - 1]
-                k -= 1
-            costs[k], rows[k] = cost, row
-            found[row, 0], found[row, 1], found[row, 2], found[row, 3] = cost, variant, y, x
-            if count == size:
-                worst = costs[size - 1]
-    for k in range(4 * count):
-        best[k // 4, k % 4] = found[rows[k // 4], k % 4]
+            cost: Any = np.int64(d[x]) + ((np.int64(p[x]) * unit) >> 16)
+            if cost < worst or count < size:
+                count = insert(best, min(count, size - 1), cost, variant, y, x)
+                worst = best[size - 1, 0] if count == size else worst
     return count
 
 
@@ -398,53 +300,51 @@ def window_distance(
 
 
 @kernel
-def refine(feats: Any, known: Any, posed: Any, among: Any, coarse: Any, factor: int, found: Any) -> int:
-    """Follow coarse candidates to full resolution and measure them; return how many are left, best first.
-
-    `coarse` (n, 4): cost, variant, row, column in cells of `factor` px. `found` (n, 4) int64: exact distance, variant,
-    row, column. A candidate moves to the best of its nine neighbours on grids of half, a quarter ... of a cell,
-    compared on some of the rows; what is written is exact.
-    """
-    (flat, table), (valid, offsets) = posed, among
-    h, w = known.shape
-    channels = feats.shape[2]
-    window = feats.reshape(h * w * channels)
-    spans = np.empty((h, 3), np.int64)
-    row_spans(known, spans)
-    count = 0
-    for n in range(len(coarse)):
-        v = coarse[n, 1]
-        rows, columns = offsets[v, 1], offsets[v, 2]
-        ok = valid[offsets[v, 0] : offsets[v, 0] + rows * columns]
-        stride = table[v, 3] * channels
-        y, x, step = coarse[n, 2] * factor, coarse[n, 3] * factor, factor
-        while step > 1:
-            step //= 2
-            near, cy, cx = FAR, y, x
-            for k in range(9):  # the middle first: it makes the limit small
-                u, s = y + ((k + 4) // 3 % 3 - 1) * step, x + ((k + 4) % 3 - 1) * step
-                if u < 0 or s < 0 or u >= rows or s >= columns or (step == 1 and not ok[u * columns + s]):
-                    continue
-                start = table[v, 0] + u * stride + s * channels
-                d = window_distance(window, known, spans, flat, start, stride, max(h // ROWS, 1), near)
-                if d < near:
-                    near, cy, cx = d, u, s
-            y, x = cy, cx
-        if y < rows and x < columns and ok[y * columns + x]:
-            d = window_distance(window, known, spans, flat, table[v, 0] + y * stride + x * channels, stride, 1, FAR)
-            count = insert(found, count, d, v, y, x)
-    return count
-
-
-@kernel
-def refine_all(
+def refine(
     feats: Any, known: Any, posed: Any, among: Any, coarse: Any, counts: Any, factor: int, found: Any
 ) -> None:
-    """Apply :func:`refine` to n windows; `counts` (n,) say how many candidates there are, before and after."""
-    for k in range(len(feats)):
-        n, counts[k] = counts[k], -1
-        if known[k].any():
-            counts[k] = refine(feats[k], known[k], posed, among, coarse[k, :n], factor, found[k])
+    """Follow the coarse candidates of n windows to full resolution and measure them.
+
+    `coarse` (n, K, 4): cost, variant, row, column in cells of `factor` px, of which `counts` (n,) are there. `found`
+    (n, K, 4) int64: exact distance, variant, row, column, best first, and `counts` of them; -1 where nothing is known.
+    A candidate moves to the best of its nine neighbours on grids of half, a quarter ... of a cell, compared on some of
+    the rows; what is written is exact.
+    """
+    (flat, table), (valid, offsets) = posed, among
+    h, w = known.shape[1:]
+    channels = feats.shape[3]
+    spans = np.empty((h, 3), np.int64)
+    for m in range(len(feats)):
+        window, there = feats[m].reshape(h * w * channels), known[m]
+        row_spans(there, spans)
+        many, count = counts[m], -1
+        for i in range(h):
+            if spans[i, 1] > 0:
+                count = 0
+        for n in range(many if count == 0 else 0):
+            v = coarse[m, n, 1]
+            begin, rows, columns = offsets[v]
+            stride = table[v, 3] * channels
+            y, x, step = coarse[m, n, 2] * factor, coarse[m, n, 3] * factor, factor
+            while step > 1:
+                step //= 2
+                near, cy, cx = FAR, y, x
+                for k in range(9):  # the middle first: it makes the limit small
+                    u, s = y + ((k + 4) // 3 % 3 - 1) * step, x + ((k + 4) % 3 - 1) * step
+                    if u < 0 or s < 0 or u >= rows or s >= columns:
+                        continue
+                    if step == 1 and not valid[begin + u * columns + s]:
+                        continue
+                    start = table[v, 0] + u * stride + s * channels
+                    d = window_distance(window, there, spans, flat, start, stride, max(h // ROWS, 1), near)
+                    if d < near:
+                        near, cy, cx = d, u, s
+                y, x = cy, cx
+            if y < rows and x < columns and valid[begin + y * columns + x]:
+                start = table[v, 0] + y * stride + x * channels
+                d = window_distance(window, there, spans, flat, start, stride, 1, FAR)
+                count = insert(found[m], count, d, v, y, x)
+        counts[m] = count
 
 
 @kernel
@@ -463,27 +363,3 @@ def insert(found: Any, count: int, d: int, v: int, u: int, s: int) -> int:
             found[k, c] = found[k - 1, c]
     found[at, 0], found[at, 1], found[at, 2], found[at, 3] = d, v, u, s
     return count + 1
-
-
-@kernel
-def reachable(allowed: Any, factor: int, out: Any) -> None:
-    """Mark in `out` the coarse positions less than `factor` px from which, along both axes, a patch is allowed."""
-    height, width = allowed.shape
-    near, wide = np.empty(width, np.uint8), np.empty(width, np.uint8)
-    for i in range(out.shape[0]):
-        y = min(i * factor, height - 1)
-        near[:] = 0
-        for u in range(max(y - factor + 1, 0), min(y + factor, height)):
-            row = allowed[u]
-            for x in range(len(row)):
-                near[x] |= row[x]
-        for x in range(width):
-            wide[x] = near[x]
-        for gap in range(1, min(factor, width)):
-            before, after = wide[gap:], wide[: width - gap]
-            for x in range(len(before)):
-                before[x] |= near[x]
-            for x in range(len(after)):
-                after[x] |= near[gap + x]
-        for j in range(out.shape[1]):
-            out[i, j] = wide[min(j * factor, width - 1)] != 0

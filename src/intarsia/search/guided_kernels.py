@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from .fourier_kernels import FAR, HALF, NONE, insert, keep_best, patch_distances, row_spans, window_distance
+from .fourier_kernels import FAR, NONE, insert, keep_best, patch_distances, row_spans, window_distance
 
 
 @kernel
@@ -34,7 +34,7 @@ def add_guide(dist: Any, correlation: Any, own: Any, energy: int, share: float, 
         for x in range(w):
             if dist[y, x] == NONE:
                 continue
-            whole = np.int32(np.floor(correlation[y, x] + HALF))
+            whole = np.int32(np.floor(correlation[y, x] + 0.5))
             apart = max(own[y, x] + np.int32(energy) - np.int32(2) * whole, 0)
             root = np.sqrt(np.float64(max(dist[y, x], 0))) + share * np.sqrt(np.float64(apart))
             dist[y, x] = np.int32(min(root * root * scale, np.float64(NONE) - 2.0))

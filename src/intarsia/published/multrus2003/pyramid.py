@@ -152,7 +152,7 @@ class PyramidSearch:
             kept, many = best, found
         feats, known = stack[0]
         rows = np.empty((n, self.listed, 4), np.int64)
-        fourier_kernels.refine_all(
+        fourier_kernels.refine(
             feats, known, self.variants.posed, fourier_kernels.Among(self.flat_valid, self.offsets),
             np.ascontiguousarray(kept[:, : self.listed]), many, 1, rows,
         )  # fmt: skip
