@@ -37,9 +37,9 @@ class Guide:
         The same for each canvas pixel, of the same kind and number of channels.
     weight : float
         How much the guide counts against the seams, 0 to 100; alpha of Multrus 2003, 5.3. A patch costs
-        ``d + weight * g``. Both are root mean squares on a scale of 0 to 1: d of the differences where the patch
-        meets what is there, 1 being the range of the exemplars' values; g of the guide's differences over the whole
-        patch, so that with labels g * g is the share of pixels of another label.
+        ``d * d + weight * weight * g * g``. Both are root mean squares on a scale of 0 to 1: d of the differences
+        where the patch meets what is there, 1 being the range of the exemplars' values; g of the guide's differences
+        over the whole patch, so that with labels g * g is the share of pixels of another label.
     reach : int
         With labels: pixels within so many px of a boundary count as partly of both labels, so that patches whose
         boundary lies close by are better than others. 0: a label differs or it does not.

@@ -16,6 +16,7 @@ from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
 from intarsia.kernels.windows import Grown
 from intarsia.patches.growth import Growth, PatchSettings, strays
+from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
 from intarsia.sourcemap import HOLE
@@ -128,7 +129,10 @@ class Scene:
         self.target[8:, 3:] = 1
         exemplar = painted(self.marks)
         guide = Guide(labels(self.marks), labels(self.target), weight)
-        settings = PatchSettings((12, 12), (4, 4), isometries=isometries, search=search)
+        way = "fast" if search == "fast" else "exact"
+        settings = PatchSettings((12, 12), (4, 4), isometries=isometries, search=way)
+        if search == "roots":
+            settings = replace(settings, guided=GuidedByRoots)
         if search == "pyramid":
             settings = replace(
                 settings, guided=GuidedPyramid,
@@ -136,7 +140,7 @@ class Scene:
             )  # fmt: skip
         self.growth = Growth(settings, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = round(1023**2 * (0.30 + 0.59 + 0.11) / 0.59)  # the range in every channel, as channels count
-        self.weight = weight
+        self.weight, self.published = weight, search in ("roots", "pyramid")
         for array, top in ((self.growth.growing.yx[:, :, 0], 40), (self.growth.growing.yx[:, :, 1], 45)):
             array[:] = rng.integers(0, top, (12, 12))
         self.growth.growing.variant[:] = 0
@@ -153,7 +157,7 @@ class Scene:
         return self.guided.find([(0, 0)], shows, at, self.growth.repetition.search_prices)[0]
 
     def cost(self, v: int, u: int, s: int) -> float:
-        """(d + alpha g)**2 in the units of the search, straight from the definition."""
+        """d**2 + (alpha g)**2, or as published (d + alpha g)**2, in the units of the search, by the definition."""
         work, variants = self.growth.growing, self.growth.variants
         seam, n = 0, 0
         for i in range(12):
@@ -165,7 +169,8 @@ class Scene:
                     n += 1
         shown = self.guided.guidance.pictures.picture(v)[u : u + 12, s : s + 12, 0] // ONE
         g = np.sqrt((shown != self.target).mean())
-        return float((np.sqrt(seam / (n * self.unit)) + self.weight * g) ** 2 * n * self.unit)
+        d, g = np.sqrt(seam / (n * self.unit)), self.weight * g
+        return float(((d + g) ** 2 if self.published else d * d + g * g) * n * self.unit)
 
 
 class TestCost:
@@ -179,7 +184,7 @@ class TestCost:
 
     @pytest.mark.parametrize("weight", [0.0, 0.3, 2.0, 100.0])
     @pytest.mark.parametrize("isometries", ["none", "both"])
-    @pytest.mark.parametrize("search", ["exact", "pyramid"])
+    @pytest.mark.parametrize("search", ["exact", "roots", "pyramid"])
     def test_candidates_cost_seam_and_labels_together(self, weight: float, isometries: str, search: str) -> None:
         scene = Scene(weight, search, isometries)
         rows = scene.found().rows

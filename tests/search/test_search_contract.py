@@ -10,12 +10,13 @@ from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchS
 from intarsia.geometry import Wrap
 from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
+from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.published.segments.laying import SegmentSearch
 from intarsia.search import candidates
 from intarsia.search.candidates import WindowGrid
 from intarsia.search.fourier import PatchSearch
-from intarsia.search.guide import ONE, Guided, GuidedSearch, WindowGuide, seam_unit
+from intarsia.search.guide import ONE, GuidedSearch, WindowGuide, seam_unit
 from intarsia.testing import noise
 
 SEAM = 4
@@ -65,7 +66,7 @@ class TestSegmentSearch(SearchContract):
 class UnderGuide:
     """A guided search as any other: its windows are named by their first pixels."""
 
-    def __init__(self, search: Any, scene: SearchScene, guide: Guide) -> None:
+    def __init__(self, kind: type[GuidedSearch], search: Any, scene: SearchScene, guide: Guide) -> None:
         self.variants, self.patch, self.valid = search.variants, search.patch, search.valid
         self.factor, self.cells, self.batch = search.factor, search.cells, search.batch
         ends = [range(-side, length) for side, length in zip(scene.patch, (HEIGHT, WIDTH), strict=True)]
@@ -73,7 +74,6 @@ class UnderGuide:
         wrap = {(False, False): "none", (True, False): "y", (False, True): "x", (True, True): "both"}[scene.wrap]
         self.guidance = WindowGuide(guide, scene.variants, grid, Wrap(wrap))
         self.unit = seam_unit(scene.exemplars[0], None)
-        kind = GuidedPyramid if isinstance(search, PyramidSearch) else GuidedSearch
         self.guided = kind(search, self.guidance, self.unit)
 
     def window(self, at: tuple[int, int]) -> tuple[int, int]:
@@ -85,11 +85,12 @@ class UnderGuide:
 
 
 class GuidedContract(SearchContract):
-    """A window takes patches of its labels, and pays for what differs: the root of the seam, and alpha g beside it."""
+    """A window takes patches of its labels, and pays for what differs: seam and alpha g, squares or roots."""
 
     scenes = ("gray", "masked", "toroidal", "turned")
     rounding = 1e-6
     weight = 0.0
+    kind: type[GuidedSearch] = GuidedSearch
 
     def under(self, scene: SearchScene, search: Any) -> UnderGuide:
         e = scene.exemplars[0]
@@ -98,7 +99,7 @@ class GuidedContract(SearchContract):
                   Kind.LABEL)
             for n, (h, w) in enumerate([(e.height, e.width), (HEIGHT, WIDTH)])
         )  # fmt: skip
-        return UnderGuide(search, scene, Guide(sources, target, self.weight))
+        return UnderGuide(self.kind, search, scene, Guide(sources, target, self.weight))
 
     def truth(self, search: Any, scene: SearchScene, at: tuple[int, int]) -> dict[Patch, float]:
         allowed = search.guided.allowed_at(search.window(at))
@@ -110,8 +111,9 @@ class GuidedContract(SearchContract):
                 h, w = scene.patch
                 held = search.guidance.pictures.picture(v)[y : y + h, x : x + w].astype(float) - wanted
                 apart = ((held / ONE) ** 2).sum(axis=2)[inside > 0].mean() * ONE * ONE / search.guidance.unit
-                found[v, y, x] = ((seam / (known * search.unit)) ** 0.5 + self.weight * apart**0.5) ** 2
-                found[v, y, x] *= known * search.unit
+                seam, apart = seam / (known * search.unit), self.weight**2 * apart
+                cost = seam + apart if self.kind is GuidedSearch else (seam**0.5 + apart**0.5) ** 2
+                found[v, y, x] = cost * known * search.unit
         return found
 
 
@@ -126,23 +128,31 @@ class TestGuidedSearchByWeight(TestGuidedSearch):
     guided, weight = True, 0.5
 
 
+class TestGuidedByRoots(TestGuidedSearchByWeight):
+    kind = GuidedByRoots
+
+
 class TestGuidedPyramid(GuidedContract):
     nearness, usual = 1.1, (0.1, 0.5)
     guided, weight = True, 0.5
+    kind = GuidedPyramid
 
     def make(self, scene: SearchScene) -> UnderGuide:
         return self.under(scene, PyramidSearch(scene.variants, scene.patch, (SEAM, SEAM), kept=12))
 
 
+UNDER_GUIDES = {"GuidedSearch", "GuidedByRoots", "GuidedPyramid"}
+
+
 def test_every_search_is_under_contract() -> None:
     """What is called so in the room, and what a guided search is made of."""
-    from intarsia.published.multrus2003 import pyramid
+    from intarsia.published.multrus2003 import guided, pyramid
     from intarsia.published.segments import laying
     from intarsia.search import fourier, guide
 
-    rooms = (fourier, laying, pyramid, guide)
+    rooms = (fourier, laying, pyramid, guide, guided)
     every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
-    makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, Guided)}
-    within = {"Search", "Divisible", "Guided", "GuideSearch"}  # promises; what guided searches are made of
+    makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, GuidedSearch)}
+    within = {"Search", "GuideSearch"}  # promises; what guided searches are made of
     within |= {"DrawnPyramid"}  # draws, and answers with one place
-    assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", "GuidedSearch", "GuidedPyramid"}
+    assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", *UNDER_GUIDES}

@@ -104,7 +104,7 @@ class PatchSettings:
     # Makes the search of a method that has one of its own, from variants, size of the windows, and how many it lists;
     finder: Callable[[PatchSettings, PosedExemplars, Pair, int], Search] | None = None
     # and from that, under a guide, what the guide says and the unit of seams, the search under the guide.
-    guided: Callable[[Any, guiding.WindowGuide, int], guiding.Guided[Any]] | None = None
+    guided: Callable[[Any, guiding.WindowGuide, int], guiding.GuidedSearch] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
         """The isometries in which patches are taken, those for boundaries of labels included."""
@@ -319,7 +319,7 @@ class Growth:
             return settings.finder(settings, self.variants, patch, listed)
         return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
 
-    def _guided(self) -> guiding.Guided[Any] | None:
+    def _guided(self) -> guiding.GuidedSearch | None:
         """The search under the canvas's guide, where it has one."""
         guide = self.canvas.guide
         if guide is None:

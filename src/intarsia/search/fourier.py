@@ -129,7 +129,7 @@ class PatchSearch:
         if kept < (ENOUGH_EXACT if self.exact else ENOUGH) * float(np.trace(covariance)):
             kept, axes = principal_axes(covariance, min(c, AXES))
         clip = STEPS
-        if self.exact:  # as fine as is quick: single precision does where windows are not too lively
+        if self.exact:  # the larger the coarser, as single precision once asked for: other steps list other patches
             size = math.sqrt(n * math.prod(self.cells)) * len(axes) / self.factor
             clip = min(max(int(self.tails * math.sqrt(0.4 / (FINENESS * size))), STEPS), FINE_STEPS)
         clip = min(clip, most_steps(self.patch, self.cells, len(axes)))
@@ -183,34 +183,46 @@ class PatchSearch:
         ``flat_valid``, the candidates are the best of its patches instead.
         """
         n, reduced = len(feats), self.reduce(feats, known)
-        best, found = np.empty((n, self.listed, 4), np.int64), np.empty((n, self.listed, 4), np.int64)
-        counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
         correlations = {v: self.correlations(v, reduced) for v, valid in enumerate(self.valid) if valid.size}
-        self._rank(feats, known, reduced, correlations, prices, (best, counts, usual, found))
+        usual = np.full(n, -1, np.int64)
+        found = self._ranked(feats, known, reduced, correlations, prices, usual)
         for k in range(n) if among else ():
-            table = among(k, found[k, : counts[k]]) if among and counts[k] >= 0 else None
+            table = among(k, found[k].rows) if among and not found[k].free else None
             if table is not None:
                 one = slice(k, k + 1)
-                some, counts[k] = {v: c[one] for v, c in correlations.items()}, 0
-                out = best[one], counts[one], usual[one], found[one]
-                among_it = self.within([table[b : b + h * w].reshape(h, w) for b, h, w in self.offsets.tolist()])
-                among_it._rank(feats[one], known[one], reduced.only(one), some, prices, out)
-        return Candidates.of_all(found, counts, list(map(self.full, usual.tolist())), feats, known)
+                some = {v: c[one] for v, c in correlations.items()}
+                narrow = self.within([table[b : b + h * w].reshape(h, w) for b, h, w in self.offsets.tolist()])
+                found[k : k + 1] = narrow._ranked(feats[one], known[one], reduced.only(one), some, prices, usual[one])
+        return found
 
-    def _rank(
+    def _ranked(
         self, feats: Array, known: Array, reduced: Reduced, correlations: dict[int, Array], prices: Prices,
-        out: tuple[Array, Array, Array, Array],
-    ) -> None:  # fmt: skip
-        """Short-list positions by their correlations, and measure them: into (best, counts, usual, found)."""
-        best, counts, usual, found = out
-        listed, posed = Listed(best, counts, usual), self.variants.posed
-        every = [reduced.correlated(v, c, self.valid[v]) for v, c in correlations.items() if self.valid[v].size]
-        for mine in every:
-            fourier_kernels.short_list(mine, prices.of(mine.variant), listed)
+        usual: Array,
+    ) -> list[Candidates]:  # fmt: skip
+        """Short-list positions by their correlations, and measure them."""
+        best, counts, _ = self.short_list(reduced, correlations, prices, usual)
+        found, posed = np.empty_like(best), self.variants.posed
         among = fourier_kernels.Among(self.flat_valid, self.offsets)
         fourier_kernels.refine(feats, known, posed, among, best, counts, self.factor, found)
-        for mine in every if self.exact else ():
-            fourier_kernels.complete(mine, len(self.axes), self.scale, feats, known, posed, found, counts)
+        for v, values in correlations.items() if self.exact else ():
+            if self.valid[v].size:
+                mine = reduced.correlated(v, values, self.valid[v])
+                fourier_kernels.complete(mine, len(self.axes), self.scale, feats, known, posed, found, counts)
+        return Candidates.of_all(found, counts, list(map(self.full, usual.tolist())), feats, known)
+
+    def short_list(
+        self, reduced: Reduced, correlations: dict[int, Array], prices: Prices, usual: Array
+    ) -> Listed:
+        """Return the positions that seem best to n windows, by their correlations with each variant.
+
+        `usual` (n,): the usual distance of each, -1 where it is unknown, and then found.
+        """
+        n = len(usual)
+        listed = Listed(np.empty((n, self.listed, 4), np.int64), np.zeros(n, np.int64), usual)
+        for v, values in correlations.items():
+            if self.valid[v].size:
+                fourier_kernels.short_list(reduced.correlated(v, values, self.valid[v]), prices.of(v), listed)
+        return listed
 
     def reduce(self, feats: Array, known: Array) -> Reduced:
         """Reduce windows (n, h, w, C) as the exemplars are."""

@@ -6,11 +6,8 @@ patches that hold the same labels (Multrus 2003, 5.3: the sets G1, G2 and G3, he
 
 from __future__ import annotations
 
-import math
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -25,23 +22,13 @@ from ..image import Plane
 from ..kernels.windows import Grown
 from ..lazy import ndimage
 from ..params import extent
-from . import guided_kernels
+from . import fourier_kernels
 from .candidates import Candidates, PosedExemplars, Prices, Search, WindowGrid
 from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
-from .fourier_kernels import Among, Listed
+from .fourier_kernels import FAR
 
-MOST = float(1 << 30)  # costs of the short-list stay below
-
-
-class Divisible(Search, Protocol):
-    """A search that can be narrowed to some patches."""
-
-    def within(self, valid: Sequence[Array]) -> Self:
-        """Return the same search among some patches only: of every variant, where they may begin."""
-
-
-AnySearch = TypeVar("AnySearch", bound=Divisible)
+MOST = float(1 << 30)  # what the guide may cost in the short-list, so that costs stay below 2**31
 
 
 class GuideSearch(PatchSearch):
@@ -57,18 +44,23 @@ class GuideSearch(PatchSearch):
         return np.full(channels, ONE // 2, np.int64), axes, scale, clip
 
 
-class Guided(ABC, Generic[AnySearch]):
-    """Search patches for windows under a guide.
+class GuidedSearch:
+    """Search patches for windows under a guide: the short-list counts seams and guide together.
 
-    `search` finds patches whose seams fit; `unit`: the squared difference of one pixel over the full range of the
-    exemplars, what a seam distance of 1 is.
+    `search` finds patches whose seams fit: a PatchSearch, or what can be narrowed by ``within`` as it can; `unit`: the
+    squared difference of one pixel over the full range of the exemplars, what a seam distance of 1 is.
     """
 
-    def __init__(self, search: AnySearch, guidance: WindowGuide, unit: int) -> None:
+    def __init__(self, search: Any, guidance: WindowGuide, unit: int) -> None:
         self.guidance = guidance
         self.ratio = unit / guidance.unit
+        self.guide = self._beside(search)
         self.allowed = {s: guidance.allowed(s) for s in np.unique(guidance.windows).tolist()}
-        self.among: dict[int, AnySearch] = {s: search.within(valid) for s, valid in self.allowed.items()}
+        self.among: dict[int, Any] = {s: search.within(valid) for s, valid in self.allowed.items()}
+
+    def _beside(self, search: Any) -> Any:
+        """The search that compares what the guide says."""
+        return GuideSearch(self.guidance.pictures, search.patch, 0, factor=search.factor)
 
     def allowed_at(self, window: Pair) -> list[Array]:
         """Return, for every variant, where patches begin that a window may take."""
@@ -88,54 +80,68 @@ class Guided(ABC, Generic[AnySearch]):
                 found[k] = candidates
         return found
 
-    @abstractmethod
-    def _weighed(self, search: AnySearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
-        """Where patches differ in what the guide says, count that too: d + alpha g, squared (Multrus 2003, 5.3.1)."""
+    def _weighed(self, search: Any, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+        """Where patches differ in what the guide says, count that too: correlated as pixels are, and added."""
+        feats, known = search.variants.windows(grown, at, search.patch)
+        wanted, inside = self.guidance.wanted(at)
+        shares, guide = self.shares(known, inside), self.guide
+        pixels, over = search.reduce(feats, known), guide.reduce(wanted, inside)
+        most = 4.0 * guide.clip**2 * len(guide.axes) * guide.cells[0] * guide.cells[1]
+        weights = np.minimum((shares * search.scale / guide.scale) ** 2, MOST / most)[:, None, None]
+        both, usual = {}, np.full(len(at), -1, np.int64)
+        for v, (rows, columns) in enumerate(valid.shape for valid in search.valid):
+            if rows and columns:
+                seams, labels = (some.correlations(v, of)[:, :rows, :columns]
+                                 for some, of in ((search, pixels), (guide, over)))  # fmt: skip
+                search.short_list(pixels, {v: seams}, prices, usual)  # repeats cost a share of what seams alone do
+                apart = over.squares[v][over.slots] + over.energies[:, None, None] - 2.0 * np.rint(labels)
+                # A distance has twice the correlation taken away from it.
+                both[v] = np.maximum(np.rint(seams) - np.rint(weights * apart / 2.0), 1.0 - MOST / 2.0)
+        best, counts, _ = search.short_list(pixels, both, prices, usual)
+        return [
+            Candidates(
+                self.measured(search, (feats[k], known[k], wanted[k], inside[k]), shares[k], best[k, : counts[k]]),
+                search.full(int(usual[k])), feats[k], known[k],
+            )
+            for k in range(len(at))
+        ]  # fmt: skip
+
+    def measured(self, search: Any, window: tuple[Array, Array, Array, Array], share: float, coarse: Array) -> Array:
+        """Follow coarse candidates (n, 4) to the cheapest pixel of their cell's surroundings: rows, best first.
+
+        `window`: features and where they are known, what the guide says, and where the canvas reaches.
+        """
+        feats, known, wanted, inside = window
+        beyond = search.factor - 1
+        apart = np.mgrid[-beyond : beyond + 1, -beyond : beyond + 1].reshape(2, -1).T
+        rows = np.repeat(coarse[:, None], len(apart), axis=1)
+        rows[:, :, 0], rows[:, :, 2:] = FAR, rows[:, :, 2:] * search.factor + apart
+        begin, *size = search.offsets[rows[:, :, 1]].transpose(2, 0, 1)
+        y, x = rows[:, :, 2], rows[:, :, 3]
+        there = (y >= 0) & (x >= 0) & (y < size[0]) & (x < size[1])
+        there[there] = search.flat_valid[(begin + y * size[1] + x)[there]] > 0
+        seams = rows[there]
+        labels = seams.copy()
+        fourier_kernels.measure(feats, known, search.variants.posed, seams)
+        fourier_kernels.measure(wanted, inside, self.guidance.pictures.posed, labels)
+        rows[there, 0] = self.cost(seams[:, 0], labels[:, 0], share)
+        rows = rows[np.arange(len(rows)), rows[:, :, 0].argmin(axis=1)]
+        return np.unique(rows[rows[:, 0] < FAR], axis=0)
+
+    def cost(self, seams: Array, labels: Array, share: float) -> Array:
+        """Join squared differences (n,) of seams and of the guide: d squared and (alpha g) squared."""
+        return np.asarray(seams + np.rint(share * share * labels).astype(np.int64))
 
     def shares(self, known: Array, inside: Array) -> Array:
         """By what the root of the guide's squared difference is multiplied, window by window.
 
-        With n known pixels of a window of A, both of them means: sqrt(seam / (n u)) + alpha sqrt(apart / (A g)),
-        times sqrt(n u). Where nothing is known, n = A.
+        With n known pixels of a window of A, d and g are means, d**2 of n pixels and g**2 of A; costs are larger by n
+        and the unit of seams. Where nothing is known, n = A.
         """
         area = np.maximum(inside.sum(axis=(1, 2), dtype=np.int64), 1)
         count = known.sum(axis=(1, 2), dtype=np.int64)
         count = np.where(count > 0, count, area)
         return np.asarray(self.guidance.guide.weight * np.sqrt(count * self.ratio / area), np.float64)
-
-
-class GuidedSearch(Guided[PatchSearch]):
-    """The search by FFT under a guide: the short-list counts seams and guide together."""
-
-    def __init__(self, search: PatchSearch, guidance: WindowGuide, unit: int) -> None:
-        super().__init__(search, guidance, unit)
-        self.guide = GuideSearch(guidance.pictures, guidance.layout.patch, 0, factor=search.factor)
-
-    def _weighed(self, search: PatchSearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
-        n, guide = len(at), self.guide
-        feats, known = search.variants.windows(grown, at, search.patch)
-        wanted, inside = self.guidance.wanted(at)
-        shares = self.shares(known, inside)
-        coarse_shares = shares * (search.scale / guide.scale)
-        pixels, over = search.reduce(feats, known), guide.reduce(wanted, inside)
-        cells = search.cells[0] * search.cells[1]
-        seam = 2.0 * search.clip * math.sqrt(cells * len(search.axes))
-        apart = 2.0 * guide.clip * math.sqrt(cells * len(guide.axes))
-        scales = np.minimum(MOST / (seam + coarse_shares * apart) ** 2, 1.0)
-        best = np.empty((n, search.listed, 4), np.int64)
-        counts, usual = np.zeros(n, np.int64), np.full(n, -1, np.int64)
-        listed = Listed(best, counts, usual)
-        for v, valid in enumerate(search.valid):
-            if valid.size:
-                mine = pixels.correlated(v, search.correlations(v, pixels), valid)
-                labels = over.correlated(v, guide.correlations(v, over), valid)
-                guided_kernels.guided_short_list(mine, labels, coarse_shares, scales, prices.of(v), listed)
-        found = np.empty((n, search.listed, 4), np.int64)
-        guided_kernels.guided_refine_all(
-            feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
-            Among(search.flat_valid, search.offsets), best, counts, search.factor, found,
-        )  # fmt: skip
-        return Candidates.of_all(found, counts, list(map(search.full, usual.tolist())), feats, known)
 
 
 def seam_unit(exemplar: Exemplar, weights: tuple[float, ...] | None) -> int:

@@ -16,13 +16,13 @@ from ...analysis.features import Features
 from ...arrays import Array, Int16, Int64, Mask, Pair
 from ...draws import below, draw
 from ...errors import ParameterError
-from ...kernels.windows import Grown, Posed
+from ...kernels.windows import Grown
 from ...lazy import ndimage
-from ...search import fourier_kernels, guided_kernels
+from ...search import fourier_kernels
 from ...search.candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, in_one_row
 from ...search.fourier_kernels import Listed
-from ...search.guide import Guided, WindowGuide
 from . import pyramid_kernels
+from .guided import GuidedByRoots
 from .pyramid_kernels import Rung
 from .repeats import Factors
 
@@ -198,12 +198,11 @@ class PyramidSearch:
         return array[:, margin : margin + level.window[0], margin : margin + level.window[1]]
 
 
-class GuidedPyramid(Guided[PyramidSearch]):
+class GuidedPyramid(GuidedByRoots):
     """Search patches for windows under a guide, from coarse to fine."""
 
-    def __init__(self, search: PyramidSearch, guidance: WindowGuide, unit: int) -> None:
-        super().__init__(search, guidance, unit)
-        self.guide = PyramidSearch(guidance.pictures, guidance.layout.patch, search.seam, search.smoothing)
+    def _beside(self, search: PyramidSearch) -> PyramidSearch:
+        return PyramidSearch(self.guidance.pictures, search.patch, search.seam, search.smoothing)
 
     def _weighed(self, search: PyramidSearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
         n, guide = len(at), self.guide
@@ -221,20 +220,25 @@ class GuidedPyramid(Guided[PyramidSearch]):
             best = np.empty((n, (search.kept if number else search.listed) + 1, 4), np.int64)
             found = np.zeros(n, np.int64)
             for v, allowed in enumerate(level.allowed):
-                if allowed.any():
-                    pyramid_kernels.search_guided(
-                        feats, known, Rung(level.flat, level.table[v], allowed, number, v), wanted, inside,
-                        Posed(labels.flat, labels.table), shares, kept, many, level.reach, fee_of(prices, v),
-                        Listed(best, found, here),
-                    )  # fmt: skip
+                rung, near = Rung(level.flat, level.table[v], allowed, number, v), np.empty(allowed.shape, np.bool_)
+                dist, apart = np.empty((2, *allowed.shape), np.int64)
+                for k in range(n if allowed.any() else 0):
+                    pyramid_kernels.mark_near(kept[k], many[k], v, level.reach, allowed, near)
+                    pyramid_kernels.measure_all(feats[k].ravel(), known[k], rung.flat, rung.frame, near, dist)
+                    pyramid_kernels.measure_all(wanted[k].ravel(), inside[k], labels.flat, labels.table[v], near, apart)
+                    if here[k] < 0:
+                        here[k] = pyramid_kernels.low_quantile(dist)
+                    dist[near] = self.cost(dist[near], apart[near], shares[k])
+                    unit = prices.weight * max(here[k], 0) >> 8
+                    found[k] = pyramid_kernels.list_level(dist, rung, fee_of(prices, v), unit, best[k], found[k])
             search.followed(best, found, at, number)
-        rows = np.empty((n, search.listed, 4), np.int64)
-        guided_kernels.guided_refine_all(
-            feats, known, search.variants.posed, wanted, inside, guide.variants.posed, shares,
-            fourier_kernels.Among(search.flat_valid, search.offsets),
-            np.ascontiguousarray(best[:, : search.listed]), found, 1, rows,
-        )  # fmt: skip
-        return Candidates.of_all(rows, found, np.maximum(to_level(usual, sums, 0), 0).tolist(), feats, known)
+        told = np.maximum(to_level(usual, sums, 0), 0).tolist()
+        out = []
+        for k in range(n):
+            window = tuple(array[k] for array in (feats, known, wanted, inside))
+            rows = self.measured(search, window, shares[k], best[k, : found[k]])
+            out.append(Candidates(rows, told[k], feats[k], known[k]))
+        return out
 
 
 def fee_of(prices: Prices, v: int) -> pyramid_kernels.Fee:

@@ -9,7 +9,6 @@ import numpy as np
 from ...arrays import Int16, Int32, Int64, Mask
 from ...kernels.jit import kernel
 from ...search.fourier_kernels import FAR, insert, row_spans, window_distance
-from ...search.guided_kernels import guided_cost
 
 UNKNOWN, KNOWN, OUTSIDE = 0, 1, 2
 
@@ -178,31 +177,3 @@ def mark_near(kept: Any, many: int, v: int, reach: Any, allowed: Any, near: Any)
             top, left = max(cy - reach[0], 0), max(cx - reach[1], 0)
             bottom, right = cy + reach[0] + 1, cx + reach[1] + 1
             near[top:bottom, left:right] = allowed[top:bottom, left:right]
-
-
-@kernel
-def search_guided(
-    feats: Any, known: Any, rung: Any, wanted: Any, inside: Any, labels: Any, shares: Any, kept: Any, many: Any,
-    reach: Any, fee: Any, listed: Any,
-) -> None:  # fmt: skip
-    """Search a variant at a level for n windows under a guide, near what the coarser level kept.
-
-    `wanted` (n, h, w, G), `inside` (n, h, w): the guide, as pixels are given; `labels`: the guide of the level beside
-    the exemplars, laid out as they are; `shares` (n,): how much it counts (:func:`guided_kernels.joined`). `kept` and
-    `many` as in :func:`mark_near`, else as :func:`search_level`.
-    """
-    (flat, frame, allowed, _, v), (best, found, usual) = rung, listed
-    guide_flat, guide_frame = labels.flat, labels.table[v]
-    dist, apart = np.empty(allowed.shape, np.int64), np.empty(allowed.shape, np.int64)
-    near = np.empty(allowed.shape, np.bool_)
-    for k in range(len(feats)):
-        mark_near(kept[k], many[k], v, reach, allowed, near)
-        measure_all(feats[k].ravel(), known[k], flat, frame, near, dist)
-        measure_all(wanted[k].ravel(), inside[k], guide_flat, guide_frame, near, apart)
-        if usual[k] < 0:
-            usual[k] = low_quantile(dist)
-        for y in range(allowed.shape[0]):
-            for x in range(allowed.shape[1]):
-                if near[y, x]:
-                    dist[y, x] = guided_cost(dist[y, x], apart[y, x], shares[k])
-        found[k] = list_level(dist, rung, fee, (fee.weight * max(usual[k], 0)) >> 8, best[k], found[k])

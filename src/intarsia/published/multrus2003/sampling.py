@@ -28,6 +28,7 @@ from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide
 from ...search.sizes import check_patch, default_patch
 from ...sourcemap import SourceMap
+from .guided import GuidedByRoots
 from .patch_sampling import PatchSampling
 from .pyramid import Drawn, DrawnPyramid, GuidedPyramid, PyramidSearch, check_pyramid
 from .repeats import Counter, Factors, Marks
@@ -109,7 +110,7 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
         isometries=method.isometries, search=_search(method), listed=listed(method), rim=max(overlap),
-        finder=partial(_from_coarse, method) if coarse else None, guided=GuidedPyramid if coarse else None,
+        finder=partial(_from_coarse, method) if coarse else None, guided=GuidedPyramid if coarse else GuidedByRoots,
         repeats=Repeats(rule, usage, method.min_repeat_distance),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack
@@ -212,5 +213,5 @@ def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Cand
     fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
     share = guided.shares(found.known[None], inside)[0]
-    rows[:, 0] = np.floor((np.sqrt(rows[:, 0]) + share * np.sqrt(apart[:, 0])) ** 2 + 0.5)
+    rows[:, 0] = guided.cost(rows[:, 0], apart[:, 0], share)
     return growth.weighed(at[0], replace(found, rows=nearest(rows)))
