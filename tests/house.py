@@ -197,7 +197,7 @@ BUDGET = {
     "request": 10_390,
     "root": 19_170,
     "seams": 24_500,
-    "search": 13_940,
+    "search": 13_780,
     "segments": 9_590,
     "studio": 24_100,
     "tasks": 17_910,

@@ -18,7 +18,7 @@ from ..geometry import ISOMETRIES, ISOMETRY_SETS
 from ..kernels.windows import Grown, Posed, gather_all
 from ..lazy import lazy
 from ..sourcemap import HOLE
-from .fourier_kernels import Correlated, Fee
+from .fourier_kernels import Correlated
 
 if TYPE_CHECKING:
     from ..analysis import symmetry
@@ -279,10 +279,6 @@ class Prices:
 
     counts: list[Array]
     weight: int
-
-    def of(self, v: int) -> Fee:
-        """Return the prices of one variant."""
-        return Fee(self.counts[v], self.weight)
 
 
 class Search(Protocol):

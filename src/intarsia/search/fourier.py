@@ -66,8 +66,9 @@ class Masks:
 AXES = 2
 ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance that one axis must hold to do alone
 STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
+TAILS = 3.0  # reduced pictures are cut off at so many standard deviations
 FINENESS = 1.2e-7  # how fine the reduced pictures of the exact search are, for exemplars and patches of each size
-BATCH_BYTES = 2 << 20  # spectra of one batch: what stays in a core's cache
+BATCH_BYTES = 4 << 20  # spectra of one batch: what stays in a core's cache
 FINEST_SIDE = 600  # reduced exemplars are at most about this large
 NOWHERE = np.zeros((0, 0), bool)  # a variant without any patch is not even looked at
 
@@ -81,7 +82,6 @@ class PatchSearch:
     """
 
     factor: int
-    tails = 3.0  # the reduced pictures are cut off at so many standard deviations
 
     def __init__(
         self, variants: PosedExemplars, patch: Pair, overlap: int, exact: bool = False,
@@ -131,9 +131,9 @@ class PatchSearch:
         clip = STEPS
         if self.exact:  # the larger the coarser, as single precision once asked for: other steps list other patches
             size = math.sqrt(n * math.prod(self.cells)) * len(axes) / self.factor
-            clip = min(max(int(self.tails * math.sqrt(0.4 / (FINENESS * size))), STEPS), FINE_STEPS)
+            clip = min(max(int(TAILS * math.sqrt(0.4 / (FINENESS * size))), STEPS), FINE_STEPS)
         clip = min(clip, most_steps(self.patch, self.cells, len(axes)))
-        scale = min(clip / (3.0 * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
+        scale = min(clip / (TAILS * math.sqrt(max(kept / len(axes), 1.0))), 1.0)
         return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64, order="C"), scale, clip
 
     def _limit(self, valid: Sequence[Array]) -> None:
@@ -167,7 +167,7 @@ class PatchSearch:
 
     def batch(self) -> int:
         """How many windows are best searched together."""
-        size = max(a * (b // 2 + 1) for a, b in self.padded) * 8 * (len(self.axes) + 1)
+        size = max(a * (b // 2 + 1) for a, b in self.padded) * 16 * (len(self.axes) + 1)
         return max(1, min(32, (BATCH_BYTES << self.exact) // size))
 
     def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
@@ -221,7 +221,8 @@ class PatchSearch:
         listed = Listed(np.empty((n, self.listed, 4), np.int64), np.zeros(n, np.int64), usual)
         for v, values in correlations.items():
             if self.valid[v].size:
-                fourier_kernels.short_list(reduced.correlated(v, values, self.valid[v]), prices.of(v), listed)
+                mine = reduced.correlated(v, values, self.valid[v])
+                fourier_kernels.short_list(mine, prices.counts[v], prices.weight, listed)
         return listed
 
     def reduce(self, feats: Array, known: Array) -> Reduced:

@@ -82,13 +82,6 @@ class Correlated(NamedTuple):
     variant: int  # number of the posed exemplar
 
 
-class Fee(NamedTuple):
-    """What repeats cost at the positions of one posed exemplar."""
-
-    counts: Int32  # (rows, columns): uses; 256 = one full repeat
-    weight: int  # price of such a repeat, in 1 / 65536 of the usual distance
-
-
 class Listed(NamedTuple):
     """The short-lists of n windows, K positions each and what more a search needs to sort them."""
 
@@ -213,10 +206,14 @@ def smallest(values: Any, n: int, k: int) -> Any:
 
 
 @kernel
-def short_list(correlated: Any, fee: Any, listed: Any) -> None:
-    """Put the best positions of one variant for n windows into their lists, as :func:`keep_best` does."""
+def short_list(correlated: Any, penalty: Any, weight: int, listed: Any) -> None:
+    """Put the best positions of one variant for n windows into their lists, as :func:`keep_best` does.
+
+    `penalty` (rows, columns) int32: uses of each position, 256 = one full repeat; such a one costs `weight` / 65536 of
+    the usual distance.
+    """
     correlations, squares, slots, energies, valid, variant = correlated
-    (penalty, weight), (best, counts, usual) = fee, listed
+    best, counts, usual = listed
     dist = np.empty(valid.shape, np.int32)
     for k in range(len(slots)):
         q = patch_distances(correlations[k], squares[slots[k]], energies[k], valid, dist)

@@ -34,8 +34,6 @@ MOST = float(1 << 30)  # what the guide may cost in the short-list, so that cost
 class GuideSearch(PatchSearch):
     """The reduced pictures of a guide: every channel for itself, over its full range."""
 
-    tails = 1.0
-
     def _reduction(self) -> tuple[Array, Array, float, int]:
         channels = self.variants.channels
         clip = min(STEPS, most_steps(self.patch, self.cells, channels))
@@ -170,8 +168,10 @@ class WindowGuide:
         poses: tuple[int, ...] = tuple(range(8)),
     ) -> None:  # fmt: skip
         self.guide, self.variants, self.layout, self._poses = guide, variants, layout, poses
-        sources, self._target = codes_of(guide, wrap)
-        channels = self._target.shape[2]
+        sources, target = codes_of(guide, wrap)
+        channels, there = target.shape[2], np.ones(target.shape[:2], np.int16)
+        wide = [layout.widened(channel, 0) for channel in (*np.moveaxis(target, 2, 0), there)]
+        self._under = np.lib.stride_tricks.sliding_window_view(np.stack(wide, axis=2), layout.patch, (0, 1))
         self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
         self.pictures = _laid_out(sources, variants, layout.patch)
         self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
@@ -214,15 +214,8 @@ class WindowGuide:
 
     def wanted(self, at: Array) -> tuple[Array, Array]:
         """Return the guide under the windows that begin at `at`: (n, h, w, C) int16, and where the canvas reaches."""
-        layout = self.layout
-        codes = np.zeros((len(at), *layout.patch, self._target.shape[2]), np.int16)
-        inside = np.zeros((len(at), *layout.patch), np.uint8)
-        for k, (y, x) in enumerate(at.tolist()):
-            rows, ok_rows = _along(y, layout.patch[0], layout.height, layout.wrap_y)
-            columns, ok_columns = _along(x, layout.patch[1], layout.width, layout.wrap_x)
-            inside[k] = ok_rows[:, None] & ok_columns[None, :]
-            codes[k] = self._target[np.ix_(rows, columns)] * inside[k][:, :, None]
-        return codes, inside
+        under = self._under[tuple((at + self.layout.patch).T)]
+        return np.ascontiguousarray(np.moveaxis(under[:, :-1], 1, 3)), under[:, -1].astype(np.uint8)
 
 
 def label_sets(ids: Array, patch: Pair) -> Array:
@@ -372,11 +365,3 @@ def _laid_out(sources: list[Array], variants: PosedExemplars, patch: Pair) -> Po
         blocks.append(np.ascontiguousarray(picture).ravel())
         begin += picture.size
     return replace(variants, flat=np.concatenate(blocks), table=table, channels=channels)
-
-
-def _along(at: int, size: int, length: int, wrap: bool) -> tuple[Array, Array]:
-    """Canvas coordinates of a window along one axis, and which of them the canvas has."""
-    places = np.arange(at, at + size)
-    if wrap:
-        return places % length, np.ones(size, bool)
-    return np.clip(places, 0, length - 1), (places >= 0) & (places < length)
