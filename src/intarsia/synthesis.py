@@ -27,7 +27,7 @@ from .guide import Guide
 from .image import Plane
 from .lazy import lazy
 from .methods.base import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
-from .rendering.render import render
+from .rendering.render import check_blend, render
 from .run import Run, run_of
 from .seams.cost import energy
 from .sourcemap import HOLE, SourceMap
@@ -292,8 +292,6 @@ def canvas_of(
 def check_between(method: Method, blend: Blend) -> None:
     """Refuse joins that need whole pixels, before any work, where a method lays pieces turned or scaled."""
     if not traits(method).exact:
-        from .rendering.warped import check_blend
-
         check_blend(blend)
 
 

@@ -130,7 +130,8 @@ print(*mine, sep="\\n")
         assert methods == {f"intarsia.methods.{name}" for name in ("base", "image_quilting", "parameters")}, done.stderr
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "covering", "blocks", "courses", "corrections", "judging", "studio", "giant"}
-        rare = "tasks.completion", "search.guide", "rendering.finish", "rendering.warped", "files.netpbm", "disk.npz"
+        drawing = "rendering.finish", "rendering.warped_kernels"
+        rare = *drawing, "tasks.completion", "search.guide", "files.netpbm", "disk.npz"
         assert not found & {f"intarsia.{name}" for name in rare}
 
     def test_a_parameter_of_another_method_is_told_of_by_the_method_that_is_named(self) -> None:

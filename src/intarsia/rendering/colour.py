@@ -13,7 +13,7 @@ from ..arrays import Array, Floats, Int32, Int64
 from ..blend import Mixing
 from ..disk.depth import from_srgb
 from ..image import Kind, Plane, Transfer
-from .vote_kernels import settle_plain
+from .vote_kernels import settle_light
 
 BITS = 28
 """Linear light of integer planes is fixed point: white is 1 << BITS."""
@@ -93,14 +93,16 @@ class Curve:
             codes[..., :colours] = self._stored(_float_from_linear(light[..., :colours].astype(np.float64)))
         return codes
 
-    def divided(self, total: Int64, weight: Int64) -> Array:
-        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 by 0 is 0."""
-        codes = np.zeros(total.shape, self.dtype)
-        steps, shelf, shift = np.zeros(0, np.int32), np.zeros(0, np.int32), 0
-        if self.srgb:
-            steps = code_steps(self.dtype.itemsize)
-            shelf, shift = code_shelf(self.dtype.itemsize)
-        settle_plain(total, weight, steps, shelf, shift, codes)
+    def divided(self, total: Array, weight: Array, *base: Array) -> Array:
+        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 by 0 is 0.
+
+        `base`: first, light and samples as in :func:`settle_light`, for sRGB.
+        """
+        codes, size = np.zeros(total.shape, self.dtype), self.dtype.itemsize
+        none = np.zeros(0, np.int32)
+        coding = (code_steps(size), *code_shelf(size)) if self.srgb else (none, none, 0)
+        first, light, samples = base or (None, None, None)
+        settle_light(total, weight, coding, first, light, samples, codes)
         return codes
 
     def _stored(self, values: Array) -> Array:

@@ -23,15 +23,14 @@ from functools import lru_cache
 import numpy as np
 from scipy import fft
 
-from ..arrays import Array, Floats, Int32, Int64, Mask
+from ..arrays import Array, Floats, Int32, Int64
 from ..blend import Finish, Levelling
 from ..errors import ParameterError
 from ..geometry import Box
 from ..lazy import ndimage
 from ..run import Run
 from .finish_kernels import Surroundings, move_codes, seam_steps
-from .ground import cut_out_map
-from .vote_kernels import Map
+from .ground import Ground
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
@@ -47,49 +46,44 @@ _SIDE = 1024  # px of a cell, at least
 
 
 @dataclass(frozen=True)
-class Bench:
-    """All that finishing a plane needs: exemplars end to end, and the map itself."""
+class Finishing:
+    """All that finishing a plane needs."""
 
-    samples: Array  # (N, C) codes of all exemplars
-    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    usable: Mask | None  # (N,)
+    ground: Ground
     alpha: bool  # whether opacity comes last; it stays
-    full: Map
-    wrap: tuple[bool, bool]
-    scale: int
+    run: Run
 
-    def finished(self, draw: Callable[[Box], Array], box: Box, finishes: tuple[Finish, ...], run: Run) -> Array:
+    def finished(self, draw: Callable[[Box], Array], box: Box, finishes: tuple[Finish, ...]) -> Array:
         """Draw a box of the map, in px of the map, and finish it; `draw` draws any box that lies on the canvas."""
         for how in finishes:
-            if how.radius * self.scale > MAX_RADIUS:
+            if how.radius * (s := self.ground.scale) > MAX_RADIUS:
                 raise ParameterError(
-                    f"radius={how.radius} is too wide on a {self.scale}x larger plane; "
-                    f"at most {MAX_RADIUS // self.scale} px."
+                    f"radius={how.radius} is too wide on a {s}x larger plane; at most {MAX_RADIUS // s} px."
                 )
         codes = draw(box)
         for how in finishes:
-            codes = self._levelled(codes, box, how, run)
+            codes = self._levelled(codes, box, how)
         return codes
 
-    def _levelled(self, codes: Array, box: Box, how: Levelling, run: Run) -> Array:
+    def _levelled(self, codes: Array, box: Box, how: Levelling) -> Array:
         """Level what is drawn of a box: codes (h, w, C)."""
-        out, radius, s = codes.copy(), how.radius * self.scale, self.scale
+        ground, s = self.ground, self.ground.scale
+        out, radius = codes.copy(), how.radius * s
         side, (y0, x0) = max(_SIDE, radius), (box.y0 * s, box.x0 * s)
         cells = [
             Box(y, x, min(y + side, len(out)), min(x + side, out.shape[1]))
             for y in range(0, len(out), side)
             for x in range(0, out.shape[1], side)
         ]
-        colours = _Colours.of(self)
+        colours = _Colours.of(ground, self.alpha)
         size = [fft.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
         spread = fft.rfft2(potential(radius), size)
-        with run.pool() as each:
+        with self.run.pool() as each:
 
             def level(cell: Box) -> None:
                 wide = self._with_margin(cell.moved(y0, x0), radius)
-                part = cut_out_map(self.full, wide, s, self.wrap, self.table)
                 steps = np.zeros((wide.height, wide.width, colours.around.means.shape[1]), np.int32)
-                seam_steps(part, self.table, colours.around, s, steps)
+                seam_steps(ground.cut(wide), ground.reach.table, colours.around, s, steps)
                 if not steps.any():
                     return
                 steps = _with_mirrors(steps, wide, cell.moved(y0, x0), radius)
@@ -103,17 +97,17 @@ class Bench:
                 out[there] = here
 
             each(level, cells)
-            run.tick(1, 1)
+            self.run.tick(1, 1)
         return out
 
     def _with_margin(self, cell: Box, radius: int) -> Box:
         """Return a cell, in px of the plane, with what lies around it, as far as the canvas goes."""
-        (height, width), (down, right) = self.full[1].shape, self.wrap
+        smap, s = self.ground.smap, self.ground.scale
         y0, x0, y1, x1 = cell.y0 - radius, cell.x0 - radius, cell.y1 + radius, cell.x1 + radius
-        if not down:
-            y0, y1 = max(y0, 0), min(y1, height * self.scale)
-        if not right:
-            x0, x1 = max(x0, 0), min(x1, width * self.scale)
+        if not smap.wrap.y:
+            y0, y1 = max(y0, 0), min(y1, smap.height * s)
+        if not smap.wrap.x:
+            x0, x1 = max(x0, 0), min(x1, smap.width * s)
         return Box(y0, x0, y1, x1)
 
 
@@ -136,9 +130,9 @@ class _Colours:
     spread: Floats  # (C, 2): least and greatest code of the exemplars
 
     @classmethod
-    def of(cls, bench: Bench) -> _Colours:
-        codes = bench.samples[:, : bench.samples.shape[1] - bench.alpha]
-        weights = _weights(bench)
+    def of(cls, ground: Ground, alpha: bool) -> _Colours:
+        codes = ground.samples[:, : ground.samples.shape[1] - alpha]
+        weights = _weights(ground, alpha)
         seen = codes if weights is None or not weights.any() else codes[weights > 0]
         if codes.dtype.kind == "f":  # what is masked out may hold anything
             seen = np.nan_to_num(seen.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
@@ -148,7 +142,7 @@ class _Colours:
         else:
             shift = _BITS - 8 * codes.itemsize
         values = _as_integers(codes, shift)
-        means = _means(bench.table, values, weights, SMALL * bench.scale)
+        means = _means(ground.reach.table, values, weights, SMALL * ground.scale)
         counts = np.zeros(0, np.bool_) if weights is None else weights > 0
         return cls(Surroundings(means, counts, _variance(values[counts] if counts.any() else values)), shift, spread)
 
@@ -169,12 +163,12 @@ def _variance(values: Int64) -> float:
     return (n * square - sum(int(total) ** 2 for total in values.sum(axis=0))) / (n * n)
 
 
-def _weights(bench: Bench) -> Int64 | None:
+def _weights(ground: Ground, alpha: bool) -> Int64 | None:
     """How much every pixel of the exemplars counts; None where all count alike."""
-    opaque = _opacity(bench.samples[:, -1]) if bench.alpha else None
-    if bench.usable is None:
+    opaque, usable = _opacity(ground.samples[:, -1]) if alpha else None, ground.usable
+    if usable is None:
         return opaque
-    return bench.usable.astype(np.int64) if opaque is None else opaque * bench.usable
+    return usable.astype(np.int64) if opaque is None else opaque * usable
 
 
 def _as_integers(codes: Array, shift: int) -> Int64:

@@ -9,7 +9,6 @@ import numpy as np
 from ..arrays import Array, Floats, Int32, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
-from .vote_kernels import Map
 
 REACH = 8  # px to either side: so far around a seam both pieces are compared
 LEAST = 5  # of 25 places must exist in both, or nothing is known of a step
@@ -81,7 +80,7 @@ def _step(
 
 
 @kernel
-def seam_steps(part: Map, table: Int64, around: Surroundings, scale: int, out: Int32) -> None:
+def seam_steps(part: tuple[Array, ...], table: Int64, around: Surroundings, scale: int, out: Int32) -> None:
     """Add the divergence of the steps that are to be evened out to `out` (h, w, C).
 
     `part` is a map (yx, which, pose) of so many pixels; where a pixel and the next are of pieces of which one is

@@ -1,68 +1,90 @@
-"""The ground that a map is drawn from: exemplars end to end, and how far a pixel is from what is unusable."""
+"""The ground that a map is drawn from: exemplars end to end, how far a pixel is from what is unusable, and the map."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Int64, Mask, UInt8
+from ..arrays import Array, Mask, UInt8
 from ..errors import InputError
 from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
+from ..image import Plane
 from ..kernels.pieces_of_maps import HOLE
 from ..lazy import ndimage
-from .vote_kernels import Map, VotedExemplars, cut_window
+from ..sourcemap import SourceMap
+from .vote_kernels import Map, Reach, cut_window
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A map, and one plane of its exemplars end to end, all in px of the plane."""
+
+    samples: Array  # (N, C) codes of all exemplars
+    reach: Reach
+    smap: SourceMap
+    full: Map
+    scale: int  # how many times larger than the map
+
+    @classmethod
+    def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, feather: int) -> Ground:
+        """Lay the planes end to end, those that are smaller than the map (-`scale` times) enlarged.
+
+        Without a `feather`, in px of the plane, nobody votes, and no distance is measured.
+        """
+        grow = max(scale, 1)
+        layers = [enlarged(p.samples, max(-scale, 1)) for p in planes]
+        flat = [layer.reshape(-1, layer.shape[2]) for layer in layers]
+        samples = flat[0] if len(flat) == 1 else np.concatenate(flat)
+        starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
+        table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
+        masked = [e for e in exemplars if any(other.usable is not None for other in exemplars)]
+        free = [np.zeros(0, bool), *(enlarged(e.free, grow).reshape(-1) for e in masked)]
+        near = [_distances_to_unusable(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
+        reach = Reach(
+            np.array(table, np.int64), np.concatenate(free), np.concatenate([np.zeros(0, np.uint16), *near])
+        )
+        full = smap.yx, smap.numbers, smap.turns
+        for array in (samples, *full):
+            array.flags.writeable = False
+        return cls(samples, reach, smap, full, grow)
+
+    @property
+    def usable(self) -> Mask | None:
+        """Which pixels (N,) may be used; None where all or none may."""
+        free = self.reach.free
+        return free if free.any() and not free.all() else None
+
+    def cut(self, box: Box) -> tuple[Array, ...]:
+        """Cut a box out of the map: the parts of `full`, and of maps that are not exact the last two of `Part`.
+
+        InputError where it points outside its exemplars.
+        """
+        size, smap = (box.height, box.width), self.smap
+        part = np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8)
+        places = None if smap.exact else (np.empty((*size, 2)), np.empty((*size, 4)))
+        wrap = smap.wrap.y, smap.wrap.x
+        warp = smap.frame, smap.sub
+        if not cut_window(self.full, *warp, (box.y0, box.x0), self.scale, wrap, self.reach.table, part, places):
+            raise InputError(OUTSIDE)
+        return (*part, *(places or ()))
+
+    def refuse_holes(self, here: UInt8) -> None:
+        """InputError where the exemplars `here`, which are to be drawn, have holes."""
+        if (here == HOLE).any():
+            holes = int(self.smap.holes.sum())
+            raise InputError(
+                f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without."
+            )
 
 
 def enlarged(samples: Array, times: int) -> Array:
     """Return pixels (H, W, ...) as squares of `times` x `times`; one time is the array itself."""
     return samples if times == 1 else np.repeat(np.repeat(samples, times, 0), times, 1)
-
-
-def ground_of(
-    exemplars: Exemplars, layers: list[Array], grow: int, feather: int
-) -> tuple[Array, VotedExemplars]:
-    """Lay one plane of every exemplar end to end.
-
-    `layers` are its pixels (H, W, C), `grow` times as large as the base. Returns the pixels (N, C) and what
-    votes must know of them; without a feather nobody votes, and no distance is measured.
-    """
-    flat = [layer.reshape(-1, layer.shape[2]) for layer in layers]
-    samples = flat[0] if len(flat) == 1 else np.concatenate(flat)
-    samples.flags.writeable = False
-    starts = np.cumsum([0] + [len(f) for f in flat[:-1]])
-    table = [(n, *la.shape[:2], e.toroidal) for n, la, e in zip(starts, layers, exemplars, strict=True)]
-    near = [_distances_to_unusable(e, grow, (feather + 1) // 2 + 1).reshape(-1) for e in exemplars if feather]
-    return samples, VotedExemplars(np.array(table, np.int64), np.concatenate(near) if near else np.zeros(0, np.uint16))
-
-
-def usable_pixels(exemplars: Exemplars, grow: int) -> Mask | None:
-    """Return which pixels (N,) of the ground may be used; None where all or none may."""
-    flat = masks_of(exemplars, grow)
-    return flat if flat.any() and not flat.all() else None
-
-
-def masks_of(exemplars: Exemplars, grow: int) -> Mask:
-    """Return the masks of the exemplars, `grow` times enlarged, as that of the pixels (N,) of the ground."""
-    return np.concatenate([enlarged(e.free, grow).reshape(-1) for e in exemplars])
-
-
-def cut_out_map(full: Map, box: Box, scale: int, wrap: tuple[bool, bool], table: Int64) -> Map:
-    """Cut a box, in px of the plane, out of a map; InputError where it points outside its exemplars."""
-    size = (box.height, box.width)
-    part = (np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8))
-    if not cut_window(full, (box.y0, box.x0), scale, wrap, table, part):
-        raise InputError(OUTSIDE)
-    return part
-
-
-def refuse_holes(here: UInt8, which: UInt8) -> None:
-    """InputError where the exemplars `here`, which are to be drawn, have holes; `which`: those of the whole map."""
-    if (here == HOLE).any():
-        holes = int((which == HOLE).sum())
-        raise InputError(f"the map has {holes} holes, where nothing was chosen; fill them, or draw a window without.")
 
 
 def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:

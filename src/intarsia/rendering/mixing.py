@@ -1,8 +1,8 @@
 """How the votes of several pieces become one pixel: integers, floats, normals and labels.
 
 A mixer belongs to one plane of all exemplars. It votes in one cell and returns the codes and, for every
-pixel, the weight of all votes (0: nobody votes, the code means nothing). It also averages blocks, for planes
-that are smaller than the map.
+pixel, the weight of all votes (0: nobody votes, the code means nothing). So it does for what is read between pixels,
+where pieces are turned, scaled or bent. It also averages blocks, for planes that are smaller than the map.
 
 Colours with opacity are premultiplied, so that what is invisible never tints what is seen: colour = sum w a C /
 sum w a, opacity = sum w a / sum w; where every voter is wholly transparent the colours mix plainly. Keeping the
@@ -16,18 +16,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import fsum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Int32, Int64, Mask
+from ..arrays import Array, Int32, Int64, Mask, Pair
 from ..arrays import Floats as Float64
-from ..blend import Mixing
+from ..blend import Blend, Mixing
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
+from ..lazy import lazy
 from .colour import Curve
-from .vote_kernels import LIMB, VotedExemplars, Voters, add_votes, settle_label, settle_vectors, turn_codes, vote_label
+from .vote_kernels import LIMB, Reach, Voters, add_votes, settle_vectors, vote_label
+
+if TYPE_CHECKING:
+    from . import warped_kernels
+    from .warped_kernels import Part
+else:  # what few pictures need
+    warped_kernels = lazy("intarsia.rendering.warped_kernels")
 
 SAMPLED = 1 << 18
 """Vectors of a map that are looked at, about."""
@@ -83,34 +90,22 @@ class NormalCoding:
         values = codes.astype(np.float64)
         return values if self.signed else 2.0 * values - 1.0
 
-    def codes(self, unit: Float64) -> Array:
-        """Return vectors of unit length as codes, rounded half up."""
-        if self.signed:
-            return unit.astype(self.dtype)
-        share = (unit + 1.0) / 2.0
-        if self.dtype.kind == "u":
-            share = np.floor(np.clip(share, 0.0, 1.0) * self.top + 0.5)
-        return share.astype(self.dtype)
-
-    def of_length_1(self, vectors: Array, kept: Mask, codes: Array) -> Array:
-        """Return the codes of vectors (h, w, 3) of any length; `codes` where these are `kept`, or the vector is 0."""
-        v = vectors.astype(np.float64)
-        length = np.sqrt((v[..., 0] * v[..., 0] + v[..., 1] * v[..., 1]) + v[..., 2] * v[..., 2])
-        unit = v / np.where(length > 0, length, 1.0)[..., None]
-        return np.where((kept | (length == 0))[..., None], codes, self.codes(unit))
+    def settled(
+        self, samples: Array, first: Int64, total: Float64 | None = None, weight: Float64 | None = None
+    ) -> Array:
+        """Return codes as :func:`settle_vectors` writes them."""
+        half = samples.dtype == np.float16  # kernels know none
+        samples = samples.astype(np.float32) if half else samples
+        out = np.empty((*first.shape, 3), np.float64 if half else samples.dtype)
+        top = samples.dtype.type(self.top)
+        settle_vectors(samples, self.turn(), first, top, self.signed, total, weight, out)
+        return out.astype(self.dtype, copy=False)
 
     def turned(self, codes: Array, pose: NDArray[np.integer[Any]]) -> Array:
         """Return codes (h, w, 3) turned by the poses (h, w) of their pieces; only 1 - v of floats rounds."""
         if not pose.any():
             return codes
-        channel, sign = self.turn()
-        if self.dtype.kind == "u":
-            turned = np.empty_like(codes)
-            turn_codes(codes, pose, (channel, sign), self.top, turned)
-            return turned
-        out = np.take_along_axis(codes, channel[pose], axis=2)
-        opposite = -out if self.signed else (1 - out).astype(self.dtype)
-        return np.where(sign[pose] < 0, opposite, out)
+        return self.settled(codes.reshape(-1, 3), 8 * np.arange(pose.size).reshape(pose.shape) + pose)
 
 
 def off_unit(plane: Plane) -> float:
@@ -158,9 +153,9 @@ class Spread:
 _UPRIGHT = (np.tile(np.arange(64), (8, 1)), np.ones((8, 64), np.int64))
 
 
-def room_for(plan: Voters, channels: int, kind: type) -> tuple[Array, Array]:
+def room_for(shape: Pair, channels: int, kind: type) -> tuple[Array, Array]:
     """Make room for the sums of a cell: totals (h, w, C), and weights (h, w)."""
-    return np.zeros((*plan.shape, channels), kind), np.zeros(plan.shape, kind)
+    return np.zeros((*shape, channels), kind), np.zeros(shape, kind)
 
 
 def blocks(values: Array, s: int) -> Array:
@@ -184,8 +179,9 @@ class Colours:
 
     @cached_property
     def light(self) -> Array:
-        """What is mixed, (N, C)."""
-        return self.curve.linear(self.samples)
+        """What is mixed, (N, C), int32 or floats."""
+        light = self.curve.linear(self.samples)
+        return light.astype(np.int32) if light.dtype.kind == "u" else light  # kernels need one kind of whole numbers
 
     @property
     def colours(self) -> int:
@@ -196,6 +192,31 @@ class Colours:
         """Make room for sums of squared weights, where they are needed."""
         return np.zeros(plan.shape) if self.spread else None
 
+    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Float64]:
+        """As votes, of what is read between pixels."""
+        alpha, size = self.curve.alpha, part.size(feather)
+        plain, weight = room_for(size, self.samples.shape[1], np.float64)
+        seen, opaque = room_for(size, plain.shape[2] if alpha else 1, np.float64)
+        first = np.full(size, -1)
+        warped_kernels.read_light(part, reach, feather, self.light, alpha, (seen, plain), first, (opaque, weight))
+        if self.curve.srgb and self.curve.integer and not alpha:  # plainly: as below
+            return self.curve.divided(plain, weight, first, self.light, self.samples), weight
+        away = plain / np.maximum(weight, 1.0)[..., None]
+        if alpha:
+            some = opaque > 0.0
+            colours = seen[..., :-1] / np.where(some, opaque, 1.0)[..., None]
+            away[..., :-1] = np.where(some[..., None], colours, away[..., :-1])
+        return self._coded(np.maximum(first, 0), away), weight
+
+    def _coded(self, first: Int64, away: Array, weight: Array | None = None, squares: Float64 | None = None) -> Array:
+        """Return what is `away` from the light of pixels as codes; those of the pixels where it is nothing."""
+        mean = self.light[first] + away
+        same, n = away == 0, self.colours
+        if self.spread and squares is not None and weight is not None:
+            mean[..., :n] = self.spread.widen(mean[..., :n], weight, squares)
+            same[..., :n] = (squares == weight * weight)[..., None] | (mean == self.light[first])[..., :n]
+        return np.where(same, self.samples[first], self.curve.code(mean))
+
 
 class Integers(Colours):
     """Of 8 and 16 bit: whole sums, rounded once."""
@@ -203,17 +224,17 @@ class Integers(Colours):
     @cached_property
     def limbs(self) -> Array:
         """The light of the colours."""
-        return limbs_of(self.light[:, :-1].astype(np.int32))
+        return limbs_of(self.light[:, :-1])
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
-        total, weight = sums = room_for(plan, self.colours, np.int64)
+    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+        total, weight = sums = room_for(plan.shape, self.colours, np.int64)
         squares = self.squares(plan)
-        add_votes((plan, ground), self.samples, self.curve.table, None, _UPRIGHT, None, sums, squares)
+        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, sums, squares)
         codes = self._rounded(total, weight, squares)
         if self.curve.alpha:
-            total, opaque = sums = room_for(plan, 2 * self.colours, np.int64)
+            total, opaque = sums = room_for(plan.shape, 2 * self.colours, np.int64)
             squares = self.squares(plan)
-            add_votes((plan, ground), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, sums, squares)
+            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, sums, squares)
             codes = self._seen(codes, weight, self._rounded(total, opaque, squares), opaque)
         return codes, weight
 
@@ -255,23 +276,23 @@ class Integers(Colours):
 class Floats(Colours):
     """Sums in float64, where all agree an exact copy."""
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
-        codes, weight = self._mixed(plan, ground, None)
+    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+        codes, weight = self._mixed(plan, reach, None)
         if self.curve.alpha:
-            seen, opaque = self._mixed(plan, ground, self.light[:, -1])
+            seen, opaque = self._mixed(plan, reach, self.light[:, -1])
             codes[..., :-1] = np.where((opaque > 0)[..., None], seen[..., :-1], codes[..., :-1])
         return codes, weight
 
-    def _mixed(self, plan: Voters, ground: VotedExemplars, opacity: Array | None) -> tuple[Array, Array]:
+    def _mixed(self, plan: Voters, reach: Reach, opacity: Array | None) -> tuple[Array, Array]:
         first = np.full(plan.shape, -1)
-        total, weight = sums = room_for(plan, self.samples.shape[1], np.float64)
+        total, weight = sums = room_for(plan.shape, self.samples.shape[1], np.float64)
         squares = self.squares(plan)
         turn = _UPRIGHT
         if self.curve.alpha:  # differences of single floats are single ones, without opacity double ones
             turn = turn[0], turn[1].astype(self.light.dtype)
-        add_votes((plan, ground), self.light, None, opacity, turn, first, sums, squares)
-        base = np.maximum(first >> 3, 0)
-        return self._coded(self.samples[base], self.light[base], total, weight, squares), weight
+        add_votes((plan, reach), self.light, None, opacity, turn, first, sums, squares)
+        away = total / np.where(weight > 0, weight, 1.0)[..., None]
+        return self._coded(np.maximum(first >> 3, 0), away, weight, squares), weight
 
     def average(self, codes: Array, s: int) -> Array:
         block, light = blocks(codes, s), blocks(self.curve.linear(codes).astype(np.float64), s)
@@ -287,18 +308,8 @@ class Floats(Colours):
         pick = np.argmax(share > 0, axis=2)[:, :, None]  # the first that is seen
         code, base = (np.take_along_axis(a, pick, axis=2)[:, :, 0] for a in (block, light))
         weight = share.sum(axis=(2, 3))
-        return self._coded(code, base, ((light - base[:, :, None]) * share).sum(axis=2), weight), weight
-
-    def _coded(
-        self, codes: Array, light: Array, total: Array, weight: Array, squares: Float64 | None = None
-    ) -> Array:
-        """Return what is away from `light` by total / weight as codes; those of `light` where it is nothing."""
-        mean = light + total / np.where(weight > 0, weight, 1.0)[..., None]
-        same, n = total == 0, self.colours
-        if self.spread and squares is not None:
-            mean[..., :n] = self.spread.widen(mean[..., :n], weight, squares)
-            same[..., :n] = (squares == weight * weight)[..., None] | (mean == light)[..., :n]
-        return np.where(same, codes, self.curve.code(mean))
+        away = ((light - base[:, :, None]) * share).sum(axis=2) / np.where(weight > 0, weight, 1.0)[..., None]
+        return np.where(away == 0, code, self.curve.code(base + away)), weight
 
 
 @dataclass(frozen=True)
@@ -309,61 +320,66 @@ class Normals:
     light: Array  # (N, 3) vectors
     coding: NormalCoding
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
-        turn = self.coding.turn()
+    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
         first = np.full(plan.shape, -1)
-        total, weight = sums = room_for(plan, 3, np.float64)
-        add_votes((plan, ground), self.light, None, None, turn, first, sums, None)
-        if self.coding.dtype.kind == "u":
-            codes = np.zeros(total.shape, self.coding.dtype)
-            settle_vectors(self.samples, turn, total, first, weight, self.coding.top, codes)
-            return codes, weight
-        first = np.maximum(first, 0)
-        codes = self.coding.turned(self.samples[first >> 3], first & 7)
-        channel, sign = turn  # 1 - v may round; what was added up did not
-        base = np.take_along_axis(self.light[first >> 3], channel[first & 7], axis=2) * sign[first & 7]
-        vector = base * weight[..., None] + total
-        weight[~vector.any(axis=2)] = 0  # opposite votes cancel: the own pixel decides
-        return self.coding.of_length_1(vector, (total == 0).all(axis=2), codes), weight
+        total, weight = sums = room_for(plan.shape, 3, np.float64)
+        add_votes((plan, reach), self.light, None, None, self.coding.turn(), first, sums, None)
+        return self.coding.settled(self.samples, first, total, weight), weight
+
+    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
+        """As votes, of what is read between pixels."""
+        total, weight = room_for(part.size(feather), 3, np.float64)
+        first, lead = np.zeros(weight.shape, np.int64), np.zeros_like(total)
+        cross = 1 if self.coding.green_down else -1
+        warped_kernels.read_vectors(part, reach, feather, self.light, cross, first, (lead, total), weight)
+        vector = lead * weight[..., None] + total
+        heard = np.asarray(vector.any(axis=2))
+        vector[(first >= 0) & (total == 0.0).all(axis=2)] = 0.0  # a copy
+        first = np.where(first >= 0, first, -1 - first)
+        return self.coding.settled(self.samples, first, vector), heard
 
     def average(self, codes: Array, s: int) -> Array:
-        vectors = blocks(self.coding.vectors(codes), s).astype(
-            np.int64 if self.coding.dtype.kind == "u" else np.float64
-        )
+        vectors = blocks(self.coding.vectors(codes), s).astype(np.float64)
         vector = vectors.sum(axis=2)
-        same = (vectors == vectors[:, :, :1]).all(axis=(2, 3)) | ~vector.any(axis=2)
-        return self.coding.of_length_1(vector, same, blocks(codes, s)[:, :, 0])
+        vector[(vectors == vectors[:, :, :1]).all(axis=(2, 3))] = 0.0  # a copy
+        first = 8 * np.arange(vector.size // 3).reshape(vector.shape[:2])
+        leading = blocks(codes, s)[:, :, 0].reshape(-1, 3)
+        return self.coding.settled(leading, first, vector)
 
 
 @dataclass(frozen=True)
-class LabelMixer:
+class Labels:
     """Names: the label with the largest weight, the smallest of equals."""
 
     ranks: Int32  # (N,): place of a pixel's label among all labels in order
     names: Array  # (K, C)
 
     @classmethod
-    def of(cls, samples: Array) -> LabelMixer:
+    def of(cls, samples: Array) -> Labels:
         """Number the labels of pixels (N, C); several channels are one name."""
         names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
-    def vote(self, plan: Voters, ground: VotedExemplars) -> tuple[Array, Array]:
-        shape = plan.shape
-        out, weight = np.zeros(shape, np.int32), np.zeros(shape, np.int64)
-        todo = [(0, shape[0], 4)]
+    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+        out, weight = np.zeros(plan.shape, np.int32), np.zeros(plan.shape, np.int64)
+        todo = [(0, plan.shape[0], 4)]
         while todo:  # few pixels hear more than four labels; where they do, take fewer rows with more room
             begin, end, room = todo.pop()
-            slots = (
-                np.zeros((end - begin, shape[1], room), np.int32), np.zeros((end - begin, shape[1], room), np.int64)
-            )
-            if vote_label(plan, ground, self.ranks, begin, end, slots):
-                settle_label(*slots, out[begin:end], weight[begin:end])
-            elif end - begin == 1:
-                todo.append((begin, end, 2 * room))
+            size = (end - begin, plan.shape[1], room)
+            label, share = np.zeros(size, np.int32), np.zeros(size, np.int64)
+            weight[begin:end] = 0
+            if vote_label(plan, reach, self.ranks, begin, end, (label, share), weight[begin:end]):
+                out[begin:end] = label[..., 0]
             else:
                 middle = (begin + end) // 2
-                todo += [(begin, middle, 2 * room), (middle, end, 2 * room)]
+                todo += [(a, b, 2 * room) for a, b in ((begin, middle), (middle, end)) if a < b]
+        return self.names[out], weight
+
+    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
+        """As votes, of what is read between pixels."""
+        size = part.size(feather)
+        out, weight = np.zeros(size, np.int32), np.zeros(size, np.int64)
+        warped_kernels.read_labels(part, reach, feather, self.ranks, out, weight)
         return self.names[out], weight
 
     def average(self, codes: Array, s: int) -> Array:
@@ -375,29 +391,21 @@ class LabelMixer:
         return chosen
 
 
-Mixer = Integers | Floats | Normals | LabelMixer
-"""What a plane needs to be rendered with a feather."""
+Mixer = Integers | Floats | Normals | Labels
+"""What a plane needs to be rendered."""
 
 
-def coding_of(planes: Sequence[Plane]) -> NormalCoding | None:
-    """Tell how the vectors of one plane of all exemplars are coded; None where it holds none."""
-    if planes[0].kind is not Kind.NORMAL:
-        return None
-    signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
-    return NormalCoding(planes[0].pixels.dtype, signed, planes[0].meta.get("normals", "gl") == "dx")
-
-
-def mixer_of(
-    plane: Plane, samples: Array, coding: NormalCoding | None, curve: Curve, mixing: Mixing,
-    usable: Mask | None,
-) -> Mixer:  # fmt: skip
-    """Choose how the votes for a plane become one pixel; `usable` says which samples count for its contrast."""
-    if coding is not None:
+def mixer_of(planes: Sequence[Plane], samples: Array, blend: Blend, usable: Mask | None = None) -> Mixer:
+    """Choose how the pixels of one plane of all exemplars become one; `usable`: which samples its contrast is of."""
+    plane, dtype = planes[0], planes[0].pixels.dtype
+    if plane.kind is Kind.NORMAL:
+        signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)
+        coding = NormalCoding(dtype, signed, plane.meta.get("normals", "gl") == "dx")
         return Normals(samples, coding.vectors(samples), coding)
     if plane.kind is Kind.LABEL:
-        return LabelMixer.of(samples)
-    spread = None
-    if mixing is Mixing.VARIANCE:
+        return Labels.of(samples)
+    curve, spread = Curve.of(plane, blend.mixing), None
+    if blend.mixing is Mixing.VARIANCE and blend.feather:
         seen = slice(None) if usable is None else np.flatnonzero(usable)
         values = curve.linear(samples[seen])
         spread = Spread.of(values[:, :-1], values[:, -1]) if plane.alpha else Spread.of(values)
@@ -406,6 +414,6 @@ def mixer_of(
 
 def averaged(plane: Plane, n: int) -> Array:
     """Return blocks of n x n pixels as one each, by the kind of the plane."""
-    mixer = mixer_of(plane, plane.samples[:1, 0], coding_of([plane]), Curve.of(plane), Mixing.MEAN, None)
+    mixer = mixer_of([plane], plane.samples[:1, 0], Blend())
     with np.errstate(invalid="ignore", over="ignore"):  # masked pixels may be NaN
         return mixer.average(plane.samples, n)

@@ -6,8 +6,8 @@ Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f +
 chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in
 cells, boxes of the output that know their surroundings within the feather; a cell never depends on how the
 canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. A finish
-comes last, of a picture that reaches as far beyond the window as the finish does. Maps whose pieces are turned or
-scaled, or lie between pixels, are drawn by warped.py.
+comes last, of a picture that reaches as far beyond the window as the finish does. Where a map has frames or fractions,
+pixels are read between those of the exemplar (`warped_kernels`).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Array, Int32, UInt8
+from ..arrays import Array
 from ..blend import Blend, Mixing
 from ..errors import InputError, ParameterError, said
 from ..exemplar import Exemplars
@@ -27,18 +27,20 @@ from ..image import Kind, Plane
 from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import SourceMap, check_stretch
-from .colour import Curve
-from .ground import cut_out_map, enlarged, ground_of, refuse_holes, usable_pixels
-from .mixing import Mixer, NormalCoding, coding_of, mixer_of
-from .vote_kernels import Map, VotedExemplars, copy_cell, make_plan
+from .ground import Ground
+from .mixing import Mixer, Normals, mixer_of
+from .vote_kernels import copy_cell, make_plan
 
 if TYPE_CHECKING:
-    from . import finish, warped
+    from . import finish, warped_kernels
 else:  # what few pictures need
-    finish, warped = lazy("intarsia.rendering.finish"), lazy("intarsia.rendering.warped")
+    finish, warped_kernels = lazy("intarsia.rendering.finish"), lazy("intarsia.rendering.warped_kernels")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
+
+MAX_BETWEEN = 256
+"""The widest feather in px of a plane whose pixels are read between others: every vote is read on its own."""
 
 _ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
 
@@ -82,7 +84,13 @@ def render(
     _check_exemplars(exemplars, smap)
     planes, scale = _planes(exemplars, name)
     box = box or Box(0, 0, smap.height, smap.width)
-    job = (_Job if smap.exact else warped.Warped).of(exemplars, planes, scale, smap, blend)
+    grow = max(scale, 1)
+    if smap.exact:
+        check_spread(blend.feather, grow, f"on a {grow}x larger plane")
+    else:
+        check_blend(blend, grow, planes[0].kind)
+    ground = Ground.of(exemplars, planes, scale, smap, blend.feather * grow)
+    job = _Job(ground, blend.feather * grow, mixer_of(planes, ground.samples, blend, ground.usable))
     shrink = max(-scale, 1)
     check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
     check_stretch(box.x0, box.x1, smap.width, smap.wrap.x, "columns")
@@ -91,11 +99,9 @@ def render(
             f"{box.width}x{box.height} px do not suit a plane {shrink}x smaller; give multiples of {shrink}."
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
-        return planes[0].like(_draw_box(job, box, smap, shrink, run))
-    assert isinstance(job, _Job)  # the others have no finish
-    usable = usable_pixels(exemplars, job.scale)
-    bench = finish.Bench(job.samples, job.ground.table, usable, planes[0].alpha, job.full, job.wrap, job.scale)
-    codes = bench.finished(lambda wide: _draw_box(job, wide, smap, 1, run), box, blend.finish, run)
+        return planes[0].like(_draw_box(job, box, shrink, run))
+    finishes = finish.Finishing(ground, planes[0].alpha, run)
+    codes = finishes.finished(lambda wide: _draw_box(job, wide, 1, run), box, blend.finish)
     if shrink > 1:
         step = _ROWS * shrink
         bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
@@ -103,11 +109,10 @@ def render(
     return planes[0].like(codes)
 
 
-def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int, run: Run) -> Array:
+def _draw_box(job: _Job, box: Box, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
-    grow = job.scale
+    grow, smap, samples = job.ground.scale, job.ground.smap, job.ground.samples
     rows, columns = _stretches(box.y0, box.y1, smap.height), _stretches(box.x0, box.x1, smap.width)
-    samples = job.samples
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
         (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
@@ -134,62 +139,46 @@ def _draw_box(job: _Job | warped.Warped, box: Box, smap: SourceMap, shrink: int,
 class _Job:
     """All that a cell needs to be drawn."""
 
-    full: Map
-    wrap: tuple[bool, bool]
-    scale: int
+    ground: Ground
     feather: int  # in px of the plane
-    ground: VotedExemplars
-    samples: Array  # (N, C) codes of all exemplars
     mixer: Mixer
-    coding: NormalCoding | None
-
-    @classmethod
-    def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, blend: Blend) -> _Job:
-        grow, shrink = max(scale, 1), max(-scale, 1)
-        feather = blend.feather * grow
-        check_spread(blend.feather, grow, f"a {grow}x larger plane")
-        samples, ground = ground_of(exemplars, [enlarged(p.samples, shrink) for p in planes], grow, feather)
-        none = np.zeros(smap.yx.shape[:2] if smap.which is None or smap.pose is None else (0, 0), np.uint8)
-        none.flags.writeable = False
-        coding = coding_of(planes)
-        usable = usable_pixels(exemplars, grow) if blend.mixing is Mixing.VARIANCE else None
-        curve = Curve.of(planes[0], blend.mixing)
-        return cls(
-            (smap.yx, none if smap.which is None else smap.which, none if smap.pose is None else smap.pose),
-            (smap.wrap.y, smap.wrap.x), grow, feather, ground, samples,
-            mixer_of(planes[0], samples, coding, curve, blend.mixing, usable), coding,
-        )  # fmt: skip
 
     def draw(self, y: int, x: int, height: int, width: int) -> Array:
         """Return the codes (h, w, C) of a cell whose first pixel is (y, x)."""
-        f = self.feather
-        if f == 0 and self.scale == 1 and self.coding is None:
+        f, ground = self.feather, self.ground
+        if f == 0 and ground.scale == 1 and ground.smap.exact and not isinstance(self.mixer, Normals):
             here = slice(y, y + height), slice(x, x + width)
-            codes, whole = self._copies(self.full[0][here], self.full[1][here])
+            codes, whole = self._copies(ground.full[0][here], ground.full[1][here])
             if whole:
                 return codes
         origin = (y - f // 2, x - f // 2)
-        box = Box(*origin, origin[0] + height + f, origin[1] + width + f)
-        part = cut_out_map(self.full, box, self.scale, self.wrap, self.ground.table)
+        part = ground.cut(Box(*origin, origin[0] + height + f, origin[1] + width + f))
         core = (slice(f // 2, f // 2 + height), slice(f // 2, f // 2 + width))
-        refuse_holes(part[1][core], self.full[1])
+        ground.refuse_holes(part[1][core])
         if f == 0:
-            return self._own(*part)
-        codes, weight = self.mixer.vote(make_plan(part, origin, self.ground.table, f), self.ground)
+            return self._own(part)
+        if ground.smap.exact:
+            codes, weight = self.mixer.vote(make_plan(part, origin, ground.reach.table, f), ground.reach)
+        else:
+            codes, weight = self.mixer.read(warped_kernels.Part(*part), ground.reach, f)
         lost = weight == 0  # nobody votes: the pixel speaks for itself
         if lost.any():
-            codes[lost] = self._own(part[0][core], part[1][core], part[2][core])[lost]
+            codes[lost] = self._own(tuple(np.ascontiguousarray(a[core]) for a in part))[lost]
         return codes
 
-    def _copies(self, yx: Int32, which: UInt8) -> tuple[Array, bool]:
-        """The codes of exemplar pixels, and whether all of these are there."""
-        codes = np.empty((*which.shape, self.samples.shape[1]), self.samples.dtype)
-        bits = np.dtype(f"u{self.samples.itemsize}")  # whatever the dtype, copy bits
-        return codes, copy_cell(yx, which, self.ground.table, self.samples.view(bits), codes.view(bits))
+    def _own(self, part: tuple[Array, ...]) -> Array:
+        """The codes of every pixel by itself."""
+        if not self.ground.smap.exact:
+            return self.mixer.read(warped_kernels.Part(*part), self.ground.reach, 0)[0]
+        codes, _ = self._copies(part[0], part[1])
+        return self.mixer.coding.turned(codes, part[2]) if isinstance(self.mixer, Normals) else codes
 
-    def _own(self, yx: Int32, which: UInt8, pose: UInt8) -> Array:
-        codes, _ = self._copies(np.ascontiguousarray(yx), np.ascontiguousarray(which))
-        return codes if self.coding is None else self.coding.turned(codes, pose)
+    def _copies(self, yx: Array, which: Array) -> tuple[Array, bool]:
+        """The codes of exemplar pixels, and whether all of these are there."""
+        samples = self.ground.samples
+        codes = np.empty((*which.shape, samples.shape[1]), samples.dtype)
+        bits = np.dtype(f"u{samples.itemsize}")  # whatever the dtype, copy bits
+        return codes, copy_cell(yx, which, self.ground.reach.table, samples.view(bits), codes.view(bits))
 
 
 def _check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
@@ -222,14 +211,26 @@ def check_drawable(exemplars: Exemplars, height: int, width: int, feather: int) 
             raise ParameterError(
                 f"{width}x{height} px do not suit the plane {name}, {-scale}x smaller; give multiples of {-scale}."
             )
-        check_spread(feather, scale, f"the plane {name}, {scale}x larger")
+        check_spread(feather, scale, f"on the plane {name}, {scale}x larger")
 
 
-def check_spread(feather: int, grow: int, plane: str) -> None:
+def check_spread(feather: int, grow: int, where: str, most: int = MAX_SPREAD) -> None:
     """Refuse a feather that is too wide on a plane so many times larger than the map."""
-    if feather * max(grow, 1) > MAX_SPREAD:
-        most = MAX_SPREAD // grow
-        raise ParameterError(f"feather={feather} is too wide on {plane}; at most {most} px.")
+    grow = max(grow, 1)
+    if feather * grow > most:
+        raise ParameterError(f"feather={feather} is too wide {where}; give at most {most // grow} px.")
+
+
+def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
+    """Refuse what cannot be done between pixels, before any work, on a plane `grow` times larger than the map."""
+    reason = "pieces of this map are turned, scaled or moved by fractions of a pixel"
+    check_spread(blend.feather, grow, f"where {reason}", MAX_BETWEEN)
+    if kind in (Kind.NORMAL, Kind.LABEL):
+        return
+    if blend.finish:
+        raise ParameterError(f"{reason}, and levelling compares whole pixels only; draw it without (--level 0).")
+    if blend.feather and blend.mixing is Mixing.VARIANCE:
+        raise ParameterError(f"mixing=variance needs pieces of whole pixels, but {reason}; give mean or source.")
 
 
 def _planes(exemplars: Exemplars, name: str | None) -> tuple[list[Plane], int]:

@@ -15,12 +15,13 @@ unless they are empty.
 
 from __future__ import annotations
 
+from math import floor
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Floats, Int32, Int64, Pair, UInt8
+from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 
@@ -28,11 +29,12 @@ Map = tuple[Int32, UInt8, UInt8]
 """What a map shows: pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""
 
 
-class VotedExemplars(NamedTuple):
-    """The exemplars laid end to end, so that one number names any pixel of any of them."""
+class Reach(NamedTuple):
+    """The exemplars laid end to end, so that one number names any pixel of any of them, and which may be read."""
 
     table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    near: NDArray[np.uint16]  # (pixels,): distance to the nearest unusable pixel, capped; 0 where unusable
+    free: Mask  # (N,): those that may be; empty where all may
+    near: NDArray[np.uint16]  # (N,): distance to the nearest that must not, capped; empty without a feather
 
 
 class Voters(NamedTuple):
@@ -50,13 +52,18 @@ class Voters(NamedTuple):
 
 @kernel
 def cut_window(
-    full: Map, origin: Pair, scale: int, wrap: tuple[bool, bool], exemplars: Int64, part: Map
-) -> bool:
+    full: Map, frame: Float32 | None, sub: Float32 | None, origin: Pair, scale: int, wrap: tuple[bool, bool],
+    exemplars: Int64, part: Map, places: tuple[Floats, Floats] | None,
+) -> bool:  # fmt: skip
     """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
 
     `origin` is the first pixel in enlarged px, `part` receives (yx, which, pose). Enlarging turns the s x s
     sub-pixels of a pixel with its pose: S' = s S + (J (2 d - (s - 1)) + (s - 1)) / 2. Returns False where the
     map points outside its exemplars.
+
+    Of a map with a `frame` (H, W, 2, 2) in place of poses, or with fractions `sub` (H, W, 2), `places` receives where
+    S' is (h, w, 2), s times the fraction added, and J (h, w, 4); yx then is the pixel nearest to S' without it that
+    lies within the pixel of the map.
     """
     yx, which, pose = full
     out, out_which, out_pose = part
@@ -66,25 +73,37 @@ def cut_window(
         ty = 2 * (origin[0] + i - my * scale) - (scale - 1)
         if wrap[0]:
             my %= rows
-        for j in range(out_which.shape[1]):
-            mx = (origin[1] + j) // scale
-            tx = 2 * (origin[1] + j - mx * scale) - (scale - 1)
+        for k in range(out_which.shape[1]):
+            mx = (origin[1] + k) // scale
+            tx = 2 * (origin[1] + k - mx * scale) - (scale - 1)
             if wrap[1]:
                 mx %= columns
-            out_which[i, j] = HOLE
-            out_pose[i, j] = 0
-            out[i, j, 0] = out[i, j, 1] = 0
+            out_which[i, k] = HOLE
+            out_pose[i, k] = 0
+            out[i, k, 0] = out[i, k, 1] = 0
             if not (0 <= my < rows and 0 <= mx < columns) or which[my, mx] == HOLE:
                 continue
             w, p = which[my, mx], pose[my, mx]
             if w >= exemplars.shape[0] or p > 7:
                 return False
-            u = scale * yx[my, mx, 0] + (J[p, 0] * ty + J[p, 1] * tx + scale - 1) // 2
-            v = scale * yx[my, mx, 1] + (J[p, 2] * ty + J[p, 3] * tx + scale - 1) // 2
+            u, v = scale * yx[my, mx, 0], scale * yx[my, mx, 1]
             if not (0 <= u < exemplars[w, 1] and 0 <= v < exemplars[w, 2]):
                 return False
-            out[i, j, 0], out[i, j, 1] = u, v
-            out_which[i, j], out_pose[i, j] = w, p
+            if places is None:
+                u += (J[p, 0] * ty + J[p, 1] * tx + scale - 1) // 2
+                v += (J[p, 2] * ty + J[p, 3] * tx + scale - 1) // 2
+            else:
+                at, j = places[0], places[1][i, k]
+                for c in range(4):
+                    j[c] = J[p, c] if frame is None else frame[my, mx, c // 2, c % 2]
+                down = (j[0] * ty + j[1] * tx + (scale - 1)) / 2
+                right = (j[2] * ty + j[3] * tx + (scale - 1)) / 2
+                at[i, k, 0] = u + (down if sub is None else down + scale * np.float64(sub[my, mx, 0]))
+                at[i, k, 1] = v + (right if sub is None else right + scale * np.float64(sub[my, mx, 1]))
+                u += min(max(floor(down + 0.5), 0), scale - 1)
+                v += min(max(floor(right + 0.5), 0), scale - 1)
+            out[i, k, 0], out[i, k, 1] = u, v
+            out_which[i, k], out_pose[i, k] = w, p
     return True
 
 
@@ -116,14 +135,14 @@ def _merge(
     return groups[:count]
 
 
-def make_plan(part: Map, origin: Pair, exemplars: Int64, feather: int) -> Voters:
+def make_plan(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: int) -> Voters:
     """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
 
     Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
     it is seen. Offsets compare alike from everywhere, for they all shift together; only around toroidal
     exemplars they are taken modulo its size, and so from a fixed origin.
     """
-    labels, table = label_pieces(*part)
+    labels, table = label_pieces(*part[:3])
     known = table[:, WHICH] != HOLE
     number = np.where(known, table[:, WHICH], 0)
     j = J[table[:, POSE]]
@@ -165,7 +184,7 @@ def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> Pa
 
 @kernel
 def weigh_row(
-    plan: Voters, ground: VotedExemplars, g: int, y: int, first: int, columns: Int32,
+    plan: Voters, reach: Reach, g: int, y: int, first: int, columns: Int32,
     hits: Int64,
 ) -> int:  # fmt: skip
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
@@ -176,8 +195,8 @@ def weigh_row(
         _add_row(plan.labels, y - 1, box, g, counts, -1)
     pose, which = box[POSE], box[WHICH]
     a, b, c, d = J[pose, 0], J[pose, 1], J[pose, 2], J[pose, 3]
-    base, height = ground.table[which, 0], ground.table[which, 1]
-    width, toroidal = ground.table[which, 2], ground.table[which, 3] != 0
+    base, height = reach.table[which, 0], reach.table[which, 1]
+    width, toroidal = reach.table[which, 2], reach.table[which, 3] != 0
     x0, x1 = max(0, box[LEFT] - f), min(plan.labels.shape[1] - f, box[RIGHT])
     py, px = y + f // 2, x0 + f // 2
     uy, ux = box[OY] + a * py + b * px, box[OX] + c * py + d * px
@@ -192,7 +211,7 @@ def weigh_row(
         votes += columns[at + f]
         if votes > 0 and 0 <= uy < height and 0 <= ux < width:
             u = base + uy * width + ux
-            near = np.int64(ground.near[u])
+            near = np.int64(reach.near[u])
             if near > 0:
                 hits[0, n], hits[1, n], hits[2, n] = x, votes * near, u
                 n += 1
@@ -233,7 +252,7 @@ def copy_cell(
 
 @kernel
 def add_votes(
-    heard: tuple[Voters, VotedExemplars], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
+    heard: tuple[Voters, Reach], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
     first: Int64 | None, sums: tuple[Array, Array], squares: Floats | None,
 ) -> None:  # fmt: skip
     """Add up w * value for every pixel and channel, and w, which is the number of votes for what is read.
@@ -243,14 +262,14 @@ def add_votes(
     first voter, -1 at the start, and `total` the sum of w * (value - value of the first voter): exactly zero where all
     agree, whatever the rounding. What is None costs nothing: it is left out of what is compiled.
     """
-    plan, ground = heard
+    plan, reach = heard
     columns, hits = scratch(plan)
     (channel, sign), (total, weight) = turn, sums
     for g in range(plan.groups.shape[0]):
         pose = plan.groups[g, POSE]
         begin, end = open_group(plan, g, 0, weight.shape[0], columns)
         for y in range(begin, end):
-            n = weigh_row(plan, ground, g, y, begin, columns, hits)
+            n = weigh_row(plan, reach, g, y, begin, columns, hits)
             for i in range(n):
                 x, w, u = hits[0, i], hits[1, i], hits[2, i]
                 if opacity is not None:
@@ -274,11 +293,17 @@ def add_votes(
 
 
 @kernel
-def settle_plain(
-    total: Int64, weight: Int64, steps: Int32, shelf: Int32, shift: int,
+def settle_light(
+    total: Array, weight: Array, coding: tuple[Int32, Int32, int], first: Int64 | None, light: Any, samples: Any,
     out: Array,
 ) -> None:  # fmt: skip
-    """Divide once, rounding half up to codes; `steps` are the lights at which codes begin, empty for none."""
+    """Divide total (h, w, C) by weight (h, w) once, rounding half up to codes.
+
+    `coding`: lights at which codes begin, none where codes are the light, and a shelf of starting points that shortens
+    the walk to them. With `first` (h, w) the total is away from the `light` of these pixels, whose own codes of
+    `samples` stand where it is nothing; for what has steps alone.
+    """
+    steps, shelf, shift = coding
     for y in range(weight.shape[0]):
         for x in range(weight.shape[1]):
             w = weight[y, x]
@@ -287,99 +312,92 @@ def settle_plain(
             for c in range(total.shape[2]):
                 if steps.size == 0:
                     out[y, x, c] = (2 * total[y, x, c] + w) // (2 * w)
-                else:  # the number of steps <= value; a shelf of starting points shortens the walk
-                    value = total[y, x, c] // w
-                    code = shelf[value >> shift]
-                    while code < steps.size and steps[code] <= value:
-                        code += 1
-                    out[y, x, c] = code
+                    continue
+                if first is None:
+                    value = np.int64(total[y, x, c] // w)
+                else:
+                    away, u = total[y, x, c] / w, first[y, x]
+                    if away == 0.0:
+                        out[y, x, c] = samples[u, c]
+                        continue
+                    value = np.int64(floor(light[u, c] + away))
+                code = np.int64(shelf[value >> shift])
+                while code < steps.size and steps[code] <= value:
+                    code += 1
+                out[y, x, c] = code
 
 
 @kernel
 def vote_label(
-    plan: Voters, ground: VotedExemplars, ranks: Int32, begin: int, end: int,
-    slots: tuple[Int32, Int64],
-) -> bool:  # fmt: skip
+    plan: Voters, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
+) -> bool:
     """Rows begin .. end - 1: add up the weight of every label that is heard; False where slots run out.
 
-    `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free.
+    `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free: the first one has the largest weight,
+    the smallest label of equals. `weight` (rows, w) is that of all.
     """
     columns, hits = scratch(plan)
     label, share = slots
     for g in range(plan.groups.shape[0]):
         first, last = open_group(plan, g, begin, end, columns)
         for y in range(first, last):
-            n = weigh_row(plan, ground, g, y, first, columns, hits)
+            n = weigh_row(plan, reach, g, y, first, columns, hits)
             for i in range(n):
-                x, w, rank = hits[0, i], hits[1, i], ranks[hits[2, i]]
+                row, x, w, rank = y - begin, hits[0, i], hits[1, i], ranks[hits[2, i]]
                 k = 0
-                while k < label.shape[2] and share[y - begin, x, k] > 0 and label[y - begin, x, k] != rank:
+                while k < label.shape[2] and share[row, x, k] > 0 and label[row, x, k] != rank:
                     k += 1
                 if k == label.shape[2]:
                     return False
-                label[y - begin, x, k] = rank
-                share[y - begin, x, k] += w
+                weight[row, x] += w
+                w += share[row, x, k]
+                if w > share[row, x, 0] or (w == share[row, x, 0] and rank < label[row, x, 0]):
+                    label[row, x, k], share[row, x, k] = label[row, x, 0], share[row, x, 0]
+                    k = 0
+                label[row, x, k], share[row, x, k] = rank, w
     return True
 
 
 @kernel
-def settle_label(
-    label: Int32, share: Int64, out: Int32, weight: Int64
-) -> None:
-    """Choose the label with the largest share, the smallest of equals."""
-    for y in range(label.shape[0]):
-        for x in range(label.shape[1]):
-            best = np.int64(0)
-            for k in range(label.shape[2]):
-                s = share[y, x, k]
-                if s == 0:
-                    break
-                weight[y, x] += s
-                if s > best or (s == best and label[y, x, k] < out[y, x]):
-                    best = s
-                    out[y, x] = label[y, x, k]
-
-
-@kernel
-def turn_codes(codes: Array, pose: NDArray[np.integer[Any]], turn: Turn, top: int, out: Array) -> None:
-    """Turn codes (h, w, 3) by their poses; the opposite of a code v is top - v."""
-    channel, sign = turn
-    for y in range(pose.shape[0]):
-        for x in range(pose.shape[1]):
-            p = pose[y, x]
-            for c in range(3):
-                v = codes[y, x, channel[p, c]]
-                out[y, x, c] = top - v if sign[p, c] < 0 else v
+def _decoded(v: Any, top: Any, signed: bool) -> float:
+    return float(v) if signed else 2.0 * v - top
 
 
 @kernel
 def settle_vectors(
-    samples: Array, turn: Turn, total: Array, first: Int64, weight: Int64, top: int,
+    samples: Array, turn: Turn, first: Int64, top: Any, signed: bool, total: Floats | None, weight: Floats | None,
     out: Array,
 ) -> None:  # fmt: skip
-    """Return votes as codes of vectors of length 1, rounded half up; where all agree, that of the first voter.
+    """Write the codes (h, w, 3) of pixels `first` (h, w), 8 u + pose of `samples` (N, 3), turned by their poses.
 
-    `total` (h, w, 3) is relative to the first voter (8 u + pose), see `vote_relative`. Where votes cancel the weight
-    becomes 0.
+    With a `total` (h, w, 3) those of its vectors, made unit length and rounded half up, unless they are 0. With a
+    `weight` (h, w) it is relative to so many times the vector of the first pixel; where votes then cancel the weight
+    becomes 0. `top` is the code of +1, of the type of samples; its opposite is 0, or -1 (`signed`).
     """
     channel, sign = turn
-    for y in range(weight.shape[0]):
-        for x in range(weight.shape[1]):
-            if weight[y, x] == 0:
-                continue
+    for y in range(first.shape[0]):
+        for x in range(first.shape[1]):
             u, p = first[y, x] >> 3, first[y, x] & 7
             for c in range(3):
                 v = samples[u, channel[p, c]]
-                out[y, x, c] = top - v if sign[p, c] < 0 else v
-            if total[y, x, 0] == 0 and total[y, x, 1] == 0 and total[y, x, 2] == 0:
-                continue
-            w = weight[y, x]
-            a = float((2 * np.int64(out[y, x, 0]) - top) * w + total[y, x, 0])
-            b = float((2 * np.int64(out[y, x, 1]) - top) * w + total[y, x, 1])
-            z = float((2 * np.int64(out[y, x, 2]) - top) * w + total[y, x, 2])
-            length = np.sqrt((a * a + b * b) + z * z)
-            if length == 0.0:
-                weight[y, x] = 0
-                continue
-            for c, n in enumerate((a, b, z)):
-                out[y, x, c] = np.int64(np.floor(min(max((n / length + 1.0) / 2.0, 0.0), 1.0) * top + 0.5))
+                out[y, x, c] = v if sign[p, c] > 0 else (-v if signed else top - v)
+            if total is not None:
+                a, b, z = total[y, x, 0], total[y, x, 1], total[y, x, 2]
+                if a == 0.0 and b == 0.0 and z == 0.0:
+                    continue
+                if weight is not None:
+                    w = weight[y, x]
+                    a += sign[p, 0] * _decoded(samples[u, channel[p, 0]], top, signed) * w
+                    b += sign[p, 1] * _decoded(samples[u, channel[p, 1]], top, signed) * w
+                    z += sign[p, 2] * _decoded(samples[u, channel[p, 2]], top, signed) * w
+                length = np.sqrt((a * a + b * b) + z * z)
+                if length == 0.0:
+                    if weight is not None:
+                        weight[y, x] = 0.0
+                    continue
+                for c, n in enumerate((a / length, b / length, z / length)):
+                    share = n if signed else (n + 1.0) / 2.0
+                    if top > 1:
+                        out[y, x, c] = np.int64(floor(min(max(share, 0.0), 1.0) * top + 0.5))
+                    else:
+                        out[y, x, c] = share

@@ -8,6 +8,11 @@ A *reading* of the exemplar at a place u is a short list of pixels and weights: 
 one px in the output leads further than one px in the exemplar, several readings spread over the pixel's footprint are
 averaged. Votes are added in the order of the raster. All that is added up is the difference to the first pixel read, so
 that what is uniform stays as it is.
+
+Colours and data are read by Catmull-Rom, colours in linear light with opacity premultiplied, and never leave the range
+of the pixels read; normals too, then turned by the frame and made unit length again; labels are those of the nearest
+pixel. A pixel that is masked is never read: where none around may be, the entry's own pixel stands for it. Where a
+place falls on a pixel, and the frame is an isometry or none, the copy is exact.
 """
 
 from __future__ import annotations
@@ -18,23 +23,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, Pair, UInt8
+from ..arrays import Array, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
+from .vote_kernels import Reach
 
 MOST = 4
 """Readings along each axis of a footprint, at most."""
 
 SLACK = 1 / 64
 """Steps that are longer than one px by no more are taken for one px, such as those of a turn."""
-
-
-class Reach(NamedTuple):
-    """Which pixels may be read."""
-
-    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    free: Mask  # (N,): those that may be; empty where all may
-    near: NDArray[np.uint16]  # (N,): distance to what must not be read, capped; empty without a feather
 
 
 @kernel
@@ -60,10 +58,10 @@ def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
 
 
 @kernel
-def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, own: int) -> int:
-    """Return the pixel nearest to a place, or `own` where that one must not be read."""
+def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, own: Pair) -> int:
+    """Return the pixel nearest to a place, or that in row and column `own` where that one must not be read."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
-    return own if free.size > 0 and not free[k] else k
+    return _pixel(row, own[0], own[1]) if free.size > 0 and not free[k] else k
 
 
 @kernel
@@ -141,75 +139,18 @@ KEPT = 8
 """Places that later votes are compared with; where fields bend strongly, every vote reads its own."""
 
 
-class WarpField(NamedTuple):
-    """The arrays of a map; what it leaves out has no pixels, but `which` is always there."""
-
-    yx: Int32
-    which: UInt8
-    pose: UInt8
-    frame: Float32  # (H, W, 2, 2)
-    sub: Float32  # (H, W, 2)
-
-
 class Part(NamedTuple):
-    """A cell with a halo, in px of the plane."""
+    """A cell with a halo, in px of the plane, as `cut_window` cuts it."""
 
+    yx: Int32  # (h, w, 2): the pixel that the map names
     which: UInt8  # (h, w)
+    pose: UInt8  # (h, w)
     at: Floats  # (h, w, 2): the place in the exemplar
     j: Floats  # (h, w, 4): the frame, as the rows of J
-    own: Int64  # (h, w): the pixel that the map names, as a number among all exemplars
 
-
-@kernel
-def lay_part(
-    field: WarpField, origin: Pair, scale: int, wrap: tuple[bool, bool], table: Int64, part: Part
-) -> bool:
-    """Cut a box out of a map that is `scale` times enlarged, as `cut_window` does; outside the canvas are holes.
-
-    Returns False where the map points outside its exemplars.
-    """
-    rows, columns = field.which.shape
-    for i in range(part.which.shape[0]):
-        my = (origin[0] + i) // scale
-        dy = origin[0] + i - my * scale
-        if wrap[0]:
-            my %= rows
-        for k in range(part.which.shape[1]):
-            mx = (origin[1] + k) // scale
-            dx = origin[1] + k - mx * scale
-            if wrap[1]:
-                mx %= columns
-            part.which[i, k] = HOLE
-            if not (0 <= my < rows and 0 <= mx < columns) or field.which[my, mx] == HOLE:
-                continue
-            w, y, x = field.which[my, mx], field.yx[my, mx, 0], field.yx[my, mx, 1]
-            if w >= table.shape[0] or not (0 <= y * scale < table[w, 1] and 0 <= x * scale < table[w, 2]):
-                return False
-            j = part.j[i, k]
-            if field.frame.shape[0] > 0:
-                j[0], j[1] = field.frame[my, mx, 0, 0], field.frame[my, mx, 0, 1]
-                j[2], j[3] = field.frame[my, mx, 1, 0], field.frame[my, mx, 1, 1]
-            else:
-                p = np.uint8(0)
-                if field.pose.shape[0] > 0:
-                    p = field.pose[my, mx]
-                if p > 7:
-                    return False
-                j[:] = J[p]
-            ty, tx = 2 * dy - (scale - 1), 2 * dx - (scale - 1)
-            # S' = s S + (J (2 d - (s - 1)) + (s - 1)) / 2, and s times the fraction of a pixel
-            offset_y = (j[0] * ty + j[1] * tx + (scale - 1)) / 2
-            offset_x = (j[2] * ty + j[3] * tx + (scale - 1)) / 2
-            # The pixel of the plane that stands for the entry lies within the pixel of the map.
-            own_y = y * scale + min(max(floor(offset_y + 0.5), 0), scale - 1)
-            own_x = x * scale + min(max(floor(offset_x + 0.5), 0), scale - 1)
-            if field.sub.shape[0] > 0:
-                offset_y += scale * np.float64(field.sub[my, mx, 0])
-                offset_x += scale * np.float64(field.sub[my, mx, 1])
-            part.which[i, k] = w
-            part.at[i, k, 0], part.at[i, k, 1] = scale * y + offset_y, scale * x + offset_x
-            part.own[i, k] = table[w, 0] + own_y * table[w, 2] + own_x
-    return True
+    def size(self, feather: int) -> Pair:
+        """Height and width of the cell, without its halo."""
+        return self.which.shape[0] - feather, self.which.shape[1] - feather
 
 
 @kernel
@@ -281,7 +222,7 @@ def read_light(
                 votes[0, 0], votes[0, 1], votes[0, 2] = y, x, 1
             for vote in range(heard):
                 qy, qx, count = votes[vote, 0], votes[vote, 1], votes[vote, 2]
-                row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
                 jyy, jyx, jxy, jxx = part.j[qy, qx, 0], part.j[qy, qx, 1], part.j[qy, qx, 2], part.j[qy, qx, 3]
                 uy, ux = places[vote, 0], places[vote, 1]
                 weights[1][y, x] += count
@@ -345,31 +286,6 @@ def _add(
 
 
 @kernel
-def settle_light(
-    plain: Floats, weight: Floats, first: Int64, light: Array, samples: Array,
-    coding: tuple[Int32, Int32, int], out: Array,
-) -> None:  # fmt: skip
-    """Write the codes (h, w, C) of what was read of opaque colours; where it is the first pixel's light, its own code.
-
-    ``coding``: lights at which codes begin, and a shelf of starting points that shortens the walk to them.
-    """
-    steps, shelf, shift = coding
-    for y in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            base = max(first[y, x], 0)
-            for c in range(out.shape[2]):
-                away = plain[y, x, c] / max(weight[y, x], 1.0)
-                if away == 0.0:
-                    out[y, x, c] = samples[base, c]
-                    continue
-                value = floor(light[base, c] + away)
-                code = np.int64(shelf[value >> shift])
-                while code < steps.size and steps[code] <= value:
-                    code += 1
-                out[y, x, c] = code
-
-
-@kernel
 def _pose_of(j: Floats) -> int:
     """Return the number of the isometry that a frame is, -1 where it is none."""
     for p in range(8):
@@ -380,7 +296,7 @@ def _pose_of(j: Floats) -> int:
 
 @kernel
 def _vector(
-    row: tuple[int, int, int, int], reach: Reach, j: Floats, u: tuple[float, float], own: int,
+    row: tuple[int, int, int, int], reach: Reach, j: Floats, u: tuple[float, float], own: Pair,
     vectors: Array, read: Floats,
 ) -> tuple[int, bool]:  # fmt: skip
     """Read a vector (x, y, z) at a place; returns the first pixel read, and whether all that were read are equal."""
@@ -440,8 +356,9 @@ def read_vectors(
             first[y, x] = 0
             for k in range(hear(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[k]
-                row, j, u = exemplar_of(reach.table, part.which[qy, qx]), part.j[qy, qx], (places[k, 0], places[k, 1])
-                pixel, equal = _vector(row, reach, j, u, part.own[qy, qx], vectors, v)
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
+                j, u = part.j[qy, qx], (places[k, 0], places[k, 1])
+                pixel, equal = _vector(row, reach, j, u, own, vectors, v)
                 pose = _pose_of(j)
                 _turn(j, cross, pose >= 0, v)
                 if weight[y, x] == 0.0:
@@ -464,10 +381,10 @@ def read_labels(
     places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
-            n = 0
+            n, most = 0, 0
             for i in range(hear(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[i]
-                row, own = exemplar_of(reach.table, part.which[qy, qx]), part.own[qy, qx]
+                row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
                 rank = ranks[nearest_pixel(row, reach.free, places[i, 0], places[i, 1], own)]
                 weight[y, x] += vote
                 k = 0
@@ -477,9 +394,5 @@ def read_labels(
                     heard[n], share[n] = rank, 0
                     n += 1
                 share[k] += vote
-            best = -1
-            for k in range(n):
-                if best < 0 or share[k] > share[best] or (share[k] == share[best] and heard[k] < heard[best]):
-                    best = k
-            if best >= 0:
-                out[y, x] = heard[best]
+                if share[k] > most or (share[k] == most and rank < out[y, x]):
+                    most, out[y, x] = share[k], rank
