@@ -107,51 +107,34 @@ def cut_window(
     return True
 
 
-@kernel
-def _merge(
-    table: Int64, order: Int64, key: Int64, feather: int, labels: Int32
-) -> Int64:
-    """Join pieces of one key that can be heard by one pixel, and put group numbers into `labels`."""
-    groups = np.empty_like(table)
-    group_of = np.full(table.shape[0], -1, np.int32)
-    count = 0
-    for i in range(order.size):
-        k = order[i]
-        piece = table[k]
-        if piece[WHICH] == HOLE:
-            continue
-        last = groups[count - 1]
-        if count == 0 or key[k] != key[order[i - 1]] or piece[LEFT] >= last[RIGHT] + feather:
-            for c in range(len(piece)):
-                groups[count, c] = piece[c]
-            count += 1
-        else:
-            last[TOP], last[LEFT] = min(last[TOP], piece[TOP]), min(last[LEFT], piece[LEFT])
-            last[BOTTOM], last[RIGHT] = max(last[BOTTOM], piece[BOTTOM]), max(last[RIGHT], piece[RIGHT])
-        group_of[k] = count - 1
-    for y in range(labels.shape[0]):
-        for x in range(labels.shape[1]):
-            labels[y, x] = group_of[labels[y, x]]
-    return groups[:count]
-
-
 def make_plan(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: int) -> Voters:
-    """Find who votes in a cell: pieces of one key become one group, groups are sorted by key.
+    """Find who votes in a cell: pieces of one key become one group where one pixel can hear both.
 
-    Sums of floating point numbers follow that order, so it must be the same at a pixel from whatever window
-    it is seen. Offsets compare alike from everywhere, for they all shift together; only around toroidal
+    Groups are sorted by key: sums of floating point numbers follow that order, so it must be the same at a pixel from
+    whatever window it is seen. Offsets compare alike from everywhere, for they all shift together; only around toroidal
     exemplars they are taken modulo its size, and so from a fixed origin.
     """
     labels, table = label_pieces(*part[:3])
-    known = table[:, WHICH] != HOLE
-    number = np.where(known, table[:, WHICH], 0)
-    j = J[table[:, POSE]]
+    known = np.flatnonzero(table[:, WHICH] != HOLE)
+    pieces = table[known]
+    number, j = pieces[:, WHICH], J[pieces[:, POSE]]
     height, width, toroidal = exemplars[number, 1], exemplars[number, 2], exemplars[number, 3] != 0
-    oy = np.where(toroidal, (table[:, OY] - j[:, 0] * origin[0] - j[:, 1] * origin[1]) % height, table[:, OY])
-    ox = np.where(toroidal, (table[:, OX] - j[:, 2] * origin[0] - j[:, 3] * origin[1]) % width, table[:, OX])
-    key = (((table[:, WHICH] << 3) + table[:, POSE] << 26) + oy + (1 << 25) << 26) + ox + (1 << 25)
-    order = np.lexsort((table[:, LEFT], key))
-    return Voters(labels, _merge(table, order, key, feather, labels), feather)
+    oy, ox = pieces[:, OY], pieces[:, OX]
+    oy = np.where(toroidal, (oy - j[:, 0] * origin[0] - j[:, 1] * origin[1]) % height, oy)
+    ox = np.where(toroidal, (ox - j[:, 2] * origin[0] - j[:, 3] * origin[1]) % width, ox)
+    key = (((number << 3) + pieces[:, POSE] << 26) + oy + (1 << 25) << 26) + ox + (1 << 25)
+    order = np.lexsort((pieces[:, LEFT], key))
+    pieces, key = pieces[order], key[order]
+    apart = np.cumsum(np.diff(key, prepend=key[0]) != 0) * (labels.shape[1] + feather)  # so that keys never meet
+    heard = np.maximum.accumulate(pieces[:, RIGHT] + apart) + feather
+    begins = np.append(True, pieces[1:, LEFT] + apart[1:] >= heard[:-1])
+    first = np.flatnonzero(begins)
+    groups = pieces[first]
+    groups[:, [TOP, LEFT]] = np.minimum.reduceat(pieces[:, [TOP, LEFT]], first)
+    groups[:, [BOTTOM, RIGHT]] = np.maximum.reduceat(pieces[:, [BOTTOM, RIGHT]], first)
+    group_of = np.full(len(table), -1, np.int32)
+    group_of[known[order]] = np.cumsum(begins) - 1
+    return Voters(group_of[labels], groups, feather)
 
 
 @kernel
