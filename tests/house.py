@@ -193,7 +193,7 @@ BUDGET = {
     "methods": 4_580,
     "patches": 17_330,
     "published": 40_780,
-    "rendering": 23_540,
+    "rendering": 21_270,
     "request": 10_390,
     "root": 19_170,
     "seams": 24_500,

@@ -29,7 +29,7 @@ from ..errors import ParameterError
 from ..geometry import Box
 from ..lazy import ndimage
 from ..run import Run
-from .finish_kernels import Surroundings, move_codes, seam_steps
+from .finish_kernels import Surroundings, seam_steps
 from .ground import Ground
 
 MAX_RADIUS = 1024
@@ -87,14 +87,11 @@ class Finishing:
                 if not steps.any():
                     return
                 steps = _with_mirrors(steps, wide, cell.moved(y0, x0), radius)
-                there = slice(cell.y0, cell.y1), slice(cell.x0, cell.x1), slice(steps.shape[2])
-                added, first = np.empty((cell.height, cell.width, steps.shape[2])), 2 * radius - 1
+                first = 2 * radius - 1
                 for c in range(steps.shape[2]):
                     field = fft.irfft2(fft.rfft2(steps[..., c], size) * spread, size)
-                    added[..., c] = np.rint(field[first : first + cell.height, first : first + cell.width])
-                here = np.ascontiguousarray(out[there])  # one layout for kernels, whatever the size
-                colours.move(here, added, how.strength)
-                out[there] = here
+                    added = np.rint(field[first : first + cell.height, first : first + cell.width])
+                    colours.move(out[cell.y0 : cell.y1, cell.x0 : cell.x1], c, added, how.strength)
 
             each(level, cells)
             self.run.tick(1, 1)
@@ -146,15 +143,13 @@ class _Colours:
         counts = np.zeros(0, np.bool_) if weights is None else weights > 0
         return cls(Surroundings(means, counts, _variance(values[counts] if counts.any() else values)), shift, spread)
 
-    def move(self, codes: Array, steps: Floats, strength: float) -> None:
-        """Add the steps to codes (h, w, C), within the range of the exemplars."""
-        factor = math.ldexp(strength, -self.shift - FINE)
-        if codes.dtype.kind != "f":
-            move_codes(codes, steps, factor, self.spread)
-            return
-        own = codes.astype(np.float64)
-        wanted = own + steps * factor
-        codes[...] = np.clip(wanted, np.minimum(self.spread[:, 0], own), np.maximum(self.spread[:, 1], own))
+    def move(self, codes: Array, c: int, steps: Floats, strength: float) -> None:
+        """Add the steps (h, w), which are changed, to channel `c` of codes, within the range of the exemplars."""
+        own, (low, high) = codes[..., c].astype(np.float64), self.spread[c]
+        steps *= math.ldexp(strength, -self.shift - FINE)
+        steps += own
+        np.clip(steps, np.minimum(own, low), np.maximum(own, high), out=steps)
+        codes[..., c] = steps if codes.dtype.kind == "f" else np.floor(steps + 0.5, out=steps)
 
 
 def _variance(values: Int64) -> float:

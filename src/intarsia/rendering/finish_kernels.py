@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Floats, Int32, Int64, Mask
+from ..arrays import Array, Int32, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import HOLE, J
 
@@ -110,16 +110,3 @@ def seam_steps(part: tuple[Array, ...], table: Int64, around: Surroundings, scal
                     for c in range(channels):
                         out[y, x, c] += step[c]
                         out[v, u, c] -= step[c]
-
-
-@kernel
-def move_codes(codes: Array, steps: Floats, factor: float, spread: Floats) -> None:
-    """Add `factor` times steps to integer codes (h, w, C), within the range `spread` (C, 2) of the exemplars."""
-    for y in range(codes.shape[0]):
-        for x in range(codes.shape[1]):
-            for c in range(codes.shape[2]):
-                if steps[y, x, c] != 0:
-                    own = float(codes[y, x, c])
-                    wanted = own + factor * steps[y, x, c]
-                    kept = min(max(wanted, min(spread[c, 0], own)), max(spread[c, 1], own))
-                    codes[y, x, c] = np.int64(np.floor(kept + 0.5))
