@@ -193,7 +193,7 @@ BUDGET = {
     "methods": 4_580,
     "patches": 17_330,
     "published": 40_780,
-    "rendering": 21_270,
+    "rendering": 21_220,
     "request": 10_390,
     "root": 19_170,
     "seams": 24_500,

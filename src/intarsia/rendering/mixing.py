@@ -85,10 +85,8 @@ class NormalCoding:
 
     def vectors(self, codes: Array) -> Array:
         """Return codes as vectors, times the top of the range: int32 for integers, float64 for floats."""
-        if self.dtype.kind == "u":
-            return 2 * codes.astype(np.int32) - self.top
-        values = codes.astype(np.float64)
-        return values if self.signed else 2.0 * values - 1.0
+        values = codes.astype(np.int32 if self.dtype.kind == "u" else np.float64)
+        return values if self.signed else 2 * values - self.top
 
     def settled(
         self, samples: Array, first: Int64, total: Float64 | None = None, weight: Float64 | None = None

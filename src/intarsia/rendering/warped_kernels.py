@@ -243,15 +243,6 @@ def read_light(
 
 
 @kernel
-def _varies(light: Array, at: Int64, n: int) -> bool:
-    """Say whether opacity is not the same in all pixels of a reading."""
-    last, varied = light.shape[1] - 1, False
-    for k in range(1, n):
-        varied = varied or light[at[k], last] != light[at[0], last]
-    return varied
-
-
-@kernel
 def _add(
     light: Array, alpha: bool, at: Int64, n: int, w: Array, share: float, first: int, added: Array
 ) -> float:
@@ -263,10 +254,10 @@ def _add(
     Where opacity varies, colours come from the 2 x 2 around: with their weights, never negative, no colour is made up
     where hardly anything is seen.
     """
-    last = light.shape[1] - 1
-    mixed = alpha and _varies(light, at, n)
-    opaque = 0.0
+    last, mixed, opaque = light.shape[1] - 1, False, 0.0
     if alpha:
+        for k in range(1, n):
+            mixed = mixed or light[at[k], last] != light[at[0], last]
         for k in range(n):
             opaque += share * w[1 if mixed else 0, k] * max(np.float64(light[at[k], last]), 0.0)
     for c in range(last + 1):
