@@ -134,7 +134,7 @@ def make_plan(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: 
     groups[:, [BOTTOM, RIGHT]] = np.maximum.reduceat(pieces[:, [BOTTOM, RIGHT]], first)
     group_of = np.full(len(table), -1, np.int32)
     group_of[known[order]] = np.cumsum(begins) - 1
-    return Voters(group_of[labels], groups, feather)
+    return Voters(group_of.take(labels), groups, feather)
 
 
 @kernel
