@@ -22,8 +22,8 @@ import numpy as np
 from better import TEXTURES, repeats
 
 import intarsia as ia
-from intarsia.covering.covering import Repairing
 from intarsia.judging.score import score_map
+from intarsia.seams.covering import Repairing
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import repair_of
 

@@ -12,8 +12,8 @@ from types import CodeType, FrameType
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from courses.test_wall import exemplar_of
 from house import FILES, FLOOR, ROOT, files_in, is_package, links, own, room_of, told, tree
+from regular.test_wall import exemplar_of
 from test_docs import load
 
 import intarsia as ia

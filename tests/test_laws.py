@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.courses.rectify import rectified_for
-from intarsia.covering import spreading, striking
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.methods.base import METHODS, Ability, Method
+from intarsia.regular.rectify import rectified_for
+from intarsia.seams import spreading, striking
 from intarsia.segments import wholes
 from intarsia.testing import MethodContract, as_depth, texture
 from intarsia.testing.cases import Case

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tiles.naive_tiles import naive_shown
+from regular.naive_tiles import naive_shown
 
 import intarsia as ia
 from intarsia.canvas import Canvas
+from intarsia.regular.tiling import STRAIN, TileLayout, Tiling, periods_along, read_offsets
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
-from intarsia.tiles.tiling import STRAIN, TileLayout, Tiling, periods_along, read_offsets
 
 WHOLE = (((24, 0), (0, 20)), ((30, 0), (15, 16)), ((21, 5), (-4, 18)), ((17, -9), (3, 22)))
 REAL = (((24.3, 0.1), (-0.2, 19.7)), ((21.5, 5.25), (-4.1, 18.6)), ((30.2, 0.3), (15.2, 16.1)))

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
-from intarsia.courses.near_regular import FEW
 from intarsia.exemplar import Exemplar
 from intarsia.lattice.lattice import check_lattice, lattice_of
+from intarsia.regular.mosaic import Mosaic
+from intarsia.regular.near_regular import FEW
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

@@ -15,13 +15,13 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.arguments import OVERLAYS
-from intarsia.blocks.grid import phase_of
 from intarsia.cli.app import cli
+from intarsia.regular.grid import phase_of
+from intarsia.regular.tiling import unlikeness
 from intarsia.segments.segments import segments
 from intarsia.tasks.drawings import segment_overlay
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
-from intarsia.tiles.tiling import unlikeness
 
 
 def weave(height: int = 120, width: int = 132, rows: float = 20, columns: float = 24, grain: int = 40) -> Any:

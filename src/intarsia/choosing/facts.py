@@ -23,7 +23,6 @@ from ..analysis.sums import block_sums, blocks
 from ..analysis.symmetry import all_allowed, allowed_isometries
 from ..arrays import Int16
 from ..canvas import Canvas
-from ..courses.rectify import Straight, improved
 from ..errors import MethodError
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..image import Kind
@@ -31,15 +30,14 @@ from ..lattice.candidates import UNIT
 from ..lattice.lattice import cell_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice, Lattices, told_by_peaks
 from ..lazy import lazy
+from ..regular.rectify import Straight, improved
 from ..search.sizes import elements
 
 if TYPE_CHECKING:
-    from ..blocks import grid
-    from ..courses import unequal, wall
-    from ..tiles import tiling
+    from ..regular import grid, tiling, unequal, wall
 else:  # most exemplars need some of them, few need all
-    grid, tiling = lazy("intarsia.blocks.grid"), lazy("intarsia.tiles.tiling")
-    unequal, wall = lazy("intarsia.courses.unequal"), lazy("intarsia.courses.wall")
+    grid, tiling = lazy("intarsia.regular.grid"), lazy("intarsia.regular.tiling")
+    unequal, wall = lazy("intarsia.regular.unequal"), lazy("intarsia.regular.wall")
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy;
 COMPARED = 1024  # periods are compared in the middle: so a large exemplar is judged in 8 s

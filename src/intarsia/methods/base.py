@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..run import Run
     from ..sourcemap import SourceMap
 
-PASSES = "intarsia.covering.passes"
+PASSES = "intarsia.seams.passes"
 """The module that goes over finished pictures."""
 
 FARTHEST = 1 << 40

@@ -27,7 +27,7 @@ class BestTile(EndlessBase):
     slug: ClassVar[str] = "best-tile"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "one period of a regular texture, again and again"
-    engine: ClassVar[str] = "intarsia.tiles.best_tile"
+    engine: ClassVar[str] = "intarsia.regular.best_tile"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
     lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(

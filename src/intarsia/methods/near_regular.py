@@ -4,8 +4,8 @@ Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random samp
 and Lopez Recas's thesis of the same year, 4.2.
 
 Each of the ways to lay has its own file, and tells there what departs from the source: the mosaic of lattice blocks
-(`blocks/mosaic.py`), courses where only rows repeat (`courses/wall.py`), and the best tile, where an exemplar holds too
-little for a mosaic (`tiles/tiling.py`). The blocks of the source are the method `gap-filling`.
+(`regular/mosaic.py`), courses where only rows repeat (`regular/wall.py`), and the best tile, where an exemplar holds
+too little for a mosaic (`regular/tiling.py`). The blocks of the source are the method `gap-filling`.
 
 Courses that converge or bow are first laid straight, by a map of whole pixels. The thesis names this as future work
 (chapter 6); how it is done is this project's own.
@@ -31,7 +31,7 @@ class NearRegular(EndlessBase):
     slug: ClassVar[str] = "near-regular"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
-    engine: ClassVar[str] = "intarsia.courses.near_regular"
+    engine: ClassVar[str] = "intarsia.regular.near_regular"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.WINDOW})
 
     lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(

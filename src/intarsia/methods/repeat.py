@@ -18,5 +18,5 @@ class Repeat(EndlessBase):
     slug: ClassVar[str] = "repeat"
     paper: ClassVar[str] = "none"
     summary: ClassVar[str] = "the exemplar again and again"
-    engine: ClassVar[str] = "intarsia.tiles.repeat"
+    engine: ClassVar[str] = "intarsia.regular.repeat"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.START, Ability.WINDOW})

@@ -1,1 +1,1 @@
-"""Seams by graph cuts: placement, refinement, whole elements, and what a seam costs (Kwatra et al. 2003)."""
+"""Maps sewn by graph cuts, and any map improved by them: seams, repeats, striking things, cut elements."""

@@ -11,7 +11,6 @@ import numpy as np
 from .. import files
 from ..analysis.features import features
 from ..arrays import Array, Mask, Pair, UInt8
-from ..blocks.grid import phase_of
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane
@@ -19,6 +18,7 @@ from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice
 from ..lazy import ndimage
+from ..regular.grid import phase_of
 from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments
 from .scoring import Outcome

@@ -22,7 +22,6 @@ from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
-from ..courses.rectify import Straight
 from ..errors import MethodError, ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Wrap
@@ -30,12 +29,13 @@ from ..image import Kind, Plane
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice, Lattices
 from ..methods.base import make
+from ..regular.rectify import Straight
+from ..regular.tiling import BAND, Tiling, periods_along, read_offsets
 from ..rendering.render import render
 from ..run import Run
 from ..segments.segments import Segments, segments
 from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
-from ..tiles.tiling import BAND, Tiling, periods_along, read_offsets
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle
 

@@ -12,7 +12,7 @@ from ...analysis.features import features
 from ...arrays import Array
 from ...exemplar import Exemplar
 from ...image import Plane
-from ...tiles.tiling import best_tile
+from ...regular.tiling import best_tile
 from ..figures import Figure, Panel, Way, given, grown, row, shaded
 from .goodness import lattice_by_goodness
 from .goodness_kernels import ALPHA, MILLION, significant_sum

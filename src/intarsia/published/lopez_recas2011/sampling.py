@@ -18,7 +18,6 @@ from scipy.fft import irfft2, next_fast_len, rfft2
 from ...analysis.features import features
 from ...analysis.sums import valid_windows
 from ...arrays import Array, Int16, Int32, Laid, Mask, Pair
-from ...blocks.mosaic import STRAIN, beside, returning
 from ...canvas import Canvas
 from ...draws import below, draw
 from ...errors import MethodError, ParameterError
@@ -28,6 +27,7 @@ from ...kernels.lattice_points import UNIT, lattice_points
 from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
 from ...params import AUTO
 from ...patches.growing_map import drafted
+from ...regular.mosaic import STRAIN, beside, returning
 from ...run import Run
 from ...sourcemap import SourceMap
 from . import sampling_kernels as kernels

@@ -18,11 +18,11 @@ from ...cli.exemplars import Shelf, cropped, sets_of
 from ...cli.help import read_argv
 from ...cli.outputs import usual_ending
 from ...cli.report import Report
-from ...courses.rectify import straight_of
 from ...errors import InputError
 from ...exemplar import Exemplar
 from ...geometry import Wrap
 from ...image import Kind, Plane
+from ...regular.rectify import straight_of
 from ...segments.wholes import things, wholes
 from ...sourcemap import SourceMap
 from ...tasks.completion import healed_scene

@@ -10,7 +10,7 @@ from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
 from intarsia.errors import MethodError, ParameterError
 from intarsia.exemplar import Exemplar
-from intarsia.tiles.tiling import Tile, TileLayout, best_tile
+from intarsia.regular.tiling import Tile, TileLayout, best_tile
 
 
 def px(*vectors):

@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from covering.naive_copies import NaiveCopies, distances
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from seams.naive_copies import NaiveCopies, distances
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.covering import copies_kernels
-from intarsia.covering.copies_kernels import FINE, Copies
-from intarsia.covering.covering import Laying, in_step
-from intarsia.covering.spreading import Spreading, no_copies, spread_out, wave_sides
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
 from intarsia.patches.growth import Growth, PatchSettings
+from intarsia.seams import copies_kernels
+from intarsia.seams.copies_kernels import FINE, Copies
+from intarsia.seams.covering import Laying, in_step
+from intarsia.seams.spreading import Spreading, no_copies, spread_out, wave_sides
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.synthesis import Synthesis
 from intarsia.testing import texture

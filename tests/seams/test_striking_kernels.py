@@ -8,10 +8,10 @@ from scipy import ndimage
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.covering import striking_kernels as kernels
-from intarsia.covering.covering import Laying
-from intarsia.covering.striking import Often, Thinning
 from intarsia.exemplar import Exemplar
+from intarsia.seams import striking_kernels as kernels
+from intarsia.seams.covering import Laying
+from intarsia.seams.striking import Often, Thinning
 from intarsia.testing import texture
 
 ONE = ia.Run(1)

@@ -11,10 +11,10 @@ from scipy import ndimage
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.covering.covering import Laying
-from intarsia.covering.striking import APART, LEAST, SEEN, Often, Show, Staying, Thinning, thinned
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, apart
+from intarsia.seams.covering import Laying
+from intarsia.seams.striking import APART, LEAST, SEEN, Often, Show, Staying, Thinning, thinned
 from intarsia.segments.wholes import things
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture

@@ -30,15 +30,15 @@ from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
 from ..patches.growing_map import Pick, picked
 from ..run import Run
-from ..seams.graphcut import Box, Cut, laid_out
-from ..seams.improve import improve
-from ..seams.worst import WorstSeams
 from ..search import sizes
 from ..search.candidates import Candidates, PosedExemplars, Prices
 from ..sourcemap import SourceMap
 from . import copies_kernels
 from .copies_kernels import FINE, STEP, Copies, Origins, Repeats, Terms
 from .covering import Covering, Laying
+from .graphcut import Box, Cut, laid_out
+from .improve import improve
+from .worst import WorstSeams
 
 FLOOR = 31  # of 256: what a repeat of the plainest pixel costs; without it all but what strikes is repeated
 PLAIN, STEEP = 307, 2  # of 256: what strikes less than this strikes not at all; half of what it strikes more counts,

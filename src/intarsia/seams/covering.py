@@ -37,14 +37,14 @@ from ..patches.growing_map import Pick, picked
 from ..patches.growth import Growth, PatchSettings
 from ..patches.repetition import best_measured
 from ..run import Run
-from ..seams import recut_kernels
-from ..seams.graphcut import APART, SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
-from ..seams.improve import improve
-from ..seams.placement_kernels import mark_steps
-from ..seams.worst import WorstSeams
 from ..search.candidates import Candidates, Prices, posed_exemplars
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE, SourceMap
+from . import recut_kernels
+from .graphcut import APART, SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from .improve import improve
+from .placement_kernels import mark_steps
+from .worst import WorstSeams
 
 STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
 

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from covering.test_striking import spotted
+from seams.test_striking import spotted
 
 import intarsia as ia
-from intarsia.covering import passes
 from intarsia.exemplar import Exemplar
+from intarsia.seams import passes
 from intarsia.testing import looked_up
 
 ONE = ia.Run(1)

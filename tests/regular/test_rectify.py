@@ -9,11 +9,11 @@ import pytest
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.courses import rectify
-from intarsia.courses.rectify import Straight, _moved, improved, rectified_for, straight_of
-from intarsia.courses.wall import Wall
 from intarsia.exemplar import Exemplar
 from intarsia.lattice.lattice import lattices_of
+from intarsia.regular import rectify
+from intarsia.regular.rectify import Straight, _moved, improved, rectified_for, straight_of
+from intarsia.regular.wall import Wall
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from courses.test_wall import CASES
+from regular.test_wall import CASES
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.courses import near_regular
-from intarsia.courses.wall import Lately, Wall
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box
+from intarsia.regular import near_regular
+from intarsia.regular.wall import Lately, Wall
 from intarsia.run import Run
 
 PLACES = [(0, 0), (0, 64), (64, 64), (-64, 64), (0, 0), (2**40, -(2**40)), (64, 0), (2**40, 64 - 2**40)]

@@ -11,12 +11,12 @@ import torture
 from long import but_some
 
 import intarsia as ia
-from intarsia.blocks.grid import BlockGrid
-from intarsia.blocks.mosaic import Mosaic
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box
 from intarsia.lattice.candidates import UNIT
+from intarsia.regular.grid import BlockGrid
+from intarsia.regular.mosaic import Mosaic
 from intarsia.testing.cases import noise
 
 
@@ -55,7 +55,7 @@ def test_every_tile_of_the_sample_is_shown() -> None:
 
 def ground(pixels: np.ndarray, rows: int, columns: int, phase: tuple[int, int], costs: float = 200.0) -> Any:
     """A gray exemplar continued past its edges."""
-    from intarsia.blocks.places import continued
+    from intarsia.regular.places import continued
 
     picture = (pixels[:, :, None].astype(np.int16) * 4).copy()
     rows_, columns_ = (rows * UNIT, 0), (0, columns * UNIT)

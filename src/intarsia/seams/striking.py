@@ -25,14 +25,14 @@ from ..kernels.pieces_of_maps import boxes_of_parts, parts
 from ..patches.fill_order import Neighbours
 from ..patches.growing_map import Pick, picked
 from ..run import Run
-from ..seams.graphcut import Box, Cut
-from ..seams.improve import improve
-from ..seams.placement_kernels import Samples
 from ..search.candidates import Candidates, Prices
 from ..segments.wholes import things
 from ..sourcemap import HOLE, SourceMap
 from . import striking_kernels as kernels
 from .covering import Covering, Laying, kept
+from .graphcut import Box, Cut
+from .improve import improve
+from .placement_kernels import Samples
 from .striking_kernels import Looks
 
 # When a thing counts as shown: chosen by eye on twelve photographs:

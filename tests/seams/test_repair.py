@@ -19,11 +19,11 @@ from intarsia.analysis import features
 from intarsia.analysis.sums import variance
 from intarsia.canvas import Canvas
 from intarsia.cli.app import cli
-from intarsia.covering.covering import Constraints, Repair, Repairing, kept, repaired
 from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings, knee_of
+from intarsia.seams.covering import Constraints, Repair, Repairing, kept, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.synthesis import Synthesis

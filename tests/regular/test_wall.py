@@ -6,20 +6,20 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from courses import naive_wall as naive
 from long import going_round
 from paint_setts import COURSE
+from regular import naive_wall as naive
 from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
-from intarsia.courses import wall_kernels
-from intarsia.courses.brickwork import bricks_of, brickwork_of
-from intarsia.courses.wall import Wall, courses_of
-from intarsia.courses.wall_kernels import FACE
 from intarsia.exemplar import Exemplar
 from intarsia.kernels import paths
+from intarsia.regular import wall_kernels
+from intarsia.regular.brickwork import bricks_of, brickwork_of
+from intarsia.regular.wall import Wall, courses_of
+from intarsia.regular.wall_kernels import FACE
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 from ..analysis.features import features
 from ..arrays import Laid
-from ..blocks.mosaic import Mosaic
-from ..blocks.places import FewPlaces
 from ..canvas import Canvas
 from ..errors import ParameterError
 from ..exemplar import Exemplar, Exemplars
@@ -17,8 +15,10 @@ from ..params import AUTO
 from ..patches.growing_map import Continuation, drafted
 from ..run import Run
 from ..sourcemap import SourceMap
-from ..tiles.tiling import TileLayout, Tiling
+from .mosaic import Mosaic
+from .places import FewPlaces
 from .rectify import Rectified, rectified_for
+from .tiling import TileLayout, Tiling
 from .unequal import masonry_of
 from .wall import Wall
 

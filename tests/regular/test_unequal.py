@@ -7,16 +7,16 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from courses import naive_wall as naive
+from regular import naive_wall as naive
 from scipy.ndimage import label
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.courses.chains import LAYING
-from intarsia.courses.rows import Rows, closing
-from intarsia.courses.unequal import UNEQUAL, masonry_of
-from intarsia.courses.wall import Wall
 from intarsia.exemplar import Exemplar
+from intarsia.regular.chains import LAYING
+from intarsia.regular.rows import Rows, closing
+from intarsia.regular.unequal import UNEQUAL, masonry_of
+from intarsia.regular.wall import Wall
 from intarsia.testing.cases import noise, texture
 
 HEIGHTS = (44, 28, 36, 50, 30, 40)

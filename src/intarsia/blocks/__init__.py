@@ -1,1 +1,0 @@
-"""Near-regular textures from blocks of whole periods: the mosaic, and gap filling by random sampling."""

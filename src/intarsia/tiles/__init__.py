@@ -1,1 +1,0 @@
-"""One tile, repeated: the best one of an exemplar, and how its copies lie."""
