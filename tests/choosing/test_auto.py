@@ -28,7 +28,7 @@ from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import vectors_of
 from intarsia.lattice.verdict import Lattice
 from intarsia.methods.base import METHODS, method_class
-from intarsia.request.argv import parameter_words, settings_of
+from intarsia.request.codecs import parameter_words, settings_of
 from intarsia.request.request import Request
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture

@@ -13,10 +13,10 @@ from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
-from intarsia.kernels.returns import axis_distance
 from intarsia.methods.base import engine_of
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
+from intarsia.patches.repetition_kernels import axis_distance
 from intarsia.search.candidates import WindowGrid, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.sourcemap import SourceMap

@@ -18,8 +18,7 @@ from intarsia.cli.help import read_argv
 from intarsia.errors import InputError, ParameterError
 from intarsia.methods.base import METHODS, method_class
 from intarsia.params import KINDS
-from intarsia.request.argv import once_more, settings_of, to_argv
-from intarsia.request.as_json import from_json, from_recipe, inputs_of, to_json
+from intarsia.request.codecs import from_json, from_recipe, inputs_of, once_more, settings_of, to_argv, to_json
 from intarsia.request.field import Field, Kind, Whole
 from intarsia.request.fields import EVERY
 from intarsia.request.python import to_python
@@ -217,10 +216,10 @@ SCRIPT = """
 from click.testing import CliRunner
 from intarsia.cli.app import cli
 from intarsia.cli.help import read_argv
-from intarsia.request.argv import to_argv, to_line
-from intarsia.request.as_json import from_json, to_json
+from intarsia.request.codecs import to_argv, to_line
+from intarsia.request.codecs import from_json, to_json
 from intarsia.request.python import to_python
-from intarsia.request.as_json import from_recipe, inputs_of
+from intarsia.request.codecs import from_recipe, inputs_of
 from intarsia.request.request import Request
 from intarsia.studio import words
 

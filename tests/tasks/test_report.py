@@ -14,7 +14,7 @@ from judging.naive_windows import blobs
 from PIL import Image
 
 import intarsia as ia
-from intarsia.files.encode import lettered
+from intarsia.files.write import lettered
 from intarsia.tasks.drawings import LARGE, looked, pictures_of, stretched
 from intarsia.tasks.report import SIDE, WORD, fitted, index_of, index_sheet, page_of, sheet_of, shortened, thumbnailed
 from intarsia.tasks.scoring import Outcome, outcome_of

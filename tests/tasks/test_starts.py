@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.geometry import Wrap
-from intarsia.patches.fill_order import fill_order, levels
-from intarsia.patches.growing_map import waves
+from intarsia.patches.growing_map import fill_order, levels, waves
 from intarsia.search.candidates import WindowGrid
 from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.completion import Margins, extended, extension, grown_hole, scene_to_heal, with_hole

@@ -20,8 +20,7 @@ from ..files.sets import Material
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
 from ..methods.base import Method, keeps_lattice
-from ..request.argv import once_more, to_line
-from ..request.as_json import inputs_of
+from ..request.codecs import inputs_of, once_more, to_line
 from ..request.request import FIELDS, Request
 from ..run import Probe, Run
 from ..sourcemap import SourceMap

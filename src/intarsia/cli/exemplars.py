@@ -21,7 +21,7 @@ from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..lazy import lazy
 from ..rendering.mixing import off_unit
-from ..request.as_json import inputs_of
+from ..request.codecs import inputs_of
 from ..request.request import Request
 from ..synthesis import Plan, Scene
 from ..tasks.requested import plan_of, scene_of

@@ -16,7 +16,7 @@ from ..disk.limits import allowing
 from ..errors import ParameterError
 from ..methods.base import METHODS, method_class, preset
 from ..params import KINDS, Parameter, parameters
-from ..request.as_json import parameter_values
+from ..request.codecs import parameter_values
 from ..request.field import FLAG, HEADINGS, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import able
 from ..request.request import FIELDS, Request, fields_of_verb, parameters_of_verb

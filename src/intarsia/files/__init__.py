@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from ..disk.limits import DEFAULT_PIXELS, MAX_PIXELS, allowing
 from ..disk.whole import check_writable, write_bytes
-from .encode import encode
 from .formats import Format, format_of
 from .read import read, read_mask, read_plane, read_set, sample, sample_names
 from .sets import describe, group, materials
-from .write import check_depth, check_layered, preview, read_recipe, recipe_path, write
+from .write import check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
 
 __all__ = [
     "DEFAULT_PIXELS",

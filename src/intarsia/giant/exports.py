@@ -25,10 +25,9 @@ from ..arrays import Array, Pair
 from ..disk import whole
 from ..disk.whole import PathLike, check_writable
 from ..errors import InputError, ParameterError, ResourceError, printable
-from ..files.encode import MARK, encode, holds_recipe
 from ..files.formats import format_of
 from ..files.png import decode_png, encode_png
-from ..files.write import check_depth, recipe_path, write
+from ..files.write import MARK, check_depth, encode, holds_recipe, recipe_path, write
 from ..image import Kind, Plane
 from ..rendering.mixing import averaged
 from ..run import Run

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..params import param
-from . import parameters
+from . import base
 from .base import Ability, EndlessBase
 
 
@@ -30,11 +30,11 @@ class BestTile(EndlessBase):
     engine: ClassVar[str] = "intarsia.regular.best_tile"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
     )
     band: int = param(
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    channel_weights: tuple[float, ...] | None = base.channel_weights()

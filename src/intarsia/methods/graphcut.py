@@ -21,14 +21,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..params import AUTO, param
-from . import parameters
+from . import base
 from .base import Ability
 
 LARGEST = 1 << 16  # px, of a window
 
 
 @dataclass(frozen=True)
-class Graphcut(parameters.CutSquares):
+class Graphcut(base.CutSquares):
     """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
 
     slug: ClassVar[str] = "graphcut"
@@ -60,21 +60,21 @@ class Graphcut(parameters.CutSquares):
         0, "int", "rounds in which damaged elements, such as stones cut in two, are covered by whole ones; 0: none",
         low=0, high=16,
     )  # fmt: skip
-    seam: str = parameters.cut_cost("sharp")
-    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
-    structure: float = parameters.structure_weight()
+    seam: str = base.cut_cost("sharp")
+    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    structure: float = base.structure_weight()
     courses: float = param(
         0.7, "float", "how much lines that run across the exemplar between courses of stones or boards count in the "
         "search: 1 as much as colour; 0, or where there are none: not", low=0, high=2,
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
         "two steps by which the texture repeats: patches are laid whole steps from the first, give or take 3 px; "
         "automatic: anywhere"
     )
-    isometries: str | tuple[int, ...] = parameters.poses()
-    usage: float = parameters.usage_price()
-    spread: float = parameters.spread_price()
-    striking: float | None = parameters.striking_share()
+    isometries: str | tuple[int, ...] = base.poses()
+    usage: float = base.usage_price()
+    spread: float = base.spread_price()
+    striking: float | None = base.striking_share()
 
     @property
     def snap(self) -> str:

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..params import AUTO, param
-from . import parameters
+from . import base
 from .base import Ability
 
 
 @dataclass(frozen=True)
-class ImageQuilting(parameters.CutSquares):
+class ImageQuilting(base.CutSquares):
     """Lay overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
 
     slug: ClassVar[str] = "image-quilting"
@@ -35,24 +35,24 @@ class ImageQuilting(parameters.CutSquares):
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = parameters.patch_side()
+    patch: int | tuple[int, int] | None = base.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    layout: str = parameters.layout()
+    layout: str = base.layout()
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
-    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    channel_weights: tuple[float, ...] | None = base.channel_weights()
     context: float = param(
         0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
     )
-    isometries: str | tuple[int, ...] = parameters.poses()
-    usage: float = parameters.usage_price()
-    spread: float = parameters.spread_price()
-    striking: float | None = parameters.striking_share()
-    min_repeat_distance: int = parameters.repeat_distance()
-    search: str = parameters.search_ways()
-    seam: str = parameters.cut_cost("difference")
-    boundary_patch: int | None = parameters.boundary_patch()
-    boundary_isometries: str | tuple[int, ...] | None = parameters.boundary_poses()
-    boundary_slack: int | None = parameters.boundary_slack()
+    isometries: str | tuple[int, ...] = base.poses()
+    usage: float = base.usage_price()
+    spread: float = base.spread_price()
+    striking: float | None = base.striking_share()
+    min_repeat_distance: int = base.repeat_distance()
+    search: str = base.search_ways()
+    seam: str = base.cut_cost("difference")
+    boundary_patch: int | None = base.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = base.boundary_poses()
+    boundary_slack: int | None = base.boundary_slack()

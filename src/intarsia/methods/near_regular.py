@@ -20,7 +20,7 @@ from typing import ClassVar
 
 from ..blend import Blend
 from ..params import AUTO, param
-from . import parameters
+from . import base
 from .base import Ability, EndlessBase
 
 
@@ -34,7 +34,7 @@ class NearRegular(EndlessBase):
     engine: ClassVar[str] = "intarsia.regular.near_regular"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
     )
     block: int | None = param(
@@ -55,9 +55,9 @@ class NearRegular(EndlessBase):
         "repeat much better, not with given vectors; on: wherever they are not straight; vectors then hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
-    spread: float = parameters.spread_price()
-    striking: float | None = parameters.striking_share()
+    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    spread: float = base.spread_price()
+    striking: float | None = base.striking_share()
 
     @property
     def blend(self) -> Blend:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, ClassVar
 from ..errors import ParameterError
 from ..field import Field
 from ..params import AUTO, functions_of, param
-from . import parameters
+from . import base
 from .base import Ability, EndlessBase, engine_of, passes_of
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class ParallelControllable(EndlessBase):
         "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = parameters.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
         "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar"
     )
     kappa: float | str = param(
@@ -91,9 +91,9 @@ class ParallelControllable(EndlessBase):
         1, "field", "how many times larger the texture is shown; pixels are then read between pixels",
         low=0.25, high=4, over="output",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
-    spread: float = parameters.spread_price()
-    striking: float | None = parameters.striking_share()
+    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    spread: float = base.spread_price()
+    striking: float | None = base.striking_share()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ..params import extent
-from . import parameters
+from . import base
 from .base import Ability, MethodBase
 
 
@@ -27,8 +27,8 @@ class RandomTiling(MethodBase):
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = parameters.patch_side()
-    isometries: str | tuple[int, ...] = parameters.poses()
+    patch: int | tuple[int, int] | None = base.patch_side()
+    isometries: str | tuple[int, ...] = base.poses()
 
     @property
     def pitch(self) -> tuple[int, int]:

@@ -39,8 +39,7 @@ from ..search.candidates import (
 )
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE, SourceMap
-from .fill_order import fill_order
-from .growing_map import GrowingMap, Pick, Window, random_patch, waves
+from .growing_map import GrowingMap, Pick, Window, fill_order, random_patch, waves
 from .repetition import Repetition, striking
 from .repetition_kernels import weigh_edge
 

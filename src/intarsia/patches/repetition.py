@@ -28,7 +28,6 @@ import numpy as np
 from ..analysis.features import Features
 from ..analysis.popout import rarity
 from ..arrays import Array, Int32, Pair, UInt8
-from ..kernels import returns
 from ..search import fourier_kernels
 from ..search.candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, Search, WindowGrid, in_one_row, nearest
 from ..search.fourier import PatchSearch
@@ -236,7 +235,7 @@ class Repetition:
         """Return which patches of a table, by default of all, would not return too near at a window: flat uint8."""
         table = table or self._table
         mask, laid = table.flat.copy(), self._laid
-        returns.forbid(
+        repetition_kernels.forbid(
             self._around(row, column), *self.layout.at(row, column), laid.shape, laid.canvas, laid.frames,
             table.offsets, self.distance, mask,
         )  # fmt: skip

@@ -15,7 +15,7 @@ from .. import files
 from ..arrays import Array, Pair
 from ..disk import whole
 from ..exemplar import Exemplar
-from ..files.encode import lettered
+from ..files.write import lettered
 from ..image import Plane
 from ..methods.base import make
 from ..synthesis import Synthesis, synthesize

@@ -10,8 +10,7 @@ from typing import Any
 
 from ..errors import IntarsiaError
 from ..methods.base import make, method_class, recipe_settings
-from .argv import to_argv
-from .as_json import to_json
+from .codecs import to_argv, to_json
 from .fields import parameters_of
 from .request import Request
 

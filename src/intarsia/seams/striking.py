@@ -22,8 +22,7 @@ from ..arrays import Array, Pair
 from ..canvas import Canvas
 from ..exemplar import Exemplars
 from ..kernels.pieces_of_maps import boxes_of_parts, parts
-from ..patches.fill_order import Neighbours
-from ..patches.growing_map import Pick, picked
+from ..patches.growing_map import Neighbours, Pick, picked
 from ..run import Run
 from ..search.candidates import Candidates, Prices
 from ..segments.wholes import things

@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError
-from ..request.argv import to_argv, to_line
+from ..request.codecs import to_argv, to_line
 from .processes import Gone, Process
 from .showing import WITHIN, Pictures
 from .store import Row, Store, digest

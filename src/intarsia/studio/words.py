@@ -15,8 +15,7 @@ from ..cli.help import entries
 from ..disk.limits import DEFAULT_PIXELS
 from ..errors import InputError, ParameterError, said
 from ..params import OVER
-from ..request.argv import to_argv, to_line
-from ..request.as_json import from_json, text_of
+from ..request.codecs import from_json, text_of, to_argv, to_line
 from ..request.field import Field
 from ..request.python import to_python
 from ..request.request import Request, fields_of_verb, parameters_of_verb

@@ -19,8 +19,8 @@ import numpy as np
 
 from ..arguments import expect
 from ..errors import InputError, legible
-from ..files.encode import lettered
 from ..files.png import encode_png
+from ..files.write import lettered
 from ..image import Plane
 from ..judging.score import Score, Worth
 from ..rendering.mixing import averaged

@@ -19,7 +19,7 @@ from ..geometry import Wrap
 from ..guide import Guide
 from ..image import Plane, Transfer
 from ..lazy import lazy
-from ..request.as_json import from_recipe
+from ..request.codecs import from_recipe
 from ..request.request import Request
 from ..run import Run, run_of
 from ..sourcemap import SourceMap

@@ -39,7 +39,7 @@ def replay(request: Request, report: Report) -> None:
     """
     check_stdout(request, report)
     from ... import files
-    from ...request.as_json import from_recipe
+    from ...request.codecs import from_recipe
     from ..batch import Batch
 
     picture = request.picture or ""
@@ -189,7 +189,7 @@ class Neighbours:
 
     def alike(self, recipe: dict[str, Any], request: Request) -> tuple[str, ...]:
         """The first picture that is the exemplar of a recipe if it is read and used as that says; of some alone."""
-        from ...request.as_json import from_recipe
+        from ...request.codecs import from_recipe
         from ..exemplars import Shelf, sets_of
 
         report = Report(quiet=True)

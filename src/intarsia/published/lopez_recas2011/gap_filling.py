@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ...blend import Blend
-from ...methods import parameters
+from ...methods import base
 from ...methods.base import Ability, EndlessBase
 from ...params import AUTO, param
 
@@ -45,7 +45,7 @@ class GapFilling(EndlessBase):
         "difference", "choice", "what fits a gap: by squared differences or by correlation",
         choices=("difference", "correlation"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = parameters.channel_weights()
+    channel_weights: tuple[float, ...] | None = base.channel_weights()
 
     @property
     def blend(self) -> Blend:
