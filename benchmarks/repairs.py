@@ -23,7 +23,7 @@ from better import TEXTURES, repeats
 
 import intarsia as ia
 from intarsia.judging.score import score_map
-from intarsia.seams.covering import Repairing
+from intarsia.seams.repair import Repairing
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import repair_of
 

@@ -183,32 +183,12 @@ def flattened(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(ia.flattened(Exemplar.of(lit)), (100, 90), "auto", seed=19, run=run)
 
 
-def spread(run: ia.Run) -> ia.Synthesis:
-    one, two = Exemplar.of(texture(96, 90, 3, 3)), Exemplar.of(texture(80, 96, 3, 5), toroidal=True)
-    method = ia.ImageQuilting(patch=20, overlap=6, isometries="180", seam="sharp", spread=8)
-    return ia.synthesize([one, two], (180, 190), method, seed=4, wrap="x", run=run)
-
-
-def spread_in_step(run: ia.Run) -> ia.Synthesis:
-    pixels = np.tile(texture(12, 15, 3, 2) // 2, (9, 8, 1)) + texture(108, 120, 3, 6) // 8
-    method = ia.NearRegular(lattice=((15.0, 0.0), (0.0, 12.0)), straighten="off", spread=8)
-    return ia.synthesize(pixels, (200, 190), method, seed=5, run=run)
-
-
-def thinned(run: ia.Run) -> ia.Synthesis:
-    pixels = texture(120, 110, 3, 3) // 4 + 60
-    pixels[40:50, 30:42] = (230, 60, 20)
-    method = ia.ImageQuilting(patch=20, overlap=6, isometries="180", striking=0.3)
-    return ia.synthesize(Exemplar.of(pixels.astype(np.uint8)), (200, 210), method, seed=6, wrap="y", run=run)
-
-
 RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
     f.__name__: f
     for f in (
         plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent,
         by_segments, regular, courses, healed, sewn, shifted, corrected, chosen, tried,
-        boards, plain_blocks, turned, advected, straightened, flattened, spread,
-        spread_in_step, thinned,
+        boards, plain_blocks, turned, advected, straightened, flattened,
     )
 }
 
@@ -254,12 +234,12 @@ GOLDEN = {
         "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
     ),
     "chosen": (
-        "e0658cfeef68502a8c3fec3c4238c4dd4ca68956f4712b688ee87af5eca2247b",
-        "5ee313b18fef715e99897ec8f84046003470f5d1732dd1fd7397eb9951f3420b",
+        "5d7726c1a202eeedb108c20e6ae96427161562ce695c7cb68e4edf82fd9b8027",
+        "64f59595e11c5613ebf07dda4d2e588a4abd248c4c9142bea2763c7ee19eb5b5",
     ),
     "tried": (
-        "75c48a7f45d6cad6e36a8ab08b4d98d3e8dc6f198d53d720e0ec7aebedf49ca8",
-        "12922ee21dce5b4197335117b01394d31d1769c1c2c623e3c1278d437217564b",
+        "e746fe52a9ca6f79f06b9a58902b238dea4220f031159f2056d824329931f8ef",
+        "6a65a50549cde3c648c39a9a4e293028550d1c13aebdcdfccabbf02c7db00d9a",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -274,12 +254,12 @@ GOLDEN = {
         "30dcbf3ae9d1d9467d6088c8e776c83b46965fd6f4e7885f1f438fb9c4442da4",
     ),
     "sewn": (
-        "767fbc94a6d75a267e09d4fb561e160decefe504aa2ecc0cd4ef80962acc0df1",
-        "879a8328c25cc88bf21fbc9284c2a8fb641b82af3bc8943a13889f2ee810983c",
+        "631faf23a8724a42cd752e95a2fdf9c45d8e15d10aea485627e87f27e6c00121",
+        "d709da016323306f5d6e009db82e4f5c319859995b6f5785eb58252e85ab7bd7",
     ),
     "shifted": (
-        "d0e471ff4ef27b1240ee0d372485b4cd225fdefe76372c0fd4fffdee7cb47439",
-        "0a15c9625c8c7bfcd0cd36cb745d5e84c2ac658679fd5b81d800dc1fd97226bb",
+        "df65e3ae601f658cfc8819c2e3342abc9725a9ad9313f21d380c1fb8020778ce",
+        "89b4dbe4433d0862e1b9797668d6175af994fa50379a8b97ba8346cd25fe7e7c",
     ),
     "corrected": (
         "d09aeebe3d2d3d3c0d1b8ae7807afa107a56f751ab03dbf21b5091f0170bb373",
@@ -306,20 +286,8 @@ GOLDEN = {
         "e06e902abcb2540c8644cbcb15f0316314509dc4ba4dba09d3cd9a7b158cd367",
     ),
     "flattened": (
-        "aab09c63c481f3bd63fde65c84f2a7a41cff4b371167f3f610789b569ed60bda",
-        "0aa24226b32d223f8483d456a3a248123fe6f136cf97e48a19a5f0952b98ea79",
-    ),
-    "spread": (
-        "408dbc06dfc9543c6992378ded868d6135e9dde2a6177b8e746af813e16678fa",
-        "31b1bf339ee3974375f7b13edb1307e0cd6a019f7b1b6e3a7ebd1b4f2614c2c8",
-    ),
-    "spread_in_step": (
-        "c57c327234c4118ac7200471d71a59f0bc2c594e28dcc0597ae5f2d88d7dd584",
-        "84cf0c33668b59a96b223928cc4accb540caaeb86df92e27aa7a792eb2735a1d",
-    ),
-    "thinned": (
-        "ab5d7596545b1f3835071879bbac93d5dd482c303bec75eb47a4fd0f5a9cd03f",
-        "f0f77c826c90773397f8cb7b36c9219dc2973914f5c17c4bbbe6b4553dd30969",
+        "91840a27996edd339be7f04e435ddfb345dc36719e8eebbd4b2926890c297e82",
+        "8d8c6745a16a17ebb8ac3775612c1edd24c7f2e65cef65aea8eb7c873ed86641",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
@@ -357,7 +325,7 @@ def newer_features() -> str:
     return " ".join(f for f in umath.__cpu_dispatch__ if umath.__cpu_features__.get(f))
 
 
-SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected", "spread", "thinned")
+SOME = ("plain", "regular", "straightened", "healed", "sewn", "corrected", "chosen", "advected")
 """Recipes of patches, blocks, courses, lattices, cuts, corrections, choosing and repeats; the long run takes all."""
 
 

@@ -14,8 +14,6 @@ from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.methods.base import METHODS, Ability, Method
 from intarsia.regular.rectify import rectified_for
-from intarsia.seams import spreading, striking
-from intarsia.segments import wholes
 from intarsia.testing import MethodContract, as_depth, texture
 from intarsia.testing.cases import Case
 
@@ -50,18 +48,6 @@ def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(MethodContract, "steps", lambda self, n: {1, n // 2 + 1, n} & {*range(1, n + 1)})
 
 
-@pytest.fixture
-def small_windows(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Repeats are spread over windows of 8 px; things may be of few pixels, and are covered by windows of 8 px, too."""
-    for module, names in (
-        (spreading, {"LEAST": 8, "WINDOWS": ((1, 8),) * 2}),
-        (striking, {"SIDES": (8, 12, 16), "LEAST": 2, "AROUND": 0}),
-    ):
-        for name, value in names.items():
-            monkeypatch.setattr(module, name, value)
-    monkeypatch.setattr(wholes, "BOUNDS", wholes.BOUNDS._replace(sure=300, edges=(270,), least=2, widest=2))
-
-
 def fan(e: Exemplar) -> Exemplar:
     """The exemplar with dark joints between courses that converge and slant."""
     y, x = np.mgrid[: e.height, : e.width]
@@ -84,26 +70,10 @@ class TestImageQuiltingOfAllKinds(MethodContract):
     examples = 8
 
 
-@pytest.mark.usefixtures("small_windows")
-class TestSpreadImageQuilting(MethodContract):
-    """Repeats are spread over windows that small exemplars have room for."""
+class TestGraphcutThatCountsUse(MethodContract):
+    """What is shown often is dear, in all poses."""
 
-    method = ia.ImageQuilting(patch=10, overlap=3, isometries="both", min_repeat_distance=4, spread=8)
-    examples = 8
-    least = 28  # in smaller ones the distance leaves no patch for some place beside a start
-
-
-@pytest.mark.usefixtures("small_windows")
-class TestSpreadGraphcut(MethodContract):
-    method = ia.Graphcut(patch=10, overlap=3, seam="sharp", refinements=4, spread=20)
-    examples = 8
-
-
-@pytest.mark.usefixtures("small_windows")
-class TestThinnedGraphcut(MethodContract):
-    """Things are shown but once, or never."""
-
-    method = ia.Graphcut(patch=10, overlap=3, isometries="both", refinements=4, striking=0.1)
+    method = ia.Graphcut(patch=10, overlap=3, isometries="both", refinements=4, evenness=2)
     examples = 8
 
 

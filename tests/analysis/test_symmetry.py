@@ -16,7 +16,6 @@ from intarsia.analysis.symmetry import (
     _directions,
     _gradients,
     _lot,
-    all_allowed,
     allowed_isometries,
     pose_distances,
 )
@@ -147,25 +146,12 @@ def test_masks_several_exemplars_and_oblong_patches() -> None:
     assert allowed_isometries([masked], square=False) == (0, 1, 2, 6)
 
 
-@pytest.mark.parametrize("light", [None, (-0.9, -0.3), (-0.9, 0.0)])
-def test_some_isometries_are_allowed_if_they_are_among_all_that_are(light) -> None:
-    """Told by the first statistics where these refuse them, which are all that is then measured."""
-    for poses in ((0,), (0, 1), (0, 1, 2, 6), (0, 5, 6, 7), ALL):
-        one = Exemplar.of(bumps(light))
-        assert all_allowed([one], poses) is (set(poses) <= set(allowed_isometries([Exemplar.of(bumps(light))])))
-    refused = Exemplar.of(bumps((-0.9, -0.3)))
-    assert not all_allowed([refused], ALL)
-    assert ("symmetry", 1) not in refused._memo
-
-
 def test_isometries_that_no_set_holds_together_are_not_allowed_together(monkeypatch) -> None:
     """Two mirrors that both keep the look, and half a turn does not: one of them is left out."""
     far = np.array([[10, 11, 12, 99, 99, 99, 99, 99]])
     monkeypatch.setattr(symmetry, "_statistic", lambda exemplars, number: far)
     one = [Exemplar.of(bumps(None))]
     assert allowed_isometries(one) == (0, 1)
-    assert all_allowed(one, (0, 1))
-    assert not all_allowed(one, (0, 2))
 
 
 def test_tiny_exemplars_allow_everything_they_cannot_refuse() -> None:

@@ -187,7 +187,7 @@ VALID = {
     "edge grow reach": FROM_0,
     "bottom left top feather level boundary_patch boundary_slack min_repeat_distance repair": FROM_0 | {"1_000"},
     "threads right": {"1", "\u0663", "1_000"},
-    "tolerance usage weight context spread striking": FROM_0 | {"1.5"},
+    "tolerance usage weight context": FROM_0 | {"1.5"},
     "isometries boundary_isometries": FROM_0 | {"0,0", "0,0,0", "0,0,0,0"},
     "patch": {"1", "\u0663"},
     "size scale magnify": {"1"},
@@ -206,7 +206,6 @@ LATER = {("heal", "patch", "1_000"): 0, ("heal", "overlap", "1_000"): 0, ("heal"
 LATER |= {(c, "max_pixels", few): 3 for c in [*DRY, "render", "replay", "analyze", "score"] for few in ("1", "\u0663")}
 LATER |= {("render", "magnify", "\u0663"): 3, ("tile", "size", "1"): 3}
 LATER |= {("weave", "channel_weights", value): 2 for value in ("1", "1.5", "\u0663", "1_000")}
-LATER |= {("weave", name, value): 2 for name in ("spread", "striking") for value in FROM_0 | {"1.5"}}
 LATER |= {("weave", "isometries", value): 2 for value in FROM_0 | {"0,0", "0,0,0", "0,0,0,0"}}
 
 

@@ -30,7 +30,6 @@ CASES = {
     "large": "grow sample:tiles -m repeat --size 3000 -o o.png",
     "float": "grow sample:stones -m random-tiling --size 1400 --feather 6 --depth float -o o.exr",
     "levelled": "grow sample:stones -m random-tiling --size 1400 --level 32 -o o.png",
-    "spread": "grow sample:stones -m image-quilting --spread 8 --size 1000 --threads 1 -o o.png",
     "woven": "weave sample:tiles -m repeat --size 3000 --threads 7 -o o.zarr",
     "streamed": "weave sample:tiles -m repeat --size 3000 --threads 2 -o o.tif",
     "held": "weave sample:tiles -m repeat --size 4000 --threads 2 -o o.png",

@@ -208,13 +208,6 @@ def test_recipes_hold_what_was_done() -> None:
     assert rectified_for(Exemplar.of(e), given.slug, given.lattice, given.straighten).straight is None
 
 
-def test_what_was_laid_straight_is_not_gone_over() -> None:
-    """Patches of the exemplar as it is would bring its slopes back."""
-    e = wall(coordinate("fan"))
-    maps = [ia.synthesize(e, 150, ia.NearRegular(striking=share), seed=2).map.digest for share in (None, 0)]
-    assert maps[0] == maps[1]
-
-
 def test_depth_changes_nothing() -> None:
     e = wall(coordinate("fan"))
     maps = [ia.synthesize(p, 120, ia.NearRegular(), seed=2).map for p in (e, e.astype(np.uint16) * 257)]

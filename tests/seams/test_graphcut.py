@@ -32,6 +32,7 @@ from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels,
 from intarsia.seams.graphcut import likelihood
 from intarsia.seams.recut_kernels import NEVER, Draft
 from intarsia.seams.sewing import settings_of, stitch_of
+from intarsia.seams.usage_kernels import NO_USAGE
 from intarsia.seams.worst import CELL, WorstSeams
 from intarsia.search import sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
@@ -83,7 +84,7 @@ class Scene:
 
 
 seeds = st.integers(0, 2**32 - 1)
-NOTHING = np.zeros((0, 0), np.int32)
+NOTHING, NO_MORE = np.zeros((0, 0), np.int32), np.zeros((0, 0), np.int64)
 
 
 def recut(
@@ -91,7 +92,8 @@ def recut(
 ) -> int:
     """Cut one patch into a window: by how much seams become dearer, NEVER where it is by the limit or more."""
     numbered, best = np.array([(0, *pick)], np.int64), np.array([limit, -1], np.int64)
-    recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, numbered, scene.price, draft, best)
+    where = scene.shown, scene.locked, scene.pieces, box, target
+    recut_kernels.recut(*where, numbered, (scene.price, NO_USAGE), draft, best)
     return NEVER if best[1] else int(best[0])
 
 
@@ -123,7 +125,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     before, saved = scene.naive.total(scene.sources()), np.zeros((h, w), np.int32)
     change = recut(scene, (y, x, h, w), (0, 0, h, w), pick, Draft(1, saved, take))
     kept = scene.variant.copy(), scene.yx.copy()
-    recut_kernels.write_cut(scene.shown, scene.pieces, (y, x, h, w), pick, take)
+    recut_kernels.write_cut(scene.shown, scene.pieces, NO_USAGE, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
         assert scene.naive.grown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()
@@ -216,7 +218,8 @@ def test_placements_that_are_compared_are_those_cut_in_one_by_one(seed: int, pri
     for part in np.split(order, 3):
         numbered = np.array([(k, *picks[k]) for k in part.tolist()], np.int64)
         draft = recut_kernels.drafted(box, 1)
-        recut_kernels.recut(scene.shown, scene.locked, scene.pieces, box, target, numbered, price, draft, best)
+        where = scene.shown, scene.locked, scene.pieces, box, target
+        recut_kernels.recut(*where, numbered, (price, NO_USAGE), draft, best)
     assert best.tolist() == [min(changes), changes.index(min(changes))]
 
 
@@ -231,10 +234,15 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
     terms = random_terms(rng, state, most)
     out = np.full((height, width), 7, np.uint8)
     saved = rng.integers(-most, most + 1, state.shape).astype(np.int32) * (seed % 2)
-    assert recut_kernels.least_cut(state, planes(terms), saved, out, MOST)
-    more = np.where(state == 1, np.maximum(saved, 0), 0)
+    more = rng.integers(-most, most + 1, state.shape) if seed % 3 else NO_MORE
+    assert recut_kernels.least_cut(state, planes(terms), saved, more, out, MOST)
+    free = state == 1
+    signed = np.where(free, more, 0) if more.size else np.zeros(state.shape, np.int64)
+    stays = np.where(free, np.maximum(saved, 0), 0) - np.minimum(signed, 0)
+    goes = np.maximum(signed, 0)
     if (state == 0).any():  # else all becomes new
-        assert energy(out, state, terms) + more[out == 0].sum() == exhaustive_energy(state, terms, more)
+        paid = energy(out, state, terms) + stays[out == 0].sum() + goes[out == 1].sum()
+        assert paid == exhaustive_energy(state, terms, stays - goes) + goes.sum()
     assert (out[state == 2] == 1).all()
     assert (out[(state == 0) | (state == 3)] == 0).all()
     none = np.zeros_like(out)
@@ -251,12 +259,12 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
     state[0, 0] = 0
     terms = random_terms(rng, state, int(rng.choice([1, 20, 5000])))
     out = np.empty((height, width), np.uint8)
-    recut_kernels.least_cut(state, planes(terms), NOTHING, out, MOST)
+    recut_kernels.least_cut(state, planes(terms), NOTHING, NO_MORE, out, MOST)
     least = energy(out, state, terms)
     assert least == scipy_energy(state, terms)
-    assert recut_kernels.least_cut(state, planes(terms), NOTHING, out, least + 1)
+    assert recut_kernels.least_cut(state, planes(terms), NOTHING, NO_MORE, out, least + 1)
     assert energy(out, state, terms) == least
-    given_up = not recut_kernels.least_cut(state, planes(terms), NOTHING, out, max(least, 1))
+    given_up = not recut_kernels.least_cut(state, planes(terms), NOTHING, NO_MORE, out, max(least, 1))
     assert given_up or not least
 
 
@@ -356,7 +364,7 @@ def test_refinement_never_makes_seams_dearer(wrap: str) -> None:
         assert callable(draft)
         drafts.append((done, total, draft()))
 
-    method = ia.Graphcut(patch=14, overlap=5, refinements=25, seam="difference")
+    method = ia.Graphcut(patch=14, overlap=5, refinements=25, seam="difference", evenness=0)
     made = ia.synthesize(e, (52, 60), method, seed=4, wrap=wrap, run=ia.Run(1, step))
     windows = drafts[-1][1] - 25
     refined = [d for done, _, d in drafts if done >= windows]
@@ -375,7 +383,7 @@ def test_refinement_never_makes_seams_dearer(wrap: str) -> None:
 def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
-    method = ia.Graphcut(patch=12, overlap=4, seam=seam).resolved([e], Canvas(50, 44))
+    method = ia.Graphcut(patch=12, overlap=4, seam=seam, evenness=0).resolved([e], Canvas(50, 44))
     growth = patches_growth.Growth(settings_of(method), [e], Canvas(50, 44))
     sewing = graphcut.GraphcutGrowth(growth, stitch_of(method))
     improve.fill(sewing, 1, 2, ia.Run(1))
@@ -485,7 +493,7 @@ def test_a_guide_is_honoured() -> None:
 
 
 def test_defaults_follow_from_the_texture() -> None:
-    """One and a half elements, at most 0.4 of the side; overlap half, overreach a sixth, 3 refinements for 5."""
+    """One and a half elements, at most 0.4 of the side; overlap half, overreach a sixth; as many refinements."""
     e = Exemplar.of(texture(192, 160, 3))
     resolved = ia.Graphcut().resolved([e], Canvas(300, 300))
     plain = sizes.default_patch([e])
@@ -493,6 +501,6 @@ def test_defaults_follow_from_the_texture() -> None:
     assert resolved.overlap == resolved.patch // 2
     assert resolved.overreach == resolved.patch // 6
     rows = -(-(300 - resolved.overlap) // resolved.pitch[0])
-    assert resolved.refinements == -(-3 * rows * rows // 5)
+    assert resolved.refinements == rows * rows
     with pytest.raises(ia.ParameterError, match="overlap=20 is not below patch=20"):
         ia.Graphcut(patch=20, overlap=20)

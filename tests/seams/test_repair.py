@@ -23,7 +23,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.methods.base import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings, knee_of
-from intarsia.seams.covering import Constraints, Repair, Repairing, kept, repaired
+from intarsia.seams.repair import Constraints, Repair, Repairing, kept, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.synthesis import Synthesis
@@ -207,12 +207,12 @@ def test_what_a_pass_works_on_is_its_own() -> None:
     e = Exemplar.of(texture(40, 40, 3, 3))
     made = ia.synthesize(e, (90, 96), QUILTING, seed=1, wrap="x", run=ONE)
     work = Repairing(Repair((12, 14), 1, distance=20), [e], Canvas(90, 96, ia.Wrap.X), made.map)
-    wave = work.worst.apart(work.around)
+    wave = work.worst.apart(work.sewing.around)
     assert len(wave) > 4
     read = np.zeros((90, 96), int)
     for y, x in wave.values():
-        rows = np.clip(np.arange(y - work.margin - 1, y + 12 + work.margin + 1), 0, 89)
-        columns = np.arange(x - work.margin - 1, x + 14 + work.margin + 1) % 96
+        rows = np.clip(np.arange(y - work.sewing.stitch.margin - 1, y + 12 + work.sewing.stitch.margin + 1), 0, 89)
+        columns = np.arange(x - work.sewing.stitch.margin - 1, x + 14 + work.sewing.stitch.margin + 1) % 96
         read[np.ix_(np.unique(rows), columns)] += 1
     assert read.max() == 1
     work.growth.growing.locked[40:44] = True

@@ -95,7 +95,7 @@ def test_on_a_canvas_that_wraps_all_is_in_step_with_a_lattice_that_closes(wrap: 
     for axis, known in enumerate((wrap != "x", wrap != "y")):
         if known:
             stretch[axis] = np.array(lattice.once_around(vectors, shape[axis], axis)) / (256 * shape[axis])
-    within = np.abs(stretch - np.eye(2)).max() * 30  # what a patch, which is not stretched, is off at its ends
+    within = np.abs(stretch - np.eye(2)).max() * 35  # what a patch, which is not stretched, is off where it ends
     assert off(made.map, stretch=stretch).max() <= graphcut.SLACK + 1.5 + within < off(made.map).max()
 
 

@@ -73,7 +73,7 @@ class TestTold:
         assert found["file"] == "weave.png"
         assert found["exemplar"]["size"] == [132, 120]
         assert found["suggested"]["method"] == "near-regular"
-        assert found["suggested"]["parameters"] == {"lattice": vectors, "spread": 8.0, "striking": 0.5}
+        assert found["suggested"]["parameters"] == {"lattice": vectors}
         assert found["suggested"]["flatten"] is False
         assert found["suggested"]["why"]
 
@@ -93,11 +93,11 @@ class TestTold:
         assert found["lattice"] is None
         assert len(found["candidates"]) >= 3
         assert all("confidence" in one and len(one["vectors"]) in (1, 2) for one in found["candidates"])
-        assert found["suggested"]["method"] == "parallel-controllable"
+        assert found["suggested"]["method"] == "graphcut"
         text = run("blobs.png").stdout
         assert "lattice      none. " in text
         assert text.count("\ncandidate ") == 3
-        assert "--method parallel-controllable" in text
+        assert "--method graphcut" in text
 
     def test_equal_periods_suggest_the_best_tile_and_one_colour_repetition(self) -> None:
         tile = weave(20, 24)
@@ -310,7 +310,7 @@ class TestRefused:
     def test_no_lattice_no_picture(self, asked: tuple[str, str]) -> None:
         line = refused("blobs.png", *asked, code=1)
         assert "has no lattice (confidence 0." in line
-        assert "grow it with method parallel-controllable" in line
+        assert "grow it with method graphcut" in line
 
     @pytest.mark.parametrize("asked", [("--best-tile", "there.png"), ("--overlay", "there.png")])
     def test_files_are_not_replaced_without_force(self, asked: tuple[str, str]) -> None:

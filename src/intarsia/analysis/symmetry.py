@@ -11,7 +11,6 @@ Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the meas
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -54,15 +53,6 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
     groups = [g for g in SUBGROUPS if set(g) <= alike]
     most = max(len(g) for g in groups)
     return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
-
-
-def all_allowed(exemplars: Exemplars, poses: Sequence[int]) -> bool:
-    """Tell whether all of some isometries are among :func:`allowed_isometries`; the first statistic may refuse them."""
-    for number in range(STATISTICS):
-        found = _statistic(exemplars, number)
-        if bool((found[:, poses] * SLACK[1] > found[:, :1] * SLACK[0]).any()):
-            return False
-    return set(poses) <= set(allowed_isometries(exemplars))
 
 
 def _statistic(exemplars: Exemplars, number: int) -> Int64:

@@ -207,7 +207,7 @@ class Auto:
         for rule in rules.RULES:
             if rule.method in able and rule.holds(facts):
                 names = {p.name for p in parameters(method_class(rule.method))}
-                values = {k: v for k, v in rule.parameters(facts).items() if k in names and self._goes(k)}
+                values = {k: v for k, v in rule.parameters(facts).items() if k in names}
                 out.append((rule.name, rule.method, values, rule.why(facts)))
                 if rule.name in GENERAL:
                     break
@@ -216,10 +216,6 @@ class Auto:
             if slug not in listed and (self.given or self.needs or not out):
                 out.append((ONLY, slug, {}, (f"Of the methods that can do what is asked, {slug} is the first.",)))
         return out
-
-    def _goes(self, parameter: str) -> bool:
-        """Whether what a rule decides goes with what is given."""
-        return parameter not in ("spread", "striking") or not UNSPREAD & set(self.given)
 
     def _none(self, facts: choosing_facts.Facts) -> str:
         words = ", ".join(sorted(a.value for a in needed(facts.exemplars, facts.canvas) | self.needs))
@@ -230,11 +226,7 @@ class Auto:
 GENERAL = ("begun", "guided", "several", "patches")
 """Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
 ONLY = "only"
-UNSPREAD = {"pin", "angle", "zoom", "straighten", "variant"}
-"""Parameters of pictures that cannot be gone over, or not by the lattice."""
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-DECIDED = (
-    "lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "spread", "striking", "whole",
-)  # fmt: skip
+DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "evenness", "whole")
 """Parameters that a rule, a measurement or a trial decides."""

@@ -20,7 +20,7 @@ from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.sums import block_sums, blocks
-from ..analysis.symmetry import all_allowed, allowed_isometries
+from ..analysis.symmetry import allowed_isometries
 from ..arrays import Int16
 from ..canvas import Canvas
 from ..errors import MethodError
@@ -64,13 +64,10 @@ CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers
 # What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and
 # doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
 ONE_PICTURE = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
-FINE_GRAIN = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
-FEW = 12  # elements in all, where repeats show more than seams; halved: 12 fewer are mixed, doubled: 7 more
-SEEN = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
 OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
 JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
-SPREAD = 8.0  # the price of repeats; of 44 pictures 29 were preferred with it, 6 without
-STRIKING = 0.5  # of what area asks for; of 40 pictures 29 were preferred with it, 6 without
+EVENNESS = 0.12  # where threads, joints or large outlines must meet: half of what is due elsewhere
+BROAD = 3.3  # elements across; fewer have four of five pictures that lost at the full price, and one of nine that won
 ROUNDS = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
 ACROSS = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
 PERIODS = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
@@ -263,10 +260,6 @@ class Facts:
         """The isometries that keep its look."""
         return allowed_isometries([self.small])
 
-    def keeps(self, poses: tuple[int, ...]) -> bool:
-        """Whether all of some isometries keep its look; sooner known than which of all do."""
-        return all_allowed([self.small], poses)
-
     @cached_property
     def border(self) -> Border:
         """Whether it continues in itself across its borders."""
@@ -288,11 +281,6 @@ class Facts:
         return self.canvas.height * self.canvas.width / area
 
     @property
-    def elements(self) -> float:
-        """How many elements it holds: its area over that of one."""
-        return self.exemplar.height * self.exemplar.width / max(self.element.height * self.element.width, 1)
-
-    @property
     def across(self) -> float:
         """How many elements lie side by side along the shorter side."""
         return self.side / max(self.element.size, 1)
@@ -304,8 +292,6 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
-    if e.found:
-        across += _tie(f.elements, FEW, f"{f.elements:.1f} in all, and fewer than {FEW} are few")
     rows: dict[str, tuple[Any, float, str]] = {
         "lattice": _lattice(f),
         "variation": _variation(f),

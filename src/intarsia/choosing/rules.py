@@ -13,12 +13,9 @@ from typing import Any
 
 from ..geometry import Wrap
 from ..lattice.lattice import vectors_of
-from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, ROUNDS, SEEN, SPREAD, STRIKING, Facts
+from .facts import BROAD, EVENNESS, JOINTED, ONE_PICTURE, OUTLINED, ROUNDS, Facts
 
-TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
-ENLARGED = 1.5  # times the area of the exemplar; less shows hardly anything twice
-MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
 
 
 @dataclass(frozen=True)
@@ -65,20 +62,13 @@ def _lattice(f: Facts) -> dict[str, Any]:
 
 def _steps(f: Facts) -> dict[str, Any]:
     assert f.about is not None
-    return {"lattice": vectors_of(f.about)}
+    return {"lattice": vectors_of(f.about), "evenness": EVENNESS}
 
 
-def _rare(f: Facts) -> dict[str, Any]:
-    """How often striking things are shown, where a picture ends, is not vast, and large enough for repeats."""
-    canvas = f.canvas
-    whole = not canvas.endless and canvas.start is None and canvas.height * canvas.width <= VAST
-    return {"striking": STRIKING} if whole and f.enlargement >= ENLARGED else {}
-
-
-def _spread(f: Facts) -> dict[str, Any]:
-    """The price of repeats, and how often striking things are shown."""
-    rare = _rare(f)
-    return {"spread": SPREAD} | rare if rare else {}
+def _whole(f: Facts) -> dict[str, Any]:
+    """Damaged elements are covered; the exemplar's border cuts much of large ones, so they are shown less evenly."""
+    broad = f.across < BROAD and not _loose(f)
+    return {"whole": ROUNDS} | ({"evenness": EVENNESS} if broad else {})
 
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:
@@ -111,20 +101,8 @@ def _free(f: Facts) -> bool:
 
 
 def _loose(f: Facts) -> bool:
-    """Whether no outline, joint or long line must be kept: pieces of every size would melt them, turned ones break."""
+    """Whether no outline, joint or long line must be kept."""
     return f.outlines < OUTLINED
-
-
-def _mixed(f: Facts) -> bool:
-    """Whether no outline must be kept, so that pieces of every size may be mixed, and so much is seen as that needs.
-
-    Few elements to choose from, or only the spots of a fine grain: repeats would show more than seams. Or quarter turns
-    keep the look, so that no light, no growth and no row has a direction. The analysis grows with the exemplar's area.
-    """
-    small = f.exemplar.height * f.exemplar.width <= MIXED and _free(f)
-    if not small or f.element.found < SEEN or f.ordered or not _loose(f):
-        return False
-    return f.elements < FEW or FINE_GRAIN * f.element.size <= f.side or f.keeps(TURNED)
 
 
 def _size(f: Facts) -> str:
@@ -196,7 +174,7 @@ RULES: tuple[ChoiceRule, ...] = (
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
         f"between lines, and a canvas of at most {VAST >> 20} million px; where that does not wrap, no clear joints of "
         "outlined periods",
-        _in_step, lambda f: _steps(f) | _spread(f),
+        _in_step, _steps,
         lambda f: (
             _differ(f) if _two(f) else "Its elements lie about a lattice, though it does not repeat by it.",
             "Patches of free shape, whole steps of it apart, keep in step and go around what crosses.",
@@ -204,22 +182,12 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "periods", "near-regular", "a lattice of two vectors",
-        _two, lambda f: _lattice(f) | _spread(f), lambda f: (_differ(f), "Each of them is used."),
+        _two, _lattice, lambda f: (_differ(f), "Each of them is used."),
     ),
     ChoiceRule(
         "rows", "near-regular", "a lattice of one vector",
         lambda f: f.lattice is not None and f.lattice.kind == "1-D", _lattice,
         lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
-    ),
-    ChoiceRule(
-        "mixed", "parallel-controllable", "no lattice, no hint of rows, no outlines, an exemplar of at most 1024 x "
-        f"1024 px, and fewer than {FEW} elements, grain of at most 1/{FINE_GRAIN} of the side, or a look that "
-        "quarter turns keep",
-        _mixed, _spread,
-        lambda f: (
-            "It repeats by no lattice.",
-            "Corrected from coarse to fine, it is mixed in pieces of every size, so little of it is seen to return.",
-        ),
     ),
     ChoiceRule(
         "courses", "near-regular", "no lattice, and lines that run across it between courses of "
@@ -229,7 +197,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
         _free,
-        lambda f: {"whole": ROUNDS} | _rare(f),
+        _whole,
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",

@@ -22,7 +22,7 @@ from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
 from ..lazy import lazy
-from ..methods.base import Method, measures_distances, passes_of, recipe_settings, traits
+from ..methods.base import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
 from ..request.fields import DONE
 from ..request.request import Request
@@ -56,7 +56,7 @@ WORKING = 45 << 20
 LEAST = 200 << 20
 """Bytes of Python and its libraries at work, where planning needed few of them."""
 
-MAP, FRAMES, FEATHER, LEVEL, SPREAD = 9, 161, 3, 10, 57
+MAP, FRAMES, FEATHER, LEVEL = 9, 161, 3, 10
 """Bytes: of a px of the map, of frames and fractions and what they are made of, of feathering a px, of levelling a
 sample, of a px of a map that is gone over."""
 
@@ -294,7 +294,6 @@ def memory_of(plan: Plan, depth: str | None) -> int:
     area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
     searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
     each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
-    each += SPREAD if passes_of(method) else 0
     drawn = 0.0
     for plane in exemplars[0].planes.values():
         samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)

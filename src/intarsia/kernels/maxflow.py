@@ -70,8 +70,8 @@ def _fill_room(
 
 
 @kernel
-def _measure_heights(kind: Any, room: Any, step: Any, level: Any, reached: Any) -> None:
-    """Count each pixel's arcs on the shortest way with room to an old one; the size stands for no way."""
+def _measure_heights(kind: Any, room: Any, sink: Any, step: Any, level: Any, reached: Any) -> None:
+    """Count each pixel's arcs on the shortest way with room to an old one, or out of the grid; the size: no way."""
     size = kind.size
     head, tail = np.uint64(0), np.uint64(0)  # what is unsigned needs no test for the last but so many
     for k in range(size):
@@ -79,6 +79,12 @@ def _measure_heights(kind: Any, room: Any, step: Any, level: Any, reached: Any) 
         level[v] = size if kind[v] != NEW else size + 1
         if kind[v] == OLD:
             level[v] = 0
+            reached[tail] = v
+            tail += np.uint64(1)
+    for k in range(sink.size):
+        v = np.uint64(k)
+        if kind[v] == FREE and sink[v] > 0:
+            level[v] = 1
             reached[tail] = v
             tail += np.uint64(1)
     while head < tail:
@@ -94,7 +100,9 @@ def _measure_heights(kind: Any, room: Any, step: Any, level: Any, reached: Any) 
 
 
 @kernel
-def _drain(room: Any, step: Any, level: Any, excess: Any, queue: Any, ends: Any, most: Any) -> tuple[Any, Any, Any]:
+def _drain(
+    room: Any, sink: Any, step: Any, level: Any, excess: Any, queue: Any, ends: Any, most: Any
+) -> tuple[Any, Any, Any]:
     """Push waiting flow downhill, raising pixels as needed, until none waits, heights are due anew or `most` came.
 
     A pixel waits in the queue, which lasts from the first to the second of `ends`, while it has more than came to it
@@ -106,6 +114,11 @@ def _drain(room: Any, step: Any, level: Any, excess: Any, queue: Any, ends: Any,
         v = np.uint64(queue[head])
         head = head + one if head < end else np.uint64(0)
         here, mine, begin = excess[v], level[v], np.uint64(4) * v
+        if sink.size:
+            moved = min(sink[v], here)
+            sink[v] -= moved
+            here -= moved
+            came += moved
         while here > 0 and mine < size:
             lowest = size
             for d in range(np.uint64(4)):
@@ -140,7 +153,7 @@ def _drain(room: Any, step: Any, level: Any, excess: Any, queue: Any, ends: Any,
 
 @kernel
 def push_flow(
-    kind: UInt8, room: Int32, excess: Int64, stride: int, most: Any
+    kind: UInt8, room: Int32, excess: Int64, sink: Int64, stride: int, most: Any
 ) -> tuple[Any, Any]:
     """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones; or until `most` came.
 
@@ -160,7 +173,7 @@ def push_flow(
                     room[four * u + (d ^ one)] += moved
                     room[four * v + d] = 0
                     excess[u] += moved
-    _measure_heights(kind, room, step, level, reached)
+    _measure_heights(kind, room, sink, step, level, reached)
     head, tail, total = np.uint64(0), np.uint64(0), np.int64(0)
     for k in range(size):
         v = np.uint64(k)
@@ -170,9 +183,9 @@ def push_flow(
             queue[tail] = v
             tail += one
     while head != tail and total < most:
-        head, tail, came = _drain(room, step, level, excess, queue, (head, tail), most - total)
+        head, tail, came = _drain(room, sink, step, level, excess, queue, (head, tail), most - total)
         total += came
-        _measure_heights(kind, room, step, level, reached)
+        _measure_heights(kind, room, sink, step, level, reached)
     return level, total
 
 
@@ -198,7 +211,7 @@ def grid_min_cut(
     room = np.empty(4 * size, np.int32)
     excess = np.zeros(size, np.int64)
     _fill_room(state, right, down, kind, room)
-    level, _ = push_flow(kind, room, excess, stride, MOST)
+    level, _ = push_flow(kind, room, excess, np.zeros(0, np.int64), stride, MOST)
     for y in range(height):
         for x in range(width):
             out[y, x] = 0 if level[(y + 1) * stride + x + 1] < size else 1

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from ..run import Run
     from ..sourcemap import SourceMap
 
-PASSES = "intarsia.seams.passes"
 """The module that goes over finished pictures."""
 
 FARTHEST = 1 << 40
@@ -129,19 +128,6 @@ def measures_distances(method: Method | type[Method]) -> bool:
     return getattr(method, "measures", False)
 
 
-def passes_of(method: object) -> dict[str, float]:
-    """What a finished picture is gone over for, and by how much."""
-    asked = {name: getattr(method, name, None) for name in ("spread", "striking")}
-    return {k: v for k, v in asked.items() if v is not None and (v or k == "striking")}
-
-
-def check_finished(method: object, endless: bool) -> None:
-    """Refuse to go over what has no end."""
-    if endless:
-        for name in passes_of(method):
-            raise ParameterError(f"{name} goes over a finished picture, and endless ones are never; leave it out.")
-
-
 class MethodBase:
     """What the methods of this package begin with: parameters in range, exact copies, and an engine that works.
 
@@ -161,29 +147,15 @@ class MethodBase:
         """Exact copies."""
         return Blend(0)
 
-    @property
-    def as_it_is(self) -> bool:
-        """Whether pieces show the exemplar as it is, so that patches of it may cover them."""
-        return True
-
     def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
         """Decide what is automatic; without an engine nothing is."""
-        check_finished(self, canvas.endless)
         found: Self = engine_of(self).resolved(self, exemplars, canvas) if self.engine else self
         return found
 
     def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-        """Have the engine make the map, and go over it once more where `spread` or `striking` says so."""
+        """Have the engine make the map."""
         method = self.resolved(exemplars, canvas)
-
-        def made(run: Run) -> SourceMap:
-            found: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
-            return found
-
-        asked = passes_of(method) if method.as_it_is else {}
-        if not asked:
-            return made(run)
-        smap: SourceMap = importlib.import_module(PASSES).gone_over(method, asked, exemplars, canvas, run, made)
+        smap: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
         return smap
 
 
@@ -192,7 +164,6 @@ class EndlessBase(MethodBase):
 
     def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
         """Have the engine make a box of the endless plane."""
-        check_finished(self, True)
         smap: SourceMap = engine_of(self).window(self, exemplars, box, seed, run)
         return smap
 
@@ -339,16 +310,6 @@ repeat_distance = partial(
 search_ways = partial(
     param, "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
 )
-spread_price = partial(
-    param, 0.0, "float", "price of what strikes and returns: the finished picture is gone over, and it is covered "
-    "where that is worth its seams; 8 is much, 0: nothing is",
-    low=0, high=100,
-)  # fmt: skip
-striking_share = partial(
-    param, AUTO, "float", "how often a thing that strikes, such as the one leaf on a lawn, is shown, as a share of how "
-    "often area asks: 1 as often as in the exemplar, 0 never; the others are covered; automatic: as it comes",
-    low=0, high=100,
-)  # fmt: skip
 cut_cost = partial(
     param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
     "up to what is clearly seen, so that many faint steps are cheaper than a strong one",

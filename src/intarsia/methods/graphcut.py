@@ -73,8 +73,11 @@ class Graphcut(base.CutSquares):
     )
     isometries: str | tuple[int, ...] = base.poses()
     usage: float = base.usage_price()
-    spread: float = base.spread_price()
-    striking: float | None = base.striking_share()
+    evenness: float = param(
+        0.25, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
+        "knees (three eighths of the spread of colours); up to eight times as much where it strikes; 0: none",
+        low=0, high=100,
+    )  # fmt: skip
 
     @property
     def snap(self) -> str:

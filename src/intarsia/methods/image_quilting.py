@@ -48,8 +48,6 @@ class ImageQuilting(base.CutSquares):
     )
     isometries: str | tuple[int, ...] = base.poses()
     usage: float = base.usage_price()
-    spread: float = base.spread_price()
-    striking: float | None = base.striking_share()
     min_repeat_distance: int = base.repeat_distance()
     search: str = base.search_ways()
     seam: str = base.cut_cost("difference")

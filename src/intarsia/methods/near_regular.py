@@ -56,15 +56,8 @@ class NearRegular(EndlessBase):
         choices=("auto", "on", "off"),
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = base.channel_weights()
-    spread: float = base.spread_price()
-    striking: float | None = base.striking_share()
 
     @property
     def blend(self) -> Blend:
         """Exact copies; courses laid straight mix the steps of their edges over 4 px."""
         return Blend(4 if self.straighten == "on" else 0)
-
-    @property
-    def as_it_is(self) -> bool:
-        """Not so where courses are laid straight."""
-        return self.straighten != "on"

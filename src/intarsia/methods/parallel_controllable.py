@@ -24,7 +24,7 @@ from ..errors import ParameterError
 from ..field import Field
 from ..params import AUTO, functions_of, param
 from . import base
-from .base import Ability, EndlessBase, engine_of, passes_of
+from .base import Ability, EndlessBase, engine_of
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
@@ -92,16 +92,11 @@ class ParallelControllable(EndlessBase):
         low=0.25, high=4, over="output",
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = base.channel_weights()
-    spread: float = base.spread_price()
-    striking: float | None = base.striking_share()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.lattice is not AUTO and self.snap == "off":
             raise ParameterError("snap=off moves pixels by no lattice; leave the lattice out, or say snap=on.")
-        for name in passes_of(self) if self.pin is not AUTO or not self.exact else ():
-            word = "pins" if self.pin is not AUTO else "angle and zoom"
-            raise ParameterError(f"{name} lays whole pixels anywhere, and cannot keep {word}; drop it, or drop them.")
 
     @property
     def exact(self) -> bool:

@@ -314,19 +314,13 @@ class GrowingMap:
     locked: Mask
 
     @classmethod
-    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int, own: bool = False) -> GrowingMap:
-        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked.
-
-        `own`: the start map is nobody else's, and may be used up.
-        """
+    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int) -> GrowingMap:
+        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked."""
         shape = (canvas.height, canvas.width)
         if canvas.start is None:
             empty = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
             return cls(variants, *empty, np.zeros(shape, bool))
-        start, memory = canvas.start, canvas.start.yx.base
-        upright = start.which is None and start.pose is None
-        if own and upright and memory is not None and memory.flags.writeable and memory.shape == start.yx.shape:
-            return cls(variants, np.zeros(shape, np.uint8), memory, np.ones(shape, bool))
+        start = canvas.start
         variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
         for top in range(0, canvas.height, STRIP):
             rows = slice(top, top + STRIP)

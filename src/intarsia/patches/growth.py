@@ -279,12 +279,12 @@ class Growth:
     """A map that grows, and all that is needed to grow it.
 
     Windows may be left out: with `inside_only` those that hold a boundary of labels; with `wanted`, a mask of the
-    canvas, those that hold none of its pixels. `own`: the canvas's start map may be used up.
+    canvas, those that hold none of its pixels.
     """
 
     def __init__(
         self, settings: PatchSettings, exemplars: Exemplars, canvas: Canvas, inside_only: bool = False,
-        wanted: Mask | None = None, turn: Turn = ONLY, own: bool = False,
+        wanted: Mask | None = None, turn: Turn = ONLY,
     ) -> None:  # fmt: skip
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
@@ -299,7 +299,7 @@ class Growth:
         rule, usage, distance = settings.repeats
         prices = striking(self.features, self.finder) if usage else None
         self.repetition = rule(self.finder, self.layout, usage, distance, prices)
-        self.growing = GrowingMap.begin(self.variants, canvas, rim, own)
+        self.growing = GrowingMap.begin(self.variants, canvas, rim)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
         if self.guided is not None and self.guided.guidance.guide.is_labels:

@@ -74,7 +74,6 @@ def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: 
 def _check_unequal(method: NearRegular, canvas: Canvas) -> None:
     """Refuse what courses of unequal heights have no place for."""
     for wrong, what in (
-        (method.spread, "lays stones, not blocks; leave spread out."),
         (method.straighten == "on", "follows courses as they run; leave straighten out."),
         (canvas.start is not None, "lays a whole canvas; take another method where one is begun."),
     ):

@@ -1,1 +1,1 @@
-"""Maps sewn by graph cuts, and any map improved by them: seams, repeats, striking things, cut elements."""
+"""Maps sewn by graph cuts, and any map improved by them: seams, even use of the exemplar, cut elements."""

@@ -33,6 +33,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.features import pose_array
+from ..analysis.popout import popout
 from ..analysis.sums import window_sums
 from ..arrays import Array, Mask, Pair
 from ..draws import draw
@@ -49,6 +50,7 @@ from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look, Samples, mark_steps
 from .recut_kernels import NEVER, Draft, drafted
+from .usage_kernels import NO_USAGE, Usage, count_map, rates
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 Bar = Callable[[Box, Pick], Array]
@@ -103,12 +105,15 @@ class GraphcutSettings:
         How far around its window a patch may replace what is there, px.
     lattice : two vectors, (rows, columns) in 1/256 px
         Patches are laid in step with the first one; none: anywhere.
+    evenness : float
+        What it costs to show a pixel once more that is shown as often as area asks, knees; 0: nothing.
     """
 
     usage: float = 0.05
     seam: str = "difference"
     margin: int = 16
     lattice: Vectors | None = None
+    evenness: float = 0.0
 
 
 def shifts_around(
@@ -205,7 +210,22 @@ class GraphcutGrowth:
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = (int(self.yx[y, x, 0]), int(self.yx[y, x, 1])), (y, x)
+        self.usage = self._counted(stitch.evenness) if stitch.evenness else NO_USAGE
         self.note((0, 0, *self.variant.shape))
+
+    def _counted(self, price: float) -> Usage:
+        """How often the map shows every exemplar pixel now, and what each showing costs."""
+        feats, exemplars = self.growth.features, self.growth.exemplars
+        begins = np.cumsum([0, *(e.height * e.width for e in exemplars)])
+        numbers = [b + np.arange(e.height * e.width).reshape(e.height, e.width)
+                   for b, e in zip(begins, exemplars, strict=False)]  # fmt: skip
+        due = max(self.variant.size / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
+        strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
+                                                 for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
+        rate = rates(strikes, price * self.growth.seam_price("sharp").knee, due)
+        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros(len(rate), np.int32))
+        count_map(self.grown, self.pieces, usage)
+        return usage
 
     @property
     def total(self) -> int:
@@ -380,7 +400,7 @@ class GraphcutGrowth:
             kept = self.locked[index]
             self.locked[index] = kept | self.bar(window, (variant, row, column))
         try:
-            recut_kernels.recut(self.grown, self.locked, *where, numbered, self.price, draft, best)
+            recut_kernels.recut(self.grown, self.locked, *where, numbered, (self.price, self.usage), draft, best)
         finally:
             if self.bar is not None:
                 self.locked[index] = kept
@@ -413,7 +433,7 @@ class GraphcutGrowth:
 
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""
-        top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, cut.box, cut.pick, cut.take)
+        top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
         y, x = cut.box[:2]
         if self.stitch.lattice is not None and self.first is None:
             self.first = (cut.pick[1], cut.pick[2]), (y, x)

@@ -31,6 +31,7 @@ from ..kernels.jit import kernel
 from ..kernels.maxflow import MOST, push_flow
 from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import beyond, meeting, spot, through
+from .usage_kernels import count_pixel, price_usage, taken_sum
 
 OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
 
@@ -246,10 +247,11 @@ def drafted(window: tuple[int, int, int, int], step: int, saved: Int32 | None = 
 
 
 @kernel
-def least_cut(state: Any, terms: Any, saved: Any, out: Any, most: Any) -> Any:
+def least_cut(state: Any, terms: Any, saved: Any, more: Any, out: Any, most: Any) -> Any:
     """Choose between old and new for every pixel so that the terms of :func:`price_all` add up to the least.
 
-    `saved` (h, w): what each pixel costs besides if it stays, where that is more than nothing.
+    `saved` (h, w): what each pixel costs besides if it stays, where that is more than nothing; `more` (h, w): what it
+    costs if it is taken, or, below 0, if it stays. Either may be of no size.
     Of several such choices `out` (1 = new) is the one with the fewest old pixels. Where nothing must stay, all
     becomes new. Returns whether `out` says so: not if all choices cost `most` or more.
     """
@@ -265,7 +267,7 @@ def least_cut(state: Any, terms: Any, saved: Any, out: Any, most: Any) -> Any:
     size = (h + 2) * stride
     kind = np.full(size, FREE, np.uint8)
     room = np.zeros(4 * size, np.int32)
-    excess = np.zeros(size, np.int64)
+    excess, sink = np.zeros(size, np.int64), np.zeros(size if more.size else 0, np.int64)
     for i in range(h):
         begin = np.uint64((i + 1) * stride + 1)
         for j in range(np.uint64(w)):
@@ -274,6 +276,11 @@ def least_cut(state: Any, terms: Any, saved: Any, out: Any, most: Any) -> Any:
                 kind[p] = state[i, j]
             if saved.size and state[i, j] == FREE and saved[i, j] > 0:
                 excess[p] += saved[i, j]
+            if more.size and state[i, j] == FREE:
+                if more[i, j] > 0:
+                    sink[p] = more[i, j]
+                else:
+                    excess[p] -= more[i, j]
         for k in range(2):
             a, b, c, on, d = terms[0, k, i], terms[1, k, i], terms[2, k, i], 1 if k == 0 else stride, np.uint64(2 * k)
             for j in range(np.uint64(w)):
@@ -291,7 +298,7 @@ def least_cut(state: Any, terms: Any, saved: Any, out: Any, most: Any) -> Any:
                 excess[q] += rest
                 room[np.uint64(4) * p + d] = c[j] - rest
                 room[np.uint64(4) * q + d + np.uint64(1)] = b[j] - mine
-    level, came = push_flow(kind, room, excess, stride, most)
+    level, came = push_flow(kind, room, excess, sink, stride, most)
     for i in range(h):
         for j in range(w):
             out[i, j] = 1 if level[(i + 1) * stride + j + 1] >= size and state[i, j] != ABSENT else 0
@@ -316,23 +323,28 @@ def cut_change(terms: Any, out: Any) -> Any:
 
 @kernel
 def _cut_in(
-    pieces: Any, pick: Any, price: Any, draft: Any, limit: Any, joints: Any, old: Any, seen: Any, terms: Any
+    pieces: Any, pick: Any, price: Any, usage: Any, draft: Any, limit: Any, joints: Any, old: Any, seen: Any, terms: Any
 ) -> Any:
     """Cut a patch into what :func:`look` read of a window; see :func:`recut`. NEVER if it is given up."""
     new, state, most = np.empty(old.shape, np.int32), np.empty(old.shape, np.uint8), np.int64(MOST)
     lay(pieces, pick, draft.step, old, seen, new, state)
     price_all(pieces, price, joints, old, new, state, terms)
+    used, sure = usage.rate.size > 0, np.int64(0)
+    more = np.empty(old.shape if used else (0, 0), np.int64)
+    if used:
+        sure = price_usage(usage, draft.step, old, new, state, more)
     if limit < NEVER and draft.saved.size == 0:
-        most = np.int64(limit)  # at least what flows will be paid, in place of what is paid now
+        most = np.int64(limit) - sure  # at least what flows will be paid, in place of what is paid now
         for number in range(len(joints)):
             most += terms[0, joints[number, 2], joints[number, 0], joints[number, 1]]
-    found = least_cut(state, terms, draft.saved, draft.take, most)
-    return cut_change(terms, draft.take) if found else NEVER
+    if not least_cut(state, terms, draft.saved, more, draft.take, most):
+        return NEVER
+    return cut_change(terms, draft.take) + taken_sum(more, draft.take)
 
 
 @kernel
 def recut(
-    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, picks: Any, price: Any, draft: Any, best: Any
+    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, picks: Any, prices: Any, draft: Any, best: Any
 ) -> None:
     """Cut patches into a window of the map, one instead of another, old seams remembered, and note the best.
 
@@ -340,22 +352,22 @@ def recut(
     `picks` (n, 4): the number of each, by which ties are settled, its variant, row and column of the pixel shown at the
     window's first pixel, which may lie outside the variant. The draft says which pixels of the last one to take.
     `best` (2,): by how much the seams become dearer, negative where a patch covers seams that cost more than its own,
-    and the number of the patch; what does not better it is given up, and it stays. What is saved by leaving, of the
-    draft, draws the cut, and is not in what seams cost; where anything is, no cut is given up before it is drawn.
+    and the number of the patch; what does not better it is given up, and it stays. What `usage` says is part of that.
+    What is saved by leaving, of the draft, draws the cut only; where anything is, no cut is given up before that.
     """
-    h, w = draft.take.shape
+    (price, usage), (h, w) = prices, draft.take.shape
     old, seen, terms = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.zeros((3, 2, h, w), np.int32)
     joints = look(grown, locked, pieces, box, target, price, draft.step, old, seen, terms[0])
     for k in range(len(picks)):
         number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
         limit = best[0] + (number < best[1])  # of two that cost as much the first is taken
-        change = _cut_in(pieces, pick, price, draft, limit, joints, old, seen, terms)
+        change = _cut_in(pieces, pick, price, usage, draft, limit, joints, old, seen, terms)
         if change < limit:
             best[0], best[1] = change, number
 
 
 @kernel
-def write_cut(grown: Any, pieces: Any, box: Any, pick: Any, take: Any) -> tuple[int, int, int, int]:
+def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> tuple[int, int, int, int]:
     """Write what `take` says of a patch into the map; `box` and `pick` as in :func:`recut`.
 
     Returns the first row and column of the box of what is written, in the window, its rows and columns.
@@ -369,8 +381,12 @@ def write_cut(grown: Any, pieces: Any, box: Any, pick: Any, take: Any) -> tuple[
         for j in range(take.shape[1]):
             if take[i, j]:
                 x = canvas_place(box[1] + j, width, wrap[1])
+                if usage.rate.size:
+                    count_pixel(grown, pieces, usage, y, x, -1)
                 variant[y, x] = pick[0]
                 yx[y, x, 0] = (pick[1] + i) % rows
                 yx[y, x, 1] = (pick[2] + j) % columns
+                if usage.rate.size:
+                    count_pixel(grown, pieces, usage, y, x, 1)
                 top, left, bottom, right = min(top, i), min(left, j), max(bottom, i + 1), max(right, j + 1)
     return min(top, bottom), min(left, right), max(bottom - top, 0), max(right - left, 0)

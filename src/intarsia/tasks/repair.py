@@ -21,9 +21,9 @@ from ..search.sizes import default_patch
 from ..synthesis import Synthesis
 
 if TYPE_CHECKING:
-    from ..seams import covering as repairs
+    from ..seams import repair as repairs
 else:
-    repairs = lazy("intarsia.seams.covering")
+    repairs = lazy("intarsia.seams.repair")
 
 LEAST_PATCH = 8
 LEAST_WINDOW = 12  # px

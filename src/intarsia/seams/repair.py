@@ -1,0 +1,254 @@
+"""A finished map, of any method, whose worst seams are found, and covered anew by patches cut in.
+
+A method that fills window by window never looks back: its errors stay, and where the border of a patch cuts through a
+stone, the stone stays cut. Here the dearest places are taken first, in passes; the windows of a pass lie apart. A patch
+is sought that fits the pixels around the middle of such a window, and is cut in by maximum flow, in which the old seams
+inside the window and around it are remembered. It stays only where all seams together become cheaper by it.
+
+Source: the refinement of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, section 4, for
+maps of any method, as ``graphcut`` does it: the price ``sharp``, outlines in the search, pieces nearby that may grow,
+and placements compared by rough cuts. Departures: nothing is drawn; a pass covers many places, so that threads share
+the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Mask, Pair
+from ..canvas import Canvas
+from ..exemplar import Exemplars
+from ..guide import Guide
+from ..params import Poses, Weights
+from ..patches.growing_map import Pick, picked
+from ..patches.growth import Growth, PatchSettings
+from ..run import Run
+from ..search.candidates import Candidates, Prices
+from ..search.fourier import PatchSearch
+from ..sourcemap import HOLE, SourceMap
+from .graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from .improve import improve
+from .worst import WorstSeams
+
+STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
+
+
+@dataclass(frozen=True)
+class Repair:
+    """How a map is repaired.
+
+    Attributes
+    ----------
+    patch : (rows, columns)
+        Of a window, px.
+    passes : int
+        How often the worst places are looked for.
+    weights, isometries
+        As the parameters of the methods: channel weights, poses of new patches.
+    distance : int
+        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    """
+
+    patch: Pair
+    passes: int
+    weights: Weights = None
+    isometries: Poses = "none"
+    distance: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Repaired:
+    """A map with its worst seams covered: what they cost before and now, and how many patches were laid."""
+
+    map: SourceMap
+    before: int
+    after: int
+    patches: int
+
+
+def repaired(
+    repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
+) -> Repaired:
+    """Cover the worst seams of a finished map, as long as the whole becomes better.
+
+    What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
+    """
+    work = Repairing(repair, exemplars, canvas, smap)
+    before, patches = work.sewing.total, 0
+    for number in range(repair.passes):
+        wave = work.worst.apart(work.sewing.around)
+        if not wave:
+            break
+        patches += work.cover(wave, run, lambda _: run.tick(number, repair.passes, work.growth.draft))  # noqa: B023
+    run.tick(repair.passes, repair.passes, work.growth.draft)
+    return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
+
+
+class Constraints:
+    """Says which pixels of a box must not be taken from a patch.
+
+    Parameters
+    ----------
+    growth : Growth
+        The map, with all that it is made from.
+    guide : Guide, optional
+        Where a patch differs more from it than the map does, the map stays.
+    distance : int
+        Where a patch would show an exemplar pixel nearer than so many px to another copy of it, the map stays; 0:
+        no such rule.
+    """
+
+    def __init__(self, growth: Growth, guide: Guide | None, distance: int) -> None:
+        self.work, self.variants, self.wraps = growth.growing, growth.variants, growth.layout.wraps
+        self.distance, self.guide = distance, guide
+        self.any = guide is not None or distance > 0
+        self.tallest = max(e.height for e in growth.exemplars)
+        self.widest = max(e.width for e in growth.exemplars)
+
+    def __call__(self, box: Box, pick: Pick) -> Array:
+        """Return (rows, columns) bool: True where the patch `pick` that begins at the box's first pixel may not be."""
+        yx, which = self._patch(box, pick)
+        barred = np.zeros(box[2:], bool)
+        if self.guide is not None:
+            here = self._around(box, 0)
+            old = self.variants.to_exemplars(self.work.yx[here], self.work.variant[here])
+            barred |= self._off(yx, which, here) > self._off(old[0], old[1], here)
+        if self.distance:
+            barred |= self._too_near(box, yx, which)
+        return barred
+
+    def returns(self, box: Box, pick: Pick, take: Array) -> bool:
+        """Say whether what is taken of a patch would now return too near."""
+        if not self.distance:
+            return False
+        return bool((self._too_near(box, *self._patch(box, pick)) & (take > 0)).any())
+
+    def _patch(self, box: Box, pick: Pick) -> tuple[Array, Array]:
+        """Exemplar pixels (rows, columns, 2), and exemplars (rows, columns), that a patch shows in a box."""
+        size = self.variants.table[pick[0], 1:3]
+        yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
+        yx = (yx % size).astype(np.int32)  # beyond an exemplar that does not continue nothing is taken
+        grown, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
+        return grown, which
+
+    def _around(self, box: Box, px: int) -> tuple[Array, ...]:
+        """Index of a box and `px` around it, within the canvas or round it."""
+        axes = []
+        for at, n, length, wrap in zip(box[:2], box[2:], self.work.variant.shape, self.wraps, strict=True):
+            along = np.arange(at - px, at + n + px)
+            axes.append(along % length if wrap else along[(along >= 0) & (along < length)])
+        return np.ix_(*axes)
+
+    def _off(self, yx: Array, which: Array, here: tuple[Array, ...]) -> Array:
+        """How far pixels are from what the guide asks for here: 0 or 1 with labels, else the sum over channels."""
+        assert self.guide is not None
+        target = self.guide.target.samples[here]
+        out = np.zeros(which.shape, np.float64)
+        for number, plane in enumerate(self.guide.sources):
+            mine = which == number
+            there = plane.samples[yx[mine, 0], yx[mine, 1]]
+            if self.guide.is_labels:
+                out[mine] = (there != target[mine]).any(axis=1)
+            else:
+                out[mine] = np.abs(there.astype(np.float64) - target[mine]).sum(axis=1)
+        return out
+
+    def _too_near(self, box: Box, yx: Array, which: Array) -> Array:
+        """Where a copy of the pixel, at another place than this, is nearer than the distance."""
+        reach = self.distance - 1
+        first = [at - reach if wrap else max(at - reach, 0) for at, wrap in zip(box[:2], self.wraps, strict=True)]
+        index = self._around(box, reach)
+        there, others, _ = self.variants.to_exemplars(self.work.yx[index], self.work.variant[index])
+        mine, known = self._keys(yx, which).ravel(), self._keys(there, others).ravel()
+        order = np.argsort(known, kind="stable")
+        begin, end = (np.searchsorted(known[order], mine, side) for side in ("left", "right"))
+        counts = end - begin
+        p = np.repeat(np.arange(len(mine)), counts)  # every pair of a pixel of the patch and a copy on the canvas
+        q = order[np.arange(len(p)) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(begin, counts)]
+        gaps = [a + f - b - at for a, b, f, at in zip(
+            np.divmod(q, others.shape[1]), np.divmod(p, which.shape[1]), first, box[:2], strict=True)]  # fmt: skip
+        far = gaps[0] ** 2 + gaps[1] ** 2
+        out = np.zeros(len(mine), bool)
+        out[p[(far > 0) & (far < self.distance**2)]] = True
+        return out.reshape(which.shape)
+
+    def _keys(self, yx: Array, which: Array) -> Array:
+        """One number for every exemplar pixel; another one for holes."""
+        keys = (which.astype(np.int64) * self.tallest + yx[..., 0]) * self.widest + yx[..., 1]
+        return np.where(which == HOLE, -1, keys)
+
+
+REACH = 6  # a patch reaches 1 / REACH of its side around its window
+
+
+def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
+    """Say which pixels of a map are what it started with, and must stay."""
+    if start is None:
+        return np.zeros((smap.height, smap.width), bool)
+    same = ~start.holes & (start.yx == smap.yx).all(axis=2) & (start.turns == smap.turns)
+    return np.asarray(same & (start.numbers == smap.numbers))
+
+
+class Repairing:
+    """A finished map under repair.
+
+    What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well. No
+    exemplar pixel is put nearer to another copy of it than the repair says.
+    """
+
+    def __init__(self, repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap) -> None:
+        settings = PatchSettings(
+            repair.patch, (repair.patch[0] // 4, repair.patch[1] // 4), weights=repair.weights, structure=STRUCTURE,
+            courses=COURSES, isometries=repair.isometries, rim=1,
+        )  # fmt: skip
+        whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
+        self.growth = Growth(settings, exemplars, whole)
+        self.growth.growing.locked[:] = False if canvas.start is None else kept(canvas.start, smap)
+        self.bars = Constraints(self.growth, canvas.guide, repair.distance)
+        margin = min(repair.patch) // REACH
+        stitch = GraphcutSettings(seam="sharp", margin=margin)
+        self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
+        self.told: Prices  # what patches cost besides how they fit, by the map before a wave
+
+    def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
+        """Cover windows that lie apart; returns how many patches were laid."""
+        self.told = self.sewing.search_prices()
+        laid = improve(self, {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}, run, tick)
+        self.worst.renew(*(cut.box for cut in laid))
+        return len(laid)
+
+    def found(self, sites: list[Any], run: Run) -> list[Candidates]:
+        """What fits around the middles of windows."""
+        sewn, search = self.sewing, self.growth.finder
+        assert isinstance(search, PatchSearch)
+        firsts = np.array([box[:2] for box in sites], np.int64)
+        size = min(search.batch(), -(-len(sites) // run.workers))
+        chunks = [firsts[begin : begin + size] for begin in range(0, len(sites), size)]
+        with sewn.opened(list(map(middle, sites)), sewn.locked), run.pool() as each:  # what stays must be fitted
+            found = each(lambda chunk: search.find(sewn.grown, chunk, self.told), chunks)
+        return [candidates for part in found for candidates in part]
+
+    def best(self, site: Box, found: Candidates) -> Cut | None:
+        """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
+        picks = self.sewing.shown(site)[: TRIES // SHOWN]
+        price = self.sewing.priced(site, found)
+        picks += [picked(found, k) for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist()]
+        cut = self.sewing.best(site, picks)
+        return cut if cut is not None and cut.change < 0 else None
+
+    def pays(self, cut: Cut) -> bool:
+        """Whether a cut may be laid after what the wave has laid before it."""
+        return not self.bars.returns(cut.box, cut.pick, cut.take)
+
+    def lay(self, cut: Cut) -> None:
+        """Write a cut into the map and its prices."""
+        self.sewing.paste(cut)
+
+    def give_up(self, key: Any) -> None:
+        """Leave a window until something changes there."""
+        self.worst.give_up(key)

@@ -1,0 +1,103 @@
+"""Even use of the exemplar, a term of the energy: what is shown more often than area asks costs, for every pixel.
+
+Windows of one and a half elements must lie inside the exemplar, so its middle belongs to thousands of placements and
+its rim to hardly any. Here every exemplar pixel has a count of how often the map shows it, kept as cuts are laid. To
+show it once more costs its count times a rate; so what a cut takes and leaves has a price for each pixel, positive or
+negative, beside that of seams, and the least cut is that of their sum: the derivative of a quadratic energy of use.
+
+That pixels which are used too often are dear is the thought of Kaspar, Neubert, Lischinski, Pauly and Kopf, "Self
+Tuning Texture Optimization", Eurographics 2015. That the cut itself pays for it is this project's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arrays import Array, Int32
+from ..kernels.jit import kernel
+from ..kernels.windows import HOLE
+
+SHARE = 64  # rates are kept in 1/64 of what seams are counted in
+USUAL, MOST = 256, 8  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
+ABSENT, OLD, NEW = 3, 0, 2  # states of pixels, as in the kernels of cuts
+
+
+class Usage(NamedTuple):
+    """How often a map shows every exemplar pixel, and what that costs."""
+
+    origin: Int32  # (pixels of all variants,): which exemplar pixel each is
+    rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: nothing is counted
+    shown: Int32  # (exemplar pixels,): how often each is shown
+
+
+NO_USAGE = Usage(np.zeros(1, np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32))
+
+
+def rates(strikes: Sequence[Array], price: float, due: float) -> Int32:
+    """Return what every showing of each pixel costs the next one.
+
+    `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
+    `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual costs up
+    to MOST times that: the same thing is seen again at once.
+    """
+    weight = np.concatenate([np.clip(2 * s.ravel() / USUAL - 3, 1, MOST) for s in strikes])
+    return np.rint(SHARE * price * weight / due).astype(np.int32)
+
+
+@kernel
+def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any) -> Any:
+    """Write what it costs to take each pixel of a patch rather than what is there, for how often both are shown.
+
+    `old`, `new` (h, w): numbers of pixels of the variants, -1: none; only every `step`-th px of a window is looked at,
+    where areas shrink faster than seams. Returns what is paid whatever is chosen: what must be taken, and all that can
+    be saved.
+    """
+    total = np.int64(0)
+    for i in range(old.shape[0]):
+        for j in range(old.shape[1]):
+            more[i, j] = 0
+            if state[i, j] == ABSENT or state[i, j] == OLD:
+                continue
+            cost = np.int64(0)
+            if new[i, j] >= 0:
+                k = usage.origin[new[i, j]]
+                cost += np.int64(usage.rate[k]) * usage.shown[k]
+            if old[i, j] >= 0:
+                k = usage.origin[old[i, j]]
+                cost -= np.int64(usage.rate[k]) * (usage.shown[k] - 1)
+            more[i, j] = cost * step // SHARE
+            if state[i, j] == NEW or more[i, j] < 0:
+                total += more[i, j]
+    return total
+
+
+@kernel
+def taken_sum(more: Any, take: Any) -> Any:
+    """Add up what the pixels that are taken cost."""
+    total = np.int64(0)
+    for i in range(more.shape[0]):
+        for j in range(more.shape[1]):
+            if take[i, j]:
+                total += more[i, j]
+    return total
+
+
+@kernel
+def count_pixel(grown: Any, pieces: Any, usage: Any, y: int, x: int, times: int) -> None:
+    """Count what the map shows at a pixel so many times more."""
+    (variant, yx, _), table = grown, pieces.table
+    v = variant[y, x]
+    if v != HOLE:
+        place = table[v, 0] // pieces.channels + yx[y, x, 0] * table[v, 3] + yx[y, x, 1]
+        usage.shown[usage.origin[place]] += times
+
+
+@kernel
+def count_map(grown: Any, pieces: Any, usage: Any) -> None:
+    """Count all that a map shows."""
+    for y in range(grown.variant.shape[0]):
+        for x in range(grown.variant.shape[1]):
+            count_pixel(grown, pieces, usage, y, x, 1)

@@ -1,0 +1,120 @@
+"""Even use of the exemplar: what showings cost, how they are counted, and that pictures use all they are given."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import product
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.canvas import Canvas
+from intarsia.exemplar import Exemplar
+from intarsia.patches.growth import Growth
+from intarsia.seams import usage_kernels
+from intarsia.seams.graphcut import GraphcutGrowth
+from intarsia.seams.improve import fill, refine
+from intarsia.seams.sewing import settings_of, stitch_of
+from intarsia.seams.usage_kernels import ABSENT, MOST, NEW, OLD, SHARE, USUAL, Usage, rates
+from intarsia.seams.whole import make_whole
+from intarsia.testing import texture
+
+FREE = 1
+ONE = ia.Run(1)
+
+
+def grown(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutGrowth:
+    method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
+    sewn = GraphcutGrowth(Growth(settings_of(method), exemplars, canvas), stitch_of(method))
+    fill(sewn, 3, 7, ONE)
+    refine(sewn, 3, 7, ONE, 12)
+    return sewn
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
+    dice = np.random.default_rng(seed)
+    usage = Usage(
+        dice.integers(0, 9, 40).astype(np.int32), dice.integers(0, 900, 9).astype(np.int32),
+        dice.integers(1, 9, 9).astype(np.int32),
+    )  # fmt: skip
+    old, new = dice.integers(-1, 40, (2, 5, 6)).astype(np.int32)
+    state, step = dice.integers(0, 4, (5, 6)).astype(np.uint8), int(dice.integers(1, 5))
+    more = np.full((5, 6), 77, np.int64)
+    sure = usage_kernels.price_usage(usage, step, old, new, state, more)
+    told = 0
+    for y, x in product(range(5), range(6)):
+        cost = 0
+        if state[y, x] in (FREE, NEW):
+            k, was = usage.origin[new[y, x]], usage.origin[old[y, x]]
+            cost += int(usage.rate[k]) * int(usage.shown[k]) if new[y, x] >= 0 else 0
+            cost -= int(usage.rate[was]) * (int(usage.shown[was]) - 1) if old[y, x] >= 0 else 0
+        assert more[y, x] == cost * step // SHARE
+        told += int(more[y, x]) if state[y, x] == NEW or more[y, x] < 0 else 0
+    assert sure == told
+    take = dice.integers(0, 2, (5, 6)).astype(np.uint8)
+    assert usage_kernels.taken_sum(more, take) == int(more[take == 1].sum())
+    assert {OLD, FREE, NEW, ABSENT} == {0, 1, 2, 3}
+
+
+def test_what_strikes_is_dearer_up_to_a_limit() -> None:
+    strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]])]
+    assert rates(strikes, 4, 2).tolist() == [2 * SHARE * n for n in (1, 1, 3, MOST, 1, 1)]
+
+
+@pytest.mark.parametrize("poses", ["none", "both"])
+def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
+    """In all poses, of all exemplars, after fills, refinements and whole elements."""
+    exemplars = [Exemplar.of(texture(40, 44, 3, 1)), Exemplar.of(texture(30, 36, 3, 2), toroidal=True)]
+    sewn = grown(exemplars, Canvas(90, 80, "x"), isometries=poses)
+    make_whole(sewn, exemplars, 1, ONE)
+    made, seen = sewn.growth.map(ia.Blend(0)), Counter[tuple[int, int, int]]()
+    for y, x in product(range(90), range(80)):
+        seen[int(made.numbers[y, x]), *made.yx[y, x].tolist()] += 1
+    begin = 0
+    for number, e in enumerate(exemplars):
+        shown = sewn.usage.shown[begin : begin + e.height * e.width].reshape(e.height, e.width)
+        assert all(shown[y, x] == seen[number, y, x] for y, x in product(range(e.height), range(e.width)))
+        begin += e.height * e.width
+
+
+def test_what_a_canvas_begins_with_counts() -> None:
+    e = Exemplar.of(texture(40, 44, 3, 1))
+    start = ia.synthesize(e, (60, 60), ia.Graphcut(patch=16, overlap=6), seed=1).map
+    canvas = Canvas(60, 60, start=start)
+    method = ia.Graphcut(patch=16, overlap=6).resolved([e], canvas)
+    sewn = GraphcutGrowth(Growth(settings_of(method), [e], canvas), stitch_of(method))
+    assert sewn.usage.shown.sum() == 3600
+    np.testing.assert_array_equal(sewn.usage.shown.reshape(40, 44), start.usage()[0])
+
+
+def test_an_accepted_cut_makes_seams_and_usage_together_cheaper() -> None:
+    """The energy is the seams, and for every pixel its rate for each pair of its showings."""
+    sewn = grown([Exemplar.of(texture(60, 60, 3, 4))], Canvas(70, 70), evenness=0.5)
+
+    def usage() -> float:
+        shown = sewn.usage.shown.astype(int)
+        return float((sewn.usage.rate * shown * (shown - 1) // 2).sum()) / SHARE
+
+    before = sewn.total + usage()
+    saved = refine(sewn, 5, 7, ONE, 40)
+    assert saved
+    assert min(saved) > 0
+    assert sewn.total + usage() < before
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_dearer_repeats_are_the_more_evenly_is_an_exemplar_used(seed: int) -> None:
+    pixels = texture(96, 96, 3, seed)
+    spread = [
+        ia.synthesize(pixels, 192, ia.Graphcut(patch=24, evenness=price), seed=seed).map.usage()[0].var()
+        for price in (0, 1, 4)
+    ]
+    assert spread[1] < 0.75 * spread[0]
+    assert spread[2] < 0.75 * spread[1]
+
+
+def test_where_nothing_is_asked_nothing_is_counted() -> None:
+    sewn = grown([Exemplar.of(texture(40, 44, 3, 1))], Canvas(60, 60), evenness=0)
+    assert sewn.usage.rate.size == sewn.usage.shown.size == 0
