@@ -234,8 +234,8 @@ GOLDEN = {
         "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
     ),
     "chosen": (
-        "5d7726c1a202eeedb108c20e6ae96427161562ce695c7cb68e4edf82fd9b8027",
-        "64f59595e11c5613ebf07dda4d2e588a4abd248c4c9142bea2763c7ee19eb5b5",
+        "2edfb2444a971b9a7e9a074406722251752b66a17ac766ec05b06de274dc37bc",
+        "8b566edf7dc16dfed92d3b6dfa512819c4069b4f63c12bbb3eb85f5a84cbf563",
     ),
     "tried": (
         "e746fe52a9ca6f79f06b9a58902b238dea4220f031159f2056d824329931f8ef",
@@ -286,8 +286,8 @@ GOLDEN = {
         "e06e902abcb2540c8644cbcb15f0316314509dc4ba4dba09d3cd9a7b158cd367",
     ),
     "flattened": (
-        "91840a27996edd339be7f04e435ddfb345dc36719e8eebbd4b2926890c297e82",
-        "8d8c6745a16a17ebb8ac3775612c1edd24c7f2e65cef65aea8eb7c873ed86641",
+        "e392feec943422efbc6d0bb1282676743b7e106ada405ee668e33e0b00c366c9",
+        "3c07bc24f4583cc391ff3a39e389e74ce26012ce0d8c1ab75c48f564d6258262",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

@@ -70,12 +70,12 @@ LOOKS = {
          "near": 0.03, "bent": 0.02},
     ),
     "gravel": Look(
-        lambda: cut("gravel"), "elements",
-        # Mixed from coarse to fine it had joins 15.8, steps 19.7, seams 17.4, unshown 20.7. joins 5.9 7.4 8.9, steps
-        # 8.0 10.7 13.4, strange 0.5 1.0 1.4, lost 2.4 4.2 3.5, blurred 0.9 1.3 1.4, seams 2.6 3.6 4.7, unshown 7.7
-        # 18.1 16.3, near 0.000 0.002 0.002.
-        {"joins": 10.7, "steps": 16.1, "strange": 1.7, "lost": 5.1, "blurred": 4, "seams": 5.7, "unshown": 21.8,
-         "near": 0.02},
+        lambda: cut("gravel"), "mixed",
+        # Cut by patches it had joins 5.9 7.4 8.9, steps 8.0 10.7 13.4, seams 2.6 3.6 4.7, and four of four such were
+        # preferred mixed. joins 14.5 13.4 13.7, steps 18.6 18.8 16.7, strange 1.0 0.9 1.5, lost 4.0 3.2 5.4,
+        # blurred 0.0 0.0 0.0, seams 22.7 20.6 20.6, unshown 17.5 21.8 22.2, near 0.034 0.023 0.023.
+        {"joins": 17.4, "steps": 22.5, "strange": 1.8, "lost": 6.5, "blurred": 4, "seams": 27.2, "unshown": 26.7,
+         "near": 0.05},
     ),
     "grass": Look(
         lambda: cut("grass"), "elements",
@@ -103,10 +103,10 @@ LOOKS = {
     ),
     "cloth": Look(
         cloth, "in-step",
-        # Gone over for repeats, unshown was 34.7 and seams 12.0; strange 11 to 16, lost 30 to 32. joins 6.7 4.9 6.4,
-        # steps 13.4 11.6 12.5, strange 3.0 29.9 2.0, lost 29.5 49.5 29.7, blurred 0.0 0.0 0.0, seams 2.6 2.3 2.4,
-        # unshown 11.7 15.5 11.1, near 0.001 0.000 0.001, bent 0.000 0.000 0.000.
-        {"joins": 8.1, "steps": 16.1, "strange": 35.9, "lost": 59.4, "blurred": 4, "seams": 3.2, "unshown": 18.6,
+        # Gone over for repeats, unshown was 34.7 and seams 12.0; strange 11 to 16, lost 30 to 32. joins 5.4 4.1 5.6,
+        # steps 9.8 8.2 10.3, strange 1.7 35.6 2.0, lost 30.1 48.9 28.7, blurred 0.0 0.0 0.0, seams 2.0 1.8 1.5,
+        # unshown 17.7 19.1 13.0, near 0.000 0.006 0.000, bent 0.000 0.004 0.000.
+        {"joins": 6.8, "steps": 12.4, "strange": 42.8, "lost": 58.8, "blurred": 4, "seams": 2.5, "unshown": 22.9,
          "near": 0.02, "bent": 0.01},
     ),
 }  # fmt: skip

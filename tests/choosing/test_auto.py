@@ -17,6 +17,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.structure import border_of, structure_of
+from intarsia.choosing import rules
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
@@ -112,7 +113,7 @@ CLASSES = {
     "stripes": "rows",
     "noise_pink": "elements",
     "pebbles_black": "in-step",  # they lie about a grid of 14 px
-    "noise_white": "elements",
+    "noise_white": "mixed",
 }
 
 
@@ -162,13 +163,38 @@ class TestRules:
         assert found.method.lattice == vectors_of(found.facts.about)
         assert choice_of(cells()).facts.about is None
 
+    @pytest.mark.parametrize(
+        ("elements", "size", "turns", "mixed"),
+        [(11.9, 10, True, False), (12, 10, False, True), (12, 50, True, True), (12, 50, False, False)],
+    )
+    def test_many_elements_of_fine_grain_or_that_turn_are_mixed(
+        self, elements: float, size: int, turns: bool, mixed: bool
+    ) -> None:
+        known = _Changed(Facts([Exemplar.of(speckle(120, 120))], CANVAS), "elements", elements)
+        vars(known.facts)["element"] = SimpleNamespace(found=12, size=size)
+        known.keeps = lambda poses: turns
+        assert rules._mixed(known) is mixed  # type: ignore[arg-type]
+
+    @pytest.mark.parametrize(("found", "mixed"), [(12, True), (10, True), (9, False)])
+    def test_elements_must_end_in_ten_of_twelve_directions_to_be_counted(self, found: int, mixed: bool) -> None:
+        """A slow change of tone hides them: then nothing is said of their number."""
+        known = Facts([Exemplar.of(speckle(96, 96))], CANVAS)
+        vars(known)["element"] = replace(known.element, found=found)
+        assert rules._mixed(known) is mixed
+
+    def test_what_has_outlines_is_not_mixed(self) -> None:
+        known = Facts([Exemplar.of(speckle(128, 128))], CANVAS)
+        assert rules._mixed(known)
+        vars(known)["outlines"] = 0.9
+        assert not rules._mixed(known)
+
     @pytest.mark.parametrize(("size", "outlines", "price"), [(40, 0.9, 0.12), (40, 0.8, 0.25), (35, 0.9, 0.25)])
     def test_large_elements_with_outlines_are_shown_less_evenly(
         self, size: int, outlines: float, price: float
     ) -> None:
         """Fewer than 3.3 of them lie across an exemplar of 120 px."""
         known = Facts([Exemplar.of(speckle(120, 120))], CANVAS)
-        vars(known)["element"] = replace(known.element, size=size)
+        vars(known)["element"] = replace(known.element, size=size, width=size, height=size)
         vars(known)["outlines"] = outlines
         found = ia.Auto().decide(known)
         assert (found.rule, found.method.evenness) == ("elements", price)
@@ -195,7 +221,7 @@ class TestRules:
         found = choice_of(speckle(96, 96), ia.Canvas(4096, 4097))
         assert (found.rule, found.method.slug) == ("patches", "image-quilting")
         assert any("minutes" in why for why in found.why)
-        assert choice_of(speckle(96, 96), ia.Canvas(4096, 4096)).rule == "elements"
+        assert choice_of(speckle(96, 96), ia.Canvas(4096, 4096)).rule == "mixed"
 
     def test_elements_that_lie_loosely_are_not_cut_by_a_lattice(self) -> None:
         facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)

@@ -93,11 +93,11 @@ class TestTold:
         assert found["lattice"] is None
         assert len(found["candidates"]) >= 3
         assert all("confidence" in one and len(one["vectors"]) in (1, 2) for one in found["candidates"])
-        assert found["suggested"]["method"] == "graphcut"
+        assert found["suggested"]["method"] == "parallel-controllable"
         text = run("blobs.png").stdout
         assert "lattice      none. " in text
         assert text.count("\ncandidate ") == 3
-        assert "--method graphcut" in text
+        assert "--method parallel-controllable" in text
 
     def test_equal_periods_suggest_the_best_tile_and_one_colour_repetition(self) -> None:
         tile = weave(20, 24)

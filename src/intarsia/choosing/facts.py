@@ -64,9 +64,13 @@ CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers
 # What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and
 # doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
 ONE_PICTURE = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
+FINE_GRAIN = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
+FEW = 12  # elements in all, and fewer are cut: mixed they melt (candies, olives, raspberries, foam)
+SEEN = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
 OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
 JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
-EVENNESS = 0.12  # where threads, joints or large outlines must meet: half of what is due elsewhere
+EVENNESS = 0.12  # where the border of the exemplar cuts much of large elements: half of what is due elsewhere
+STEPPED = 0.05  # in step, where threads and joints must meet; at 0.25 24 sheets: 7 preferred, 17 not
 BROAD = 3.3  # elements across; fewer have four of five pictures that lost at the full price, and one of nine that won
 ROUNDS = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
 ACROSS = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
@@ -260,6 +264,10 @@ class Facts:
         """The isometries that keep its look."""
         return allowed_isometries([self.small])
 
+    def keeps(self, poses: tuple[int, ...]) -> bool:
+        """Whether all of some isometries keep its look."""
+        return set(poses) <= set(self.symmetry)
+
     @cached_property
     def border(self) -> Border:
         """Whether it continues in itself across its borders."""
@@ -281,6 +289,11 @@ class Facts:
         return self.canvas.height * self.canvas.width / area
 
     @property
+    def elements(self) -> float:
+        """How many elements it holds: its area over that of one."""
+        return self.exemplar.height * self.exemplar.width / max(self.element.height * self.element.width, 1)
+
+    @property
     def across(self) -> float:
         """How many elements lie side by side along the shorter side."""
         return self.side / max(self.element.size, 1)
@@ -292,6 +305,8 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
+    if e.found:
+        across += _tie(f.elements, FEW, f"{f.elements:.1f} in all, and fewer than {FEW} are few")
     rows: dict[str, tuple[Any, float, str]] = {
         "lattice": _lattice(f),
         "variation": _variation(f),
