@@ -234,12 +234,12 @@ GOLDEN = {
         "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
     ),
     "chosen": (
-        "2edfb2444a971b9a7e9a074406722251752b66a17ac766ec05b06de274dc37bc",
-        "8b566edf7dc16dfed92d3b6dfa512819c4069b4f63c12bbb3eb85f5a84cbf563",
+        "a5047246bc08e71b97871b005666bf726eeef9cf3a504aac42b398599849f4f1",
+        "05d044d95d180f60b5ce5b3b11da3c6177498935300ab15c6ad8bb04736950b6",
     ),
     "tried": (
-        "e746fe52a9ca6f79f06b9a58902b238dea4220f031159f2056d824329931f8ef",
-        "6a65a50549cde3c648c39a9a4e293028550d1c13aebdcdfccabbf02c7db00d9a",
+        "bd579a6ed2897b0a42400ecc49497964cd8b7afe74a84a16346ae0326da7a40a",
+        "2a4b23fefe88b971921ee56cbdbc630ff9d9b9edc2de006630814216e1e2a29a",
     ),
     "regular": (
         "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
@@ -258,8 +258,8 @@ GOLDEN = {
         "d709da016323306f5d6e009db82e4f5c319859995b6f5785eb58252e85ab7bd7",
     ),
     "shifted": (
-        "df65e3ae601f658cfc8819c2e3342abc9725a9ad9313f21d380c1fb8020778ce",
-        "89b4dbe4433d0862e1b9797668d6175af994fa50379a8b97ba8346cd25fe7e7c",
+        "ac10efa3772a3aaed145be788e3cc742927328fc1fe39723687d962d61137271",
+        "a20674d321e6cced732db5164a50f94e7002e16a0fe099448c0e48ff88db057b",
     ),
     "corrected": (
         "d09aeebe3d2d3d3c0d1b8ae7807afa107a56f751ab03dbf21b5091f0170bb373",
@@ -286,8 +286,8 @@ GOLDEN = {
         "e06e902abcb2540c8644cbcb15f0316314509dc4ba4dba09d3cd9a7b158cd367",
     ),
     "flattened": (
-        "e392feec943422efbc6d0bb1282676743b7e106ada405ee668e33e0b00c366c9",
-        "3c07bc24f4583cc391ff3a39e389e74ce26012ce0d8c1ab75c48f564d6258262",
+        "d656a038cd6ad1237839b5d51f000b4fa9f468f2c9dc62f7cd9a232148697e9a",
+        "71f82be79d13467724b981c49ce65da0b1da289cc5292a5dc1089f740fdd3125",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

@@ -493,7 +493,7 @@ def test_a_guide_is_honoured() -> None:
 
 
 def test_defaults_follow_from_the_texture() -> None:
-    """One and a half elements, at most 0.4 of the side; overlap half, overreach a sixth; as many refinements."""
+    """One and a half elements, at most 0.4 of the side; overlap half, overreach a sixth, 3 refinements for 5."""
     e = Exemplar.of(texture(192, 160, 3))
     resolved = ia.Graphcut().resolved([e], Canvas(300, 300))
     plain = sizes.default_patch([e])
@@ -501,6 +501,6 @@ def test_defaults_follow_from_the_texture() -> None:
     assert resolved.overlap == resolved.patch // 2
     assert resolved.overreach == resolved.patch // 6
     rows = -(-(300 - resolved.overlap) // resolved.pitch[0])
-    assert resolved.refinements == rows * rows
+    assert resolved.refinements == -(-3 * rows * rows // 5)
     with pytest.raises(ia.ParameterError, match="overlap=20 is not below patch=20"):
         ia.Graphcut(patch=20, overlap=20)

@@ -11,16 +11,17 @@ import pytest
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
+from intarsia.kernels.maxflow import FREE, NEW, OLD
 from intarsia.patches.growth import Growth
 from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import GraphcutGrowth
 from intarsia.seams.improve import fill, refine
+from intarsia.seams.recut_kernels import ABSENT
 from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.seams.usage_kernels import ABSENT, MOST, NEW, OLD, SHARE, USUAL, Usage, rates
+from intarsia.seams.usage_kernels import MOST, SHARE, USUAL, Usage, rates
 from intarsia.seams.whole import make_whole
 from intarsia.testing import texture
 
-FREE = 1
 ONE = ia.Run(1)
 
 

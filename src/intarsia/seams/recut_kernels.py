@@ -28,12 +28,12 @@ import numpy as np
 from ..arrays import Int32, UInt8
 from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
-from ..kernels.maxflow import MOST, push_flow
+from ..kernels.maxflow import FREE, MOST, NEW, OLD, push_flow
 from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import beyond, meeting, spot, through
 from .usage_kernels import count_pixel, price_usage, taken_sum
 
-OLD, FREE, NEW, ABSENT = 0, 1, 2, 3
+ABSENT = 3  # beside what the flow knows: old, free, new
 
 
 @kernel
@@ -323,9 +323,10 @@ def cut_change(terms: Any, out: Any) -> Any:
 
 @kernel
 def _cut_in(
-    pieces: Any, pick: Any, price: Any, usage: Any, draft: Any, limit: Any, joints: Any, old: Any, seen: Any, terms: Any
+    pieces: Any, pick: Any, prices: Any, draft: Any, limit: Any, joints: Any, old: Any, seen: Any, terms: Any
 ) -> Any:
     """Cut a patch into what :func:`look` read of a window; see :func:`recut`. NEVER if it is given up."""
+    price, usage = prices
     new, state, most = np.empty(old.shape, np.int32), np.empty(old.shape, np.uint8), np.int64(MOST)
     lay(pieces, pick, draft.step, old, seen, new, state)
     price_all(pieces, price, joints, old, new, state, terms)
@@ -352,16 +353,17 @@ def recut(
     `picks` (n, 4): the number of each, by which ties are settled, its variant, row and column of the pixel shown at the
     window's first pixel, which may lie outside the variant. The draft says which pixels of the last one to take.
     `best` (2,): by how much the seams become dearer, negative where a patch covers seams that cost more than its own,
-    and the number of the patch; what does not better it is given up, and it stays. What `usage` says is part of that.
+    and the number of the patch; what does not better it is given up, and it stays. `prices`: of seams, and of what is
+    shown already, which is part of that.
     What is saved by leaving, of the draft, draws the cut only; where anything is, no cut is given up before that.
     """
-    (price, usage), (h, w) = prices, draft.take.shape
+    h, w = draft.take.shape
     old, seen, terms = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.zeros((3, 2, h, w), np.int32)
-    joints = look(grown, locked, pieces, box, target, price, draft.step, old, seen, terms[0])
+    joints = look(grown, locked, pieces, box, target, prices[0], draft.step, old, seen, terms[0])
     for k in range(len(picks)):
         number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
         limit = best[0] + (number < best[1])  # of two that cost as much the first is taken
-        change = _cut_in(pieces, pick, price, usage, draft, limit, joints, old, seen, terms)
+        change = _cut_in(pieces, pick, prices, draft, limit, joints, old, seen, terms)
         if change < limit:
             best[0], best[1] = change, number
 

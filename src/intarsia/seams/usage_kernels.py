@@ -18,11 +18,11 @@ import numpy as np
 
 from ..arrays import Array, Int32
 from ..kernels.jit import kernel
+from ..kernels.maxflow import FREE, NEW
 from ..kernels.windows import HOLE
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
 USUAL, MOST = 256, 8  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
-ABSENT, OLD, NEW = 3, 0, 2  # states of pixels, as in the kernels of cuts
 
 
 class Usage(NamedTuple):
@@ -59,7 +59,7 @@ def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any
     for i in range(old.shape[0]):
         for j in range(old.shape[1]):
             more[i, j] = 0
-            if state[i, j] == ABSENT or state[i, j] == OLD:
+            if state[i, j] != FREE and state[i, j] != NEW:
                 continue
             cost = np.int64(0)
             if new[i, j] >= 0:
