@@ -22,6 +22,7 @@ from typing import Any
 import numba
 from llvmlite.binding import Linkage, address_of_symbol, create_pass_builder, create_pipeline_tuning_options
 from numba.core import caching, environment, serialize
+from numba.core import types as _types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
@@ -36,6 +37,7 @@ if not numba.__version__.startswith(KNOWN):
     raise ImportError(f"the inside of numba {KNOWN}x is known, not that of {numba.__version__}")
 
 unliteral: Any = _unliteral
+types: Any = _types
 _environment_of: Any = environment.lookup_environment
 _key_of: Any = caching.FunctionCache._index_key
 _rebuild: Any = CompileResult._rebuild
@@ -161,8 +163,8 @@ class Kernel(CPUDispatcher):
             return entry if called is None else self._opened(sig, called)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Say what a call from another kernel returns; a written number is one of its type, not a type of its own."""
-        return super().get_call_template([unliteral(a) for a in args], {n: unliteral(a) for n, a in kws.items()})
+        """Say what a call from another kernel returns; whole numbers of any width are compiled for once."""
+        return super().get_call_template([_wide(a) for a in args], {n: _wide(a) for n, a in kws.items()})
 
     def add_overload(self, cres: Any) -> None:
         """Have what was compiled called."""
@@ -191,6 +193,17 @@ class Kernel(CPUDispatcher):
         super().add_overload(opened)
         self._cache.save_overload(sig, opened)
         return entry
+
+
+def _wide(argument: Any) -> Any:
+    """The type with which a kernel calls another: a written number is one of its type, signed numbers are int64.
+
+    Sums and products of narrow ones are int64 anyway, so that it makes no difference besides.
+    """
+    if isinstance(argument, types.BaseTuple) and not isinstance(argument, types.BaseNamedTuple):
+        return types.BaseTuple.from_types([_wide(a) for a in argument])
+    plain = unliteral(argument)
+    return types.int64 if isinstance(plain, types.Integer) and plain.signed else plain
 
 
 class KernelCache:

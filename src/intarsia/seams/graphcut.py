@@ -224,8 +224,7 @@ class GraphcutGrowth:
                                                  for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
         rate = rates(strikes, price * self.growth.seam_price("sharp").knee, due)
         usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros(len(rate), np.int32))
-        if (self.variant != HOLE).any():
-            count_map(self.grown, self.pieces, usage)
+        count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage
 
     @property

@@ -31,7 +31,7 @@ from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, MOST, NEW, OLD, push_flow
 from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import beyond, meeting, spot, through
-from .usage_kernels import count_pixel, price_usage, taken_sum
+from .usage_kernels import price_usage, taken_sum
 
 ABSENT = 3  # beside what the flow knows: old, free, new
 
@@ -375,20 +375,21 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
     Returns the first row and column of the box of what is written, in the window, its rows and columns.
     """
     (variant, yx, wrap), table = grown, pieces.table
-    height, width = variant.shape
-    rows, columns = table[pick[0], 1], table[pick[0], 2]
-    top, left, bottom, right = take.shape[0], take.shape[1], 0, 0
-    for i in range(take.shape[0]):
-        y = canvas_place(box[0] + i, height, wrap[0])
-        for j in range(take.shape[1]):
+    (height, width), (h, w) = variant.shape, take.shape
+    v, rows, columns = np.uint8(pick[0]), table[pick[0], 1], table[pick[0], 2]
+    first, stride, origin, shown = table[:, 0] // pieces.channels, table[:, 3], usage.origin, usage.shown
+    counted, right = usage.rate.size > 0, pick[2] % columns
+    top, left, bottom, end = h, w, 0, 0
+    for i in range(h):
+        y, row, x, column = canvas_place(box[0] + i, height, wrap[0]), (pick[1] + i) % rows, box[1], right
+        for j in range(w):
             if take[i, j]:
-                x = canvas_place(box[1] + j, width, wrap[1])
-                if usage.rate.size:
-                    count_pixel(grown, pieces, usage, y, x, -1)
-                variant[y, x] = pick[0]
-                yx[y, x, 0] = (pick[1] + i) % rows
-                yx[y, x, 1] = (pick[2] + j) % columns
-                if usage.rate.size:
-                    count_pixel(grown, pieces, usage, y, x, 1)
-                top, left, bottom, right = min(top, i), min(left, j), max(bottom, i + 1), max(right, j + 1)
-    return min(top, bottom), min(left, right), max(bottom - top, 0), max(right - left, 0)
+                if counted:
+                    was = variant[y, x]
+                    if was != HOLE:
+                        shown[origin[first[was] + yx[y, x, 0] * stride[was] + yx[y, x, 1]]] -= 1
+                    shown[origin[first[v] + row * stride[v] + column]] += 1
+                variant[y, x], yx[y, x, 0], yx[y, x, 1] = v, row, column
+                top, left, bottom, end = min(top, i), min(left, j), max(bottom, i + 1), max(end, j + 1)
+            x, column = x + 1 if x + 1 < width else 0, column + 1 if column + 1 < columns else 0
+    return min(top, bottom), min(left, end), max(bottom - top, 0), max(end - left, 0)

@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import Array, Int32
 from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW
-from ..kernels.windows import HOLE
+from ..kernels.windows import HOLE, Grown
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
 USUAL, MOST = 256, 8  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
@@ -85,19 +85,9 @@ def taken_sum(more: Any, take: Any) -> Any:
     return total
 
 
-@kernel
-def count_pixel(grown: Any, pieces: Any, usage: Any, y: int, x: int, times: int) -> None:
-    """Count what the map shows at a pixel so many times more."""
-    (variant, yx, _), table = grown, pieces.table
-    v = variant[y, x]
-    if v != HOLE:
-        place = table[v, 0] // pieces.channels + yx[y, x, 0] * table[v, 3] + yx[y, x, 1]
-        usage.shown[usage.origin[place]] += times
-
-
-@kernel
-def count_map(grown: Any, pieces: Any, usage: Any) -> None:
-    """Count all that a map shows."""
-    for y in range(grown.variant.shape[0]):
-        for x in range(grown.variant.shape[1]):
-            count_pixel(grown, pieces, usage, y, x, 1)
+def count_map(grown: Grown, table: Array, channels: int, usage: Usage) -> None:
+    """Count all that a map shows; `table` (V, 4) and `channels` as in ``Pieces``."""
+    known = grown.variant != HOLE
+    variant, (row, column) = grown.variant[known], grown.yx[known].T
+    place = table[variant, 0] // channels + row * table[variant, 3] + column
+    usage.shown[:] += np.bincount(usage.origin[place], minlength=len(usage.shown)).astype(np.int32)
