@@ -178,7 +178,7 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 
 BUDGET = {
     "analysis": 18_280,
-    "choosing": 7_050,
+    "choosing": 7_010,
     "cli": 24_180,
     "corrections": 21_500,
     "disk": 5_200,

@@ -188,17 +188,6 @@ class TestRules:
         vars(known)["outlines"] = 0.9
         assert not rules._mixed(known)
 
-    @pytest.mark.parametrize(("size", "outlines", "price"), [(40, 0.9, 0.12), (40, 0.8, 0.25), (35, 0.9, 0.25)])
-    def test_large_elements_with_outlines_are_shown_less_evenly(
-        self, size: int, outlines: float, price: float
-    ) -> None:
-        """Fewer than 3.3 of them lie across an exemplar of 120 px."""
-        known = Facts([Exemplar.of(speckle(120, 120))], CANVAS)
-        vars(known)["element"] = replace(known.element, size=size, width=size, height=size)
-        vars(known)["outlines"] = outlines
-        found = ia.Auto().decide(known)
-        assert (found.rule, found.method.evenness) == ("elements", price)
-
     def test_lines_of_text_are_no_courses(self) -> None:
         found = choice_of(lines_of_text())
         assert found.facts.lattices.accepted.kind == "1-D"

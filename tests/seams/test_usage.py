@@ -116,6 +116,22 @@ def test_the_dearer_repeats_are_the_more_evenly_is_an_exemplar_used(seed: int) -
     assert spread[2] < 0.75 * spread[1]
 
 
+def test_in_step_only_what_strikes_costs() -> None:
+    """And as much as elsewhere: all else returns by the lattice anyway."""
+    e, canvas = Exemplar.of(texture(72, 80, 3, 2)), Canvas(90, 90)
+    rates = []
+    for lattice in (None, ((20.0, 0.0), (0.0, 18.0))):
+        method = ia.Graphcut(patch=24, lattice=lattice, evenness=1).resolved([e], canvas)
+        rates.append(GraphcutGrowth(Growth(settings_of(method), [e], canvas), stitch_of(method)).usage.rate)
+    free, stepped = rates
+    usual = free.min()
+    assert usual > 0
+    assert (free > usual).any()
+    np.testing.assert_array_equal(stepped[free > usual], free[free > usual])
+    assert (stepped[free == usual] <= usual).all()
+    assert (stepped == 0).any()
+
+
 def test_where_nothing_is_asked_nothing_is_counted() -> None:
     sewn = grown([Exemplar.of(texture(40, 44, 3, 1))], Canvas(60, 60), evenness=0)
     assert sewn.usage.rate.size == sewn.usage.shown.size == 0

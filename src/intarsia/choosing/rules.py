@@ -13,7 +13,7 @@ from typing import Any
 
 from ..geometry import Wrap
 from ..lattice.lattice import vectors_of
-from .facts import BROAD, EVENNESS, FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, ROUNDS, SEEN, STEPPED, Facts
+from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, ROUNDS, SEEN, STEPPED, Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
@@ -68,9 +68,7 @@ def _steps(f: Facts) -> dict[str, Any]:
 
 
 def _whole(f: Facts) -> dict[str, Any]:
-    """Damaged elements are covered; the exemplar's border cuts much of large ones, so they are shown less evenly."""
-    broad = f.across < BROAD and not _loose(f)
-    return {"whole": ROUNDS} | ({"evenness": EVENNESS} if broad else {})
+    return {"whole": ROUNDS}
 
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:

@@ -22,7 +22,6 @@ from typing import Any
 import numba
 from llvmlite.binding import Linkage, address_of_symbol, create_pass_builder, create_pipeline_tuning_options
 from numba.core import caching, environment, serialize
-from numba.core import types as _types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
@@ -37,7 +36,7 @@ if not numba.__version__.startswith(KNOWN):
     raise ImportError(f"the inside of numba {KNOWN}x is known, not that of {numba.__version__}")
 
 unliteral: Any = _unliteral
-types: Any = _types
+types: Any = numba.types
 _environment_of: Any = environment.lookup_environment
 _key_of: Any = caching.FunctionCache._index_key
 _rebuild: Any = CompileResult._rebuild
@@ -82,13 +81,6 @@ class Library(JITCodeLibrary):
             return 0
         plain: Any = super()
         return int(plain.get_pointer_to_function(name))
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        ll_module.data_layout = self._codegen._data_layout
-        for function in ll_module.functions:
-            if not function.is_declaration:
-                passes, builder = self._codegen._function_pass_manager()
-                passes.run(function, builder)
 
     def _get_module_for_linking(self) -> Any:
         if self._shared_module is None and not self._finalized:
@@ -164,7 +156,7 @@ class Kernel(CPUDispatcher):
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Say what a call from another kernel returns; whole numbers of any width are compiled for once."""
-        return super().get_call_template([_wide(a) for a in args], {n: _wide(a) for n, a in kws.items()})
+        return super().get_call_template([_wide(a) for a in args], kws)
 
     def add_overload(self, cres: Any) -> None:
         """Have what was compiled called."""
@@ -203,7 +195,7 @@ def _wide(argument: Any) -> Any:
     if isinstance(argument, types.BaseTuple) and not isinstance(argument, types.BaseNamedTuple):
         return types.BaseTuple.from_types([_wide(a) for a in argument])
     plain = unliteral(argument)
-    return types.int64 if isinstance(plain, types.Integer) and plain.signed else plain
+    return types.int64 if getattr(plain, "signed", False) else plain
 
 
 class KernelCache:

@@ -32,12 +32,10 @@ def cut_cost(mask: UInt8, right: Int32, down: Int32) -> int:
     height, width = mask.shape
     total = 0
     for y in range(height):
-        for x in range(width - 1):
-            if mask[y, x] != mask[y, x + 1]:
-                total += right[y, x]
-    for y in range(height - 1):
         for x in range(width):
-            if mask[y, x] != mask[y + 1, x]:
+            if x + 1 < width and mask[y, x] != mask[y, x + 1]:
+                total += right[y, x]
+            if y + 1 < height and mask[y, x] != mask[y + 1, x]:
                 total += down[y, x]
     return total
 

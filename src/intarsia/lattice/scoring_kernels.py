@@ -19,6 +19,9 @@ def top_of(before: float, here: float, after: float) -> float:
     return 0.5 * (after - before) / bend if bend > 0 else 0.0
 
 
+SPARSE = 128  # px: of larger overlaps every second px is compared along each axis
+
+
 @kernel
 def best_shift(
     picture: Int16,
@@ -30,8 +33,9 @@ def best_shift(
 ) -> bool:
     """Find the shift near `near` by which a picture differs least from itself; False where none stands out.
 
-    The same px, at most window x window around the middle of the overlap, are compared for every shift, in
-    whole numbers; a constant difference of light does not count. `usable` of one px means that all are.
+    The same px, at most window x window around the middle of the overlap, of many every second one along each axis, are
+    compared for every shift, in whole numbers; a constant difference of light does not count. `usable` of one px means
+    that all are.
     """
     height, width, channels = picture.shape
     top, left = max(0, radius - near[0]), max(0, radius - near[1])
@@ -44,7 +48,7 @@ def best_shift(
         right = left + window
     if bottom - top < 8 or right - left < 8:
         return False
-    masked = usable.size > 1
+    masked, step = usable.size > 1, 2 if min(bottom - top, right - left) > SPARSE else 1
     side = 2 * radius + 1
     cost = np.zeros((side, side))
     for i in range(side):
@@ -53,8 +57,8 @@ def best_shift(
             total = 0.0
             for c in range(channels):
                 square, plain, count = 0, 0, 0
-                for y in range(top, bottom):
-                    for x in range(left, right):
+                for y in range(top, bottom, step):
+                    for x in range(left, right, step):
                         if masked and not (usable[y, x] and usable[y + dy, x + dx]):
                             continue
                         d = np.int64(picture[y + dy, x + dx, c]) - picture[y, x, c]
@@ -65,11 +69,7 @@ def best_shift(
                     return False
                 total += (square - plain * plain / count) / count
             cost[i, j] = total
-    bi, bj = 0, 0
-    for i in range(side):
-        for j in range(side):
-            if cost[i, j] < cost[bi, bj]:
-                bi, bj = i, j
+    bi, bj = divmod(cost.argmin(), side)
     if bi == 0 or bj == 0 or bi == side - 1 or bj == side - 1:
         return False
     here = cost[bi, bj]
@@ -157,7 +157,7 @@ def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) 
     """Average the map along straight lines: entry s is the line s/2 px from the middle, 0 where none is seen.
 
     Also how much each weighs: (2, count). `direction` (dy, dx) points across the lines and has length 65536; lines are
-    read every px.
+    read every second px.
     """
     p, q = direction[0], direction[1]
     high, wide = (values.shape[0] >> 1) << 17, (values.shape[1] >> 1) << 17
@@ -176,7 +176,7 @@ def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) 
                 first, last = max(first, -((start - low) // step)), min(last, (top - start) // step)
             elif start < low or start > top:
                 last = first - 1
-        for t in range(first, last + 1):
+        for t in range(first + (first & 1), last + 1, 2):
             y, x = ((y0 - 2 * t * q) >> 6) + (high >> 6), ((x0 + 2 * t * p) >> 6) + (wide >> 6)
             w = int(weights[np.uint64((y + 1024) >> 11), np.uint64((x + 1024) >> 11)])
             if w > 0:

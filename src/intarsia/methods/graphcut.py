@@ -75,8 +75,9 @@ class Graphcut(base.CutSquares):
     isometries: str | tuple[int, ...] = base.poses()
     usage: float = base.usage_price()
     evenness: float = param(
-        0.25, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
-        "knees (three eighths of the spread of colours); up to eight times as much where it strikes; 0: none",
+        0.12, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
+        "knees (three eighths of the spread of colours); up to eight times as much where it strikes, in step with a "
+        "lattice only there; 0: none",
         low=0, high=100,
     )  # fmt: skip
 

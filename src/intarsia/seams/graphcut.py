@@ -216,14 +216,14 @@ class GraphcutGrowth:
     def _counted(self, price: float) -> Usage:
         """How often the map shows every exemplar pixel now, and what each showing costs."""
         feats, exemplars = self.growth.features, self.growth.exemplars
-        begins = np.cumsum([0, *(e.height * e.width for e in exemplars)])
-        numbers = [b + np.arange(e.height * e.width).reshape(e.height, e.width)
-                   for b, e in zip(begins, exemplars, strict=False)]  # fmt: skip
+        begins = np.cumsum([0, *(e.free.size for e in exemplars)])
+        numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
         due = max(self.variant.size / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
         strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
                                                  for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-        rate = rates(strikes, price * self.growth.seam_price("sharp").knee, due)
-        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros(len(rate), np.int32))
+        least = int(not self.stitch.lattice)  # in step all repeats anyway but what strikes
+        rate = rates(strikes, price * self.growth.seam_price("sharp").knee, due, least)
+        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros_like(rate))
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage
 
@@ -241,7 +241,8 @@ class GraphcutGrowth:
 
     def cheapest(self, box: Box, found: Candidates, bits: int, filling: bool) -> Cut | None:
         """Draw some of the candidates for a window, and cut in the best; None where there is none that saves."""
-        shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
+        # a piece that goes on leaves a lattice that is stretched
+        shown = [] if filling or (self.first and any(self.wraps)) else self.shown(box)[: TRIES // SHOWN]
         picks = shown + self.placements(box, found, bits, filling)[: TRIES - len(shown)]
         return self.best(box, picks, NEVER if filling else 0)
 
@@ -271,9 +272,9 @@ class GraphcutGrowth:
         """The pieces that lie about a window, those of which most is seen first."""
         places = []
         for axis in (0, 1):
-            low, high, length = box[axis], box[axis] + box[2 + axis], self.variant.shape[axis]
-            more = min(self.stitch.margin, (length - box[2 + axis]) // 2 if self.wraps[axis] else length)
-            low, high = low - more, high + more
+            n, length = box[2 + axis], self.variant.shape[axis]
+            more = min(self.stitch.margin, (length - n) // 2 if self.wraps[axis] else length)
+            low, high = box[axis] - more, box[axis] + n + more
             if not self.wraps[axis]:
                 low, high = max(low, 0), min(high, length)
             places.append(np.arange(low, high, EVERY))
@@ -356,9 +357,9 @@ class GraphcutGrowth:
     def search_prices(self, box: Box | None = None) -> Prices:
         """How often every patch is shown already, around a window or anywhere, for the short-list."""
         assert self._search is not None
-        (height, width), step = self.variant.shape, self._step
+        search, step, frames = self._search, self._step, np.zeros((len(self.variants), 3), np.int64)
+        height, width = self.variant.shape
         look = self.look(box, step) if box else Look(0, 0, height, width, step)
-        search, frames = self._search, np.zeros((len(self.variants), 3), np.int64)
         f, (h, w) = search.factor, search.cells
         for v, valid in enumerate(search.valid):
             frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0

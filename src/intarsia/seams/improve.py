@@ -94,7 +94,7 @@ class Drawing:
 
     def give_up(self, key: Any) -> None:
         """Leave a window until something changes there."""
-        assert self.worst is not None, "an empty window takes any patch"
+        assert self.worst is not None  # an empty window takes any patch
         self.worst.give_up(key)
 
 

@@ -376,7 +376,8 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
     """
     (variant, yx, wrap), table = grown, pieces.table
     (height, width), (h, w) = variant.shape, take.shape
-    v, rows, columns = np.uint8(pick[0]), table[pick[0], 1], table[pick[0], 2]
+    v = pick[0]
+    rows, columns = table[v, 1], table[v, 2]
     first, stride, origin, shown = table[:, 0] // pieces.channels, table[:, 3], usage.origin, usage.shown
     counted, right = usage.rate.size > 0, pick[2] % columns
     top, left, bottom, end = h, w, 0, 0

@@ -33,17 +33,17 @@ class Usage(NamedTuple):
     shown: Int32  # (exemplar pixels,): how often each is shown
 
 
-NO_USAGE = Usage(np.zeros(1, np.int32), np.zeros(0, np.int32), np.zeros(0, np.int32))
+NO_USAGE = Usage(*np.zeros((3, 0), np.int32))
 
 
-def rates(strikes: Sequence[Array], price: float, due: float) -> Int32:
+def rates(strikes: Sequence[Array], price: float, due: float, least: int = 1) -> Int32:
     """Return what every showing of each pixel costs the next one.
 
     `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
     `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual costs up
-    to MOST times that: the same thing is seen again at once.
+    to MOST times that: the same thing is seen again at once. With a `least` of 0 all others cost nothing.
     """
-    weight = np.concatenate([np.clip(2 * s.ravel() / USUAL - 3, 1, MOST) for s in strikes])
+    weight = np.concatenate([np.clip(2 * s.ravel() / USUAL - 3, least, MOST) for s in strikes])
     return np.rint(SHARE * price * weight / due).astype(np.int32)
 
 
