@@ -241,8 +241,7 @@ class GraphcutGrowth:
 
     def cheapest(self, box: Box, found: Candidates, bits: int, filling: bool) -> Cut | None:
         """Draw some of the candidates for a window, and cut in the best; None where there is none that saves."""
-        # a piece that goes on leaves a lattice that is stretched
-        shown = [] if filling or (self.first and any(self.wraps)) else self.shown(box)[: TRIES // SHOWN]
+        shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
         picks = shown + self.placements(box, found, bits, filling)[: TRIES - len(shown)]
         return self.best(box, picks, NEVER if filling else 0)
 
@@ -269,7 +268,9 @@ class GraphcutGrowth:
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
-        """The pieces that lie about a window, those of which most is seen first."""
+        """The pieces that lie about a window, the largest first; on canvases that wrap none would keep to a lattice."""
+        if self.first and any(self.wraps):
+            return []
         places = []
         for axis in (0, 1):
             n, length = box[2 + axis], self.variant.shape[axis]

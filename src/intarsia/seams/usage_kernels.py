@@ -86,8 +86,9 @@ def taken_sum(more: Any, take: Any) -> Any:
 
 
 def count_map(grown: Grown, table: Array, channels: int, usage: Usage) -> None:
-    """Count all that a map shows; `table` (V, 4) and `channels` as in ``Pieces``."""
-    known = grown.variant != HOLE
-    variant, (row, column) = grown.variant[known], grown.yx[known].T
-    place = table[variant, 0] // channels + row * table[variant, 3] + column
-    usage.shown[:] += np.bincount(usage.origin[place], minlength=len(usage.shown)).astype(np.int32)
+    """Count all that a map shows, row by row; `table` (V, 4) and `channels` as in ``Pieces``."""
+    for shown, yx in zip(grown.variant, grown.yx, strict=True):
+        known = shown != HOLE
+        variant, (row, column) = shown[known], yx[known].T
+        place = table[variant, 0] // channels + row * table[variant, 3] + column
+        np.add.at(usage.shown, usage.origin[place], 1)
