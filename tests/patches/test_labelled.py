@@ -95,7 +95,7 @@ class TestPainting:
     @pytest.mark.parametrize(("weight", "isometries"), [(0.3, "none"), (2.0, "both")])
     def test_on_boundaries_any_of_many_is_drawn_among_all(self, weight: float, isometries: str) -> None:
         """Multrus 2003, 5.3.2, A.2: more than a short-list holds, by d + alpha g of every patch that is allowed."""
-        scene = Scene(weight, "fast", isometries)
+        scene = Scene(weight, "roots", isometries)
         method = ia.PatchSampling(patch=4, overlap=4, boundary_candidates=100, repetition="none")
         found = scene.found()
         assert len(found.rows) < 64
