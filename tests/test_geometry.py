@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from naive import lay_down, shown_pixel
 
 from intarsia.analysis.features import pose_array
-from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, apart, spread, widened
+from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, apart, spread
 from intarsia.search.candidates import isometry_ids
 
 
@@ -96,12 +96,6 @@ def test_wraps_and_boxes() -> None:
     assert Wrap("both") is Wrap.BOTH
     box = Box(-3, 2**40, 5, 2**40 + 7)
     assert (box.height, box.width) == (8, 7)
-
-
-def test_boxes_are_widened_as_far_as_the_canvas_reaches() -> None:
-    assert widened((1, 90, 5, 9), 3, (50, 100), (False, False)) == (0, 87, 9, 13)
-    assert widened((1, 90, 5, 9), 3, (50, 100), (True, True)) == (48, 87, 11, 15)
-    assert widened((1, 90, 48, 9), 3, (50, 100), (True, False))[2] == 50
 
 
 def test_apart_is_the_short_way_round() -> None:

@@ -127,23 +127,6 @@ def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None 
     return min(found), max(found)
 
 
-def widened(
-    box: tuple[int, int, int, int], pad: int, size: tuple[int, int], wraps: tuple[bool, bool]
-) -> tuple[int, int, int, int]:
-    """A box (row, column, height, width) and `pad` px around it, as far as a canvas (height, width) reaches.
-
-    Where that wraps, it begins on the canvas, may go on beyond its end, and is no longer than it.
-    """
-    at, long = list[int](), list[int]()
-    for axis, length in enumerate(size):
-        low, high = box[axis] - pad, box[axis] + box[2 + axis] + pad
-        if not wraps[axis]:
-            low, high = max(low, 0), min(high, length)
-        at.append(low % length)
-        long.append(min(high - low, length))
-    return at[0], at[1], long[0], long[1]
-
-
 def apart(a: int, b: int, length: int, wrap: bool) -> int:
     """How far two coordinates are apart, the short way round if the canvas wraps."""
     away = abs(a - b)

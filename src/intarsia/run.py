@@ -115,17 +115,6 @@ class Run:
             raise CancelledError("cancelled; nothing was written.")
 
     @contextmanager
-    def beside(self, *makes: Callable[[], object]) -> Iterator[None]:
-        """Make in the meantime, if allowed, what is asked for later and kept where it is made.
-
-        What goes wrong there goes wrong once more, and is told, where it is asked for.
-        """
-        with ThreadPoolExecutor(max(len(makes), 1)) as executor:
-            for make in makes if self.workers > 1 else ():
-                executor.submit(make)
-            yield
-
-    @contextmanager
     def pool(self) -> Iterator[Callable[[Callable[[T], Any], Iterable[T]], list[Any]]]:
         """Yield ``each(function, items)``: what the function makes of every item, in order, in parallel if allowed."""
         if self.workers == 1:

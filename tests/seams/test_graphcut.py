@@ -84,7 +84,7 @@ class Scene:
 
 
 seeds = st.integers(0, 2**32 - 1)
-NOTHING, NO_MORE = np.zeros((0, 0), np.int32), np.zeros((0, 0), np.int64)
+NO_MORE = np.zeros((0, 0), np.int64)
 
 
 def recut(
@@ -122,8 +122,8 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     edge[1:-1, 1:-1] = False
     if (scene.variant[y : y + h, x : x + w][edge] == HOLE).any():
         return  # what fills holes at the edge of a window has seams with the outside, too
-    before, saved = scene.naive.total(scene.sources()), np.zeros((h, w), np.int32)
-    change = recut(scene, (y, x, h, w), (0, 0, h, w), pick, Draft(1, saved, take))
+    before = scene.naive.total(scene.sources())
+    change = recut(scene, (y, x, h, w), (0, 0, h, w), pick, Draft(1, take))
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, NO_USAGE, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
@@ -145,8 +145,8 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
     pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
     small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
-    box, target, none = (y, x, h, w), (1, 0, h - 1, w), np.zeros((h, w), np.int32)
-    change = recut(scene, box, target, pick, Draft(1, none, small))
+    box, target = (y, x, h, w), (1, 0, h - 1, w)
+    change = recut(scene, box, target, pick, Draft(1, small))
 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
@@ -163,7 +163,7 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     scene.shown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
     scene.pieces, scene.locked = pieces, larger(scene.locked)
     where = (tuple(n * step for n in box), tuple(n * step for n in target))
-    got = recut(scene, *where, (pick[0], pick[1] * step, pick[2] * step), Draft(step, none, rough))
+    got = recut(scene, *where, (pick[0], pick[1] * step, pick[2] * step), Draft(step, rough))
     assert got == change
     assert np.array_equal(rough, small)
 
@@ -233,12 +233,11 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
         state[y, x] = 0
     terms = random_terms(rng, state, most)
     out = np.full((height, width), 7, np.uint8)
-    saved = rng.integers(-most, most + 1, state.shape).astype(np.int32) * (seed % 2)
     more = rng.integers(-most, most + 1, state.shape) if seed % 3 else NO_MORE
-    assert recut_kernels.least_cut(state, planes(terms), saved, more, out, MOST)
+    assert recut_kernels.least_cut(state, planes(terms), more, out, MOST)
     free = state == 1
     signed = np.where(free, more, 0) if more.size else np.zeros(state.shape, np.int64)
-    stays = np.where(free, np.maximum(saved, 0), 0) - np.minimum(signed, 0)
+    stays = -np.minimum(signed, 0)
     goes = np.maximum(signed, 0)
     if (state == 0).any():  # else all becomes new
         paid = energy(out, state, terms) + stays[out == 0].sum() + goes[out == 1].sum()
@@ -259,12 +258,12 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
     state[0, 0] = 0
     terms = random_terms(rng, state, int(rng.choice([1, 20, 5000])))
     out = np.empty((height, width), np.uint8)
-    recut_kernels.least_cut(state, planes(terms), NOTHING, NO_MORE, out, MOST)
+    recut_kernels.least_cut(state, planes(terms), NO_MORE, out, MOST)
     least = energy(out, state, terms)
     assert least == scipy_energy(state, terms)
-    assert recut_kernels.least_cut(state, planes(terms), NOTHING, NO_MORE, out, least + 1)
+    assert recut_kernels.least_cut(state, planes(terms), NO_MORE, out, least + 1)
     assert energy(out, state, terms) == least
-    given_up = not recut_kernels.least_cut(state, planes(terms), NOTHING, NO_MORE, out, max(least, 1))
+    given_up = not recut_kernels.least_cut(state, planes(terms), NO_MORE, out, max(least, 1))
     assert given_up or not least
 
 

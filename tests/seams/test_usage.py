@@ -19,7 +19,6 @@ from intarsia.seams.improve import fill, refine
 from intarsia.seams.recut_kernels import ABSENT
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import MOST, SHARE, USUAL, Usage, rates
-from intarsia.seams.whole import make_whole
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
@@ -66,10 +65,9 @@ def test_what_strikes_is_dearer_up_to_a_limit() -> None:
 
 @pytest.mark.parametrize("poses", ["none", "both"])
 def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
-    """In all poses, of all exemplars, after fills, refinements and whole elements."""
+    """In all poses, of all exemplars, after fills and refinements."""
     exemplars = [Exemplar.of(texture(40, 44, 3, 1)), Exemplar.of(texture(30, 36, 3, 2), toroidal=True)]
     sewn = grown(exemplars, Canvas(90, 80, "x"), isometries=poses)
-    make_whole(sewn, exemplars, 1, ONE)
     made, seen = sewn.growth.map(ia.Blend(0)), Counter[tuple[int, int, int]]()
     for y, x in product(range(90), range(80)):
         seen[int(made.numbers[y, x]), *made.yx[y, x].tolist()] += 1

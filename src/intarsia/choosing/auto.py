@@ -228,5 +228,5 @@ GENERAL = ("begun", "guided", "several", "patches")
 ONLY = "only"
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "evenness", "whole")
+DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "evenness")
 """Parameters that a rule, a measurement or a trial decides."""

@@ -70,7 +70,6 @@ SEEN = 10  # of 12 directions show where elements end, or size is a guess; 8: cl
 OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
 JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
 STEPPED = 0.1  # evenness in step, where threads and joints must meet; at 0.25 24 sheets: 7 preferred, 17 not
-ROUNDS = 2  # over damaged elements; of 9 pictures 7 were preferred with 2, 1 without; with 1 4 and 3
 ACROSS = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
 PERIODS = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
 LEAST_SIDE = 32  # px, less is told of; halved and doubled: the same

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..geometry import Wrap
 from ..lattice.lattice import vectors_of
-from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, ROUNDS, SEEN, STEPPED, Facts
+from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, SEEN, STEPPED, Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
@@ -65,10 +65,6 @@ def _lattice(f: Facts) -> dict[str, Any]:
 def _steps(f: Facts) -> dict[str, Any]:
     assert f.about is not None
     return {"lattice": vectors_of(f.about), "evenness": STEPPED}
-
-
-def _whole(f: Facts) -> dict[str, Any]:
-    return {"whole": ROUNDS}
 
 
 def _straight_lattice(f: Facts) -> dict[str, Any]:
@@ -219,7 +215,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",
         _free,
-        _whole,
+        _nothing,
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",

@@ -230,8 +230,6 @@ class SeamPrice(NamedTuple):
 
     gradient: bool = False  # cheaper where there is detail (Kwatra et al. 2003, eq. 3)
     knee: int = 0  # what costs less is cheaper still, what costs more is dearer; 0: as the distance of colours
-    inside: int = 0  # of 64: what a seam in the middle of an element costs besides, in knees, for each side
-    outlined: int = 0  # of 64: how much cheaper a seam is that shows a joint
 
 
 PLAIN = SeamPrice()

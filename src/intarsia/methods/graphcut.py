@@ -57,10 +57,6 @@ class Graphcut(base.CutSquares):
         AUTO, "int", "how often the worst seam is covered anew; automatic: three times for every five windows",
         low=0, high=1 << 24,
     )  # fmt: skip
-    whole: int = param(
-        0, "int", "rounds in which damaged elements, such as stones cut in two, are covered by whole ones; 0: none",
-        low=0, high=16,
-    )  # fmt: skip
     seam: str = base.cut_cost("sharp")
     channel_weights: tuple[float, ...] | None = base.channel_weights()
     structure: float = base.structure_weight()

@@ -12,8 +12,6 @@ from ..kernels.jit import kernel
 from ..kernels.pieces_of_maps import J, goes_on
 from ..kernels.windows import HOLE, canvas_place
 
-UNIT, JOINT = 64, 128  # of a share of depth; what the sureness of a joint begins at
-
 
 class Part(NamedTuple):
     """Rows and columns of a map, and one more of both where it goes on there."""
@@ -32,7 +30,6 @@ class Pieces(NamedTuple):
     usable: UInt8  # (pixels,): 1 where a pixel may be shown
     torus: Mask  # (V,): whether it continues in itself
     channels: int
-    inside: UInt8 = np.zeros(1, np.uint8)  # (pixels,) if a price asks: depth in elements, JOINT + joints
 
 
 @kernel
@@ -68,26 +65,6 @@ def spot(pieces: Any, v: int, y: int, x: int) -> int:
 
 
 @kernel
-def through(inside: Any, a: Any, b: Any, cost: int, price: Any) -> int:
-    """Return what a seam of this cost is to count where elements are known; a and b as in :func:`meeting`.
-
-    Each piece that is left deep inside an element, of which both pixels would be shown, makes it dearer; it is cheaper
-    where one of the pixels that are shown is a joint, as an outline is seen there anyway.
-    """
-    here, on, back, there = int(inside[a[0]]), int(inside[a[1]]), int(inside[b[0]]), int(inside[b[1]])
-    joint = max(here, there) - JOINT
-    if joint > 0:
-        cost -= cost * joint * price.outlined // (UNIT * UNIT)
-    deep = 0
-    if here < JOINT and on < JOINT:
-        deep += min(here, on)
-    if back < JOINT and there < JOINT:
-        deep += min(back, there)
-    total: int = cost + price.knee * deep * price.inside // (UNIT * UNIT)
-    return total
-
-
-@kernel
 def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
     """Return what it costs that piece `a` ends at one pixel and piece `b` begins at the next.
 
@@ -98,10 +75,7 @@ def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
     flat, channels = pieces.flat, pieces.channels
     cost = feature_distance(flat, channels, a[0], b[0]) + feature_distance(flat, channels, a[1], b[1])
     if price.knee > 0:
-        cost = sharpened(cost, price.knee)
-        if price.inside > 0 and a[0] != b[0] and a[1] != b[1]:
-            cost = through(pieces.inside, a, b, cost, price)
-        return cost
+        return int(sharpened(cost, price.knee))
     if price.gradient and cost > 0:
         change = feature_distance(flat, channels, a[0], a[1]) + feature_distance(flat, channels, b[0], b[1])
         cost = cost * GRADIENT_UNIT // (FLAT + change)

@@ -374,20 +374,15 @@ class GraphcutGrowth:
 
     # ---- cutting
 
-    def cut(
-        self, box: Box, pick: Pick, margin: int, step: int = 1, saved: Bar | None = None,
-        limit: int = NEVER,
-    ) -> Cut:  # fmt: skip
+    def cut(self, box: Box, pick: Pick, margin: int, step: int = 1, limit: int = NEVER) -> Cut:
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
         Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. With
-        a `step` above 1 the cut is made and priced on every so many-th px only, to be compared with others. `saved`
-        says of the window with its surroundings what staying costs each pixel besides its seams, int32. A cut that
+        a `step` above 1 the cut is made and priced on every so many-th px only, to be compared with others. A cut that
         would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``.
         """
         window, inner, patch = self._window(box, pick, margin)
-        more = None if saved is None else np.ascontiguousarray(saved(window, patch)[::step, ::step])
-        draft, best = drafted(window, step, more), np.array([limit, -1], np.int64)
+        draft, best = drafted(window, step), np.array([limit, -1], np.int64)
         self._recut(window, inner, [(0, *patch)], draft, best)
         return Cut(NEVER if best[1] else int(best[0]), window, patch, draft.take)
 

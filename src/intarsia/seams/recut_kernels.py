@@ -25,12 +25,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int32, UInt8
+from ..arrays import UInt8
 from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, MOST, NEW, OLD, push_flow
 from ..kernels.windows import HOLE, canvas_place
-from .energy_kernels import beyond, meeting, spot, through
+from .energy_kernels import beyond, meeting, spot
 from .usage_kernels import price_usage, taken_sum
 
 ABSENT = 3  # beside what the flow knows: old, free, new
@@ -177,8 +177,6 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
                     cost = np.int32(STEEPEST * cost) if cost >= STEEPEST * price.knee else np.int32(square)
                 first[j] = cost
                 second[j] = cost
-    if price.inside > 0:
-        _mind_elements(pieces.inside, price, old, new, terms)
     for number in range(len(joints)):
         i, j, k, on, back = joints[number]
         m, n = i + k, j + 1 - k
@@ -213,45 +211,27 @@ def _measure_gaps(flat: Any, channels: int, old: Any, new: Any, gap: Any) -> Non
             out[j] = root + (root * root < squares[j])
 
 
-@kernel
-def _mind_elements(inside: Any, price: Any, old: Any, new: Any, terms: Any) -> None:
-    """Make the prices of pairs where pieces go on dearer inside elements, and cheaper at joints: see ``through``."""
-    h, w = old.shape
-    for k in range(2):
-        for i in range(h - k):
-            for j in range(w - 1 + k):
-                m, n = i + k, j + 1 - k
-                known = old[i, j] >= 0 and old[m, n] >= 0 and new[i, j] >= 0 and new[m, n] >= 0
-                if known and old[i, j] != new[i, j]:
-                    was, will = (old[i, j], old[m, n]), (new[i, j], new[m, n])
-                    terms[1, k, i, j] = through(inside, was, will, terms[1, k, i, j], price)
-                    terms[2, k, i, j] = through(inside, will, was, terms[2, k, i, j], price)
-
-
 NEVER = 1 << 60  # what a cut is said to cost that was given up
-NOTHING = np.zeros((0, 0), np.int32)
 
 
 class Draft(NamedTuple):
     """What a cut is drawn on, and what it says: of every `step`-th px of a window, as many rows and columns."""
 
     step: int
-    saved: Int32  # what staying costs each besides its seams; or of no size: nothing
     take: UInt8  # the answer: 1 where the patch is taken
 
 
-def drafted(window: tuple[int, int, int, int], step: int, saved: Int32 | None = None) -> Draft:
+def drafted(window: tuple[int, int, int, int], step: int) -> Draft:
     """A draft of a cut into a window (first row and column, rows, columns) on which nothing is drawn yet."""
     take = np.empty((-(-window[2] // step), -(-window[3] // step)), np.uint8)
-    return Draft(step, NOTHING if saved is None else saved, take)
+    return Draft(step, take)
 
 
 @kernel
-def least_cut(state: Any, terms: Any, saved: Any, more: Any, out: Any, most: Any) -> Any:
+def least_cut(state: Any, terms: Any, more: Any, out: Any, most: Any) -> Any:
     """Choose between old and new for every pixel so that the terms of :func:`price_all` add up to the least.
 
-    `saved` (h, w): what each pixel costs besides if it stays, where that is more than nothing; `more` (h, w): what it
-    costs if it is taken, or, below 0, if it stays. Either may be of no size.
+    `more` (h, w): what each pixel costs besides if it is taken, or, below 0, if it stays; or of no size.
     Of several such choices `out` (1 = new) is the one with the fewest old pixels. Where nothing must stay, all
     becomes new. Returns whether `out` says so: not if all choices cost `most` or more.
     """
@@ -274,8 +254,6 @@ def least_cut(state: Any, terms: Any, saved: Any, more: Any, out: Any, most: Any
             p = begin + j
             if state[i, j] != ABSENT:
                 kind[p] = state[i, j]
-            if saved.size and state[i, j] == FREE and saved[i, j] > 0:
-                excess[p] += saved[i, j]
             if more.size and state[i, j] == FREE:
                 if more[i, j] > 0:
                     sink[p] = more[i, j]
@@ -334,11 +312,11 @@ def _cut_in(
     more = np.empty(old.shape if used else (0, 0), np.int64)
     if used:
         sure = price_usage(usage, draft.step, old, new, state, more)
-    if limit < NEVER and draft.saved.size == 0:
+    if limit < NEVER:
         most = np.int64(limit) - sure  # at least what flows will be paid, in place of what is paid now
         for number in range(len(joints)):
             most += terms[0, joints[number, 2], joints[number, 0], joints[number, 1]]
-    if not least_cut(state, terms, draft.saved, more, draft.take, most):
+    if not least_cut(state, terms, more, draft.take, most):
         return NEVER
     return cut_change(terms, draft.take) + taken_sum(more, draft.take)
 
@@ -355,7 +333,6 @@ def recut(
     `best` (2,): by how much the seams become dearer, negative where a patch covers seams that cost more than its own,
     and the number of the patch; what does not better it is given up, and it stays. `prices`: of seams, and of what is
     shown already, which is part of that.
-    What is saved by leaving, of the draft, draws the cut only; where anything is, no cut is given up before that.
     """
     h, w = draft.take.shape
     old, seen, terms = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.zeros((3, 2, h, w), np.int32)

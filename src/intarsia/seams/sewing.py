@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 
 from ..canvas import Canvas
 from ..errors import ParameterError
@@ -17,11 +16,9 @@ from ..run import Run
 from ..search.candidates import resolved_isometries
 from ..search.guide import check_guide
 from ..search.sizes import LEAST, check_patch, default_patch, large_patch
-from ..segments.wholes import wholes
 from ..sourcemap import SourceMap
 from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import fill, refine
-from .whole import make_whole
 
 STAGE = 2403  # keeps this method's draws apart from those of others
 REFINED = 3, 5  # for so many windows so many of the worst places are covered anew: two graders saw no gain in more
@@ -56,11 +53,8 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
         return _guided(method, exemplars, canvas, seed, run)
     growth = Growth(settings_of(method), exemplars, canvas)
     sewn = GraphcutGrowth(growth, stitch_of(method))
-    laying = run.part(0, 2) if method.whole else run
-    with run.beside(*(partial(wholes, e) for e in exemplars if method.whole)):
-        fill(sewn, seed, STAGE, laying, method.refinements or 0)
-        refine(sewn, seed, STAGE, laying, method.refinements or 0)
-    make_whole(sewn, list(exemplars), method.whole, run.part(1, 2))
+    fill(sewn, seed, STAGE, run, method.refinements or 0)
+    refine(sewn, seed, STAGE, run, method.refinements or 0)
     return growth.map(method.blend)
 
 

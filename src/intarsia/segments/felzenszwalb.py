@@ -13,7 +13,7 @@ import numpy as np
 
 from ..analysis.sums import spreads
 from ..arrays import Array, Int32, Mask
-from .basins_kernels import join_edges, smooth
+from .felzenszwalb_kernels import join_edges, smooth
 
 # Halved and doubled on 24 textures (docs/design/012): how many sizes of elements differ by a tenth.
 DEVIATION = 256  # steps of an even colour for each standard deviation of a channel: a unit; either way 11, by rounding

@@ -7,10 +7,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import uniform_filter
+from scipy import ndimage
 
 from ... import files
+from ...analysis.features import features
 from ...analysis.light import flattened
+from ...analysis.popout import USUAL, popout
 from ...arrays import Array
 from ...canvas import Canvas
 from ...choosing.facts import Facts
@@ -23,7 +25,6 @@ from ...exemplar import Exemplar
 from ...geometry import Wrap
 from ...image import Kind, Plane
 from ...regular.rectify import straight_of
-from ...segments.wholes import things, wholes
 from ...sourcemap import SourceMap
 from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
@@ -41,12 +42,11 @@ AROUND = 9  # px of the exemplar over which it is told how often it is shown
 def find(said: dict[str, Any], tell: Tell) -> Answer:
     """Look at an exemplar: what `intarsia analyze --json` tells, and which overlays there are."""
     found = _findings(*said["paths"])
-    seen, masonry = wholes(found.exemplar), _facts(found.exemplar).masonry
+    masonry = _facts(found.exemplar).masonry
     more = {
         "overlays": [kind for kind, draw in DRAWN.items() if kind != "labels" and draw(found) is not None],
         "courses": None if masonry is None else masonry.told,
-        "striking": {"things": len(things(found.exemplar).areas)},
-        "stones": 0 if seen is None else len(seen.sure) - 1,
+        "striking": {"things": int(_striking_parts(found).max(initial=0))},
     }
     return found.as_dict() | more, b""
 
@@ -152,22 +152,19 @@ def _draw_joints(out: Array, work: Any) -> None:
             out[rows[inside], columns[inside]] = JOINT
 
 
-def _elements(found: Findings) -> Pixels | None:
-    elements = wholes(found.exemplar)
-    return None if elements is None else _tinted(elements.labels, JOINT, FILL // 2, LINE)
+def _striking_parts(found: Findings) -> Array:
+    """Numbers, from 1, of the parts that strike so much that showing them again costs more than others; (H, W)."""
+    exemplar, made = found.exemplar, features([found.exemplar])
+    strikes = popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)
+    return np.asarray(ndimage.label(strikes > 2 * USUAL, np.ones((3, 3)))[0])
 
 
 def _striking(found: Findings) -> Pixels | None:
-    labels = things(found.exemplar).labels
-    return _tinted(labels, RED, FILL, RED) if labels.any() else None
-
-
-def _tinted(labels: Array, tint: tuple[int, ...], fill: int, edge: tuple[int, ...]) -> Pixels:
-    """Areas under a tint, with their borders."""
-    out = np.zeros((*labels.shape, 4), np.uint8)
-    out[labels > 0] = (*tint[:3], fill)
-    out[borders(labels)] = edge
-    return out
+    """They under a tint, with their borders."""
+    labels, out = _striking_parts(found), _clear(found.exemplar)
+    out[labels > 0] = (*RED[:3], FILL)
+    out[borders(labels)] = RED
+    return out if labels.any() else None
 
 
 def _segments(found: Findings) -> Pixels | None:
@@ -195,7 +192,7 @@ def _labels(found: Findings) -> Pixels | None:
 
 
 DRAWN = {
-    "lattice": _lattice, "courses": _courses, "elements": _elements, "striking": _striking, "segments": _segments,
+    "lattice": _lattice, "courses": _courses, "striking": _striking, "segments": _segments,
     "labels": _labels,
 }  # fmt: skip
 """What there is to draw of what was found, in the order in which the page lists it; None where it was not found."""
@@ -217,7 +214,7 @@ def _pieces(smap: SourceMap, step: int) -> Pixels:
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
-    counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
+    counts = [ndimage.uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     return coloured(smap, 0, step, lambda number, y, x: used(counts[number][y, x] / max(mean, 1e-9)))
 
