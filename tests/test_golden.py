@@ -234,8 +234,8 @@ GOLDEN = {
         "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
     ),
     "chosen": (
-        "f80bc6d3638a575d2240922a628e4f6a76ec354050249ecbdfc38a1f06a00595",
-        "1ca130f8d70ceec8eb722b2df0b4f01ef87859bf94d9d8a3ece351cca6e9e64e",
+        "d983ba11887128b281edf018d53f1ad11198f86dbbc2dbb5eaca8bef16858a3f",
+        "2d858281b2b489544d203e3320c13dbd95e5b4dc7c27636658d5ffe36cef7730",
     ),
     "tried": (
         "20a964706b908af8af6f06802bb41304bcebbe6c2d80a6ea5ce4584f46f10b6c",
@@ -286,8 +286,8 @@ GOLDEN = {
         "e06e902abcb2540c8644cbcb15f0316314509dc4ba4dba09d3cd9a7b158cd367",
     ),
     "flattened": (
-        "abb50b8df0704a9e82998232d1dce3e7ff0884019f2e4932650f47b25a7e781e",
-        "42fc11fbedd5335f2f2e84b8f26504056f0a666128ad9f74fcb0b838938c99fa",
+        "aab09c63c481f3bd63fde65c84f2a7a41cff4b371167f3f610789b569ed60bda",
+        "0aa24226b32d223f8483d456a3a248123fe6f136cf97e48a19a5f0952b98ea79",
     ),
 }
 """Map, and picture with a feather of 3 px, of every recipe."""

@@ -9,7 +9,7 @@ from torture import TORTURE
 
 from intarsia.analysis import popout as module
 from intarsia.analysis.features import features
-from intarsia.analysis.popout import MOST, USUAL, popout
+from intarsia.analysis.popout import USUAL, popout
 from intarsia.exemplar import Exemplar
 from intarsia.testing import texture
 
@@ -80,5 +80,4 @@ def test_a_uniform_exemplar_pops_out_nowhere(shape):
     found = popout(np.full((*shape, 3), 512, np.int16))
     assert found.shape == shape
     assert found.dtype == np.int32
-    assert (found == USUAL).all()
-    assert found.max() <= MOST
+    assert set(np.unique(found)) <= {0, USUAL}

@@ -17,15 +17,18 @@ algorithms for mining outliers from large data sets", SIGMOD 2000.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Int16, Int32, Mask, Pair
 from ..draws import draw_many
+from ..lazy import ndimage
 from . import popout_kernels
 from .sums import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
 USUAL = 256  # what the median spot has
+FAR = 1 << 12  # beyond all features
 MOST = 16 * USUAL  # and no spot more: as far as that, all are seen at once
 WORK_SIDE = 384  # px: larger exemplars are looked at on reduced copies
 RADII = 2, 5, 10, 18  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
@@ -33,6 +36,7 @@ ROOM = 8  # a scale needs an exemplar so many times as large
 REFERENCES = 500  # spots that all are compared with
 LIKES = 3, 200  # the nearest three in two hundred are a spot's likes,
 LEAST_LIKES = 3  # but no fewer
+BARE, SEEN = 5, 16  # px of a square that is bare ground, where colours vary by less, of 2046
 APART = 3  # radii: nearer spots show the same
 NARROW = 50  # directions in which spots differ less than by 1 / 50 of all their variance are not widened more
 FIXED = 64  # distances are kept in 1/64 of a spread
@@ -55,7 +59,7 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
     -------
     int32 array, shape (H, W)
         In 1/256: 256 is as common as the median spot, 512 twice as far from its likes, at most 4096. The most of all
-        scales, so at least 256; and 256 where nothing can be compared.
+        scales, so at least 256; and 256 where nothing can be compared. 0 where all around is of one colour.
     """
     factor = factor_for(picture.shape, WORK_SIDE)
     small, mask = reduced(picture, usable, factor)
@@ -63,7 +67,17 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
     for radius in RADII:
         if ROOM * radius <= min(out.shape):
             np.maximum(out, _at_scale(small, mask, radius, toroidal), out=out)
+    out[_bare(small, mask, toroidal)] = 0
     return enlarged(out, picture.shape, factor)
+
+
+def _bare(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
+    """Where all around is of one colour."""
+    counts = np.ones(picture.shape[:2], bool) if usable is None else usable
+    how: Any = {"size": (BARE, BARE, 1), "mode": "wrap" if toroidal else "nearest"}
+    high = ndimage.maximum_filter(np.where(counts[..., None], picture, -FAR), **how)
+    low = ndimage.minimum_filter(np.where(counts[..., None], picture, FAR), **how)
+    return np.asarray((high - low < SEEN).all(axis=2))
 
 
 def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:

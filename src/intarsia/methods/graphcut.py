@@ -6,11 +6,10 @@ Transactions on Graphics (SIGGRAPH) 2003.
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
 around its window than `overreach`; twelve placements are drawn, and compared by cuts on every fourth px; strong steps
 cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`), and where
-they keep courses (`courses`); damaged elements are covered by whole ones in the end (`whole`); what is shown more
-often than area asks costs more, in the choice of placements (`usage`) and in the cut (`evenness`); the energy of old
-seams lies on the pixel grid itself, without nodes of their own; refinement matches what lies around the bad place, not
-the bad place itself, and lets pieces about it grow. Under a guide patches are chosen as in image quilting, and nothing
-is refined.
+they keep courses (`courses`); what is shown more often than area asks costs more, in the choice of placements
+(`usage`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid itself, without nodes of their
+own; refinement matches what lies around the bad place, not the bad place itself, and lets pieces about it grow. Under
+a guide patches are chosen as in image quilting, and nothing is refined.
 
 Cost: for each window and each refinement one FFT search, twelve maximum flows over a sixteenth of the window, and one
 over all of it; about 2 N_out / pitch^2 of them.
@@ -72,8 +71,8 @@ class Graphcut(base.CutSquares):
     usage: float = base.usage_price()
     evenness: float = param(
         0.12, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
-        "knees (three eighths of the spread of colours); up to eight times as much where it strikes, in step with a "
-        "lattice only there; 0: none",
+        "knees (three eighths of the spread of colours); up to eight times as much where it strikes, nothing on bare "
+        "ground, in step with a lattice only what strikes; 0: none",
         low=0, high=100,
     )  # fmt: skip
 

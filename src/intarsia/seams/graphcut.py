@@ -65,6 +65,7 @@ LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next where pieces about a window are counted
 TINY = 1057087571  # exp(-1/64) in 2**-30
+STRIKING = 2.0  # times as much as usual must strike what alone has a price in step
 GONE = 64 * 20  # beyond, a chance is none
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
@@ -221,7 +222,7 @@ class GraphcutGrowth:
         due = max(self.variant.size / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
         strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
                                                  for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-        least = int(not self.stitch.lattice)  # in step all repeats anyway but what strikes
+        least = STRIKING if self.stitch.lattice else 0.5  # in step all else returns anyway, and misses are seen at once
         rate = rates(strikes, price * self.growth.seam_price("sharp").knee, due, least)
         usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros_like(rate))
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)

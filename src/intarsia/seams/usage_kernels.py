@@ -36,14 +36,16 @@ class Usage(NamedTuple):
 NO_USAGE = Usage(*np.zeros((3, 0), np.int32))
 
 
-def rates(strikes: Sequence[Array], price: float, due: float, least: int = 1) -> Int32:
+def rates(strikes: Sequence[Array], price: float, due: float, least: float = 0.5) -> Int32:
     """Return what every showing of each pixel costs the next one.
 
     `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
     `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual costs up
-    to MOST times that: the same thing is seen again at once. With a `least` of 0 all others cost nothing.
+    to MOST times that: the same thing is seen again at once. What strikes less than `least` times as much as usual
+    costs nothing, such as bare ground (0), of which nobody sees that it returns.
     """
-    weight = np.concatenate([np.clip(2 * s.ravel() / USUAL - 3, least, MOST) for s in strikes])
+    far = np.concatenate([s.ravel() for s in strikes]) / USUAL
+    weight = np.where(far < least, 0, np.clip(2 * far - 3, 1, MOST))
     return np.rint(SHARE * price * weight / due).astype(np.int32)
 
 

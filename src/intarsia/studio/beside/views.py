@@ -35,6 +35,7 @@ from .worker import Answer, Tell
 
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
 LABELS = 6  # that the page paints with
+STRONG = 4  # times as much as usual: what is drawn as striking
 FILL = 70  # of 255: how much of a tint is seen
 AROUND = 9  # px of the exemplar over which it is told how often it is shown
 
@@ -153,10 +154,10 @@ def _draw_joints(out: Array, work: Any) -> None:
 
 
 def _striking_parts(found: Findings) -> Array:
-    """Numbers, from 1, of the parts that strike so much that showing them again costs more than others; (H, W)."""
+    """Numbers, from 1, of the parts that strike most, which cost five times as much to show again as others; (H, W)."""
     exemplar, made = found.exemplar, features([found.exemplar])
     strikes = popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)
-    return np.asarray(ndimage.label(strikes > 2 * USUAL, np.ones((3, 3)))[0])
+    return np.asarray(ndimage.label(strikes > STRONG * USUAL, np.ones((3, 3)))[0])
 
 
 def _striking(found: Findings) -> Pixels | None:
