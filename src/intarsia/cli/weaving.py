@@ -49,7 +49,7 @@ class Weaving:
         """Read and check everything; nothing is written yet."""
         assert request.size is not None
         began = time.perf_counter()
-        check_executor(request.dask or request.executor)
+        check_executor(request.executor or request.dask)
         ending = os.path.splitext(request.out)[1].lower() if request.out else USUAL
         if ending not in ENDINGS:
             raise ParameterError(
@@ -126,7 +126,7 @@ class Weaving:
 
     def _make(self) -> None:
         """Fill the stores of all planes; when all of them are whole, they take their names together."""
-        stores, who = self.stores.values(), self.request.dask or self.request.executor
+        stores, who = self.stores.values(), self.request.executor or self.request.dask
         try:
             with self.report.watching(len(stores)) as meter:
                 for store in stores:
