@@ -124,7 +124,7 @@ def main() -> None:
         opened(page, "stones")
         press(page, "Found")
         page.get_by_role("heading", name="Auto takes").wait_for(timeout=WAIT)
-        for name in ("Courses", "Striking things"):
+        for name in ("Courses", "What strikes"):
             page.get_by_role("switch", name=name).click()
         page.wait_for_timeout(2500)
         keep(page, "studio-found")

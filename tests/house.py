@@ -197,7 +197,7 @@ BUDGET = {
     "seams": 21_210,
     "search": 13_780,
     "segments": 5_130,
-    "studio": 24_040,
+    "studio": 24_000,
     "tasks": 17_910,
     "testing": 6_110,
 }

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy import ndimage
+from scipy.ndimage import uniform_filter
 
 from ... import files
 from ...analysis.features import features
@@ -47,7 +47,6 @@ def find(said: dict[str, Any], tell: Tell) -> Answer:
     more = {
         "overlays": [kind for kind, draw in DRAWN.items() if kind != "labels" and draw(found) is not None],
         "courses": None if masonry is None else masonry.told,
-        "striking": {"things": int(_striking_parts(found).max(initial=0))},
     }
     return found.as_dict() | more, b""
 
@@ -153,19 +152,14 @@ def _draw_joints(out: Array, work: Any) -> None:
             out[rows[inside], columns[inside]] = JOINT
 
 
-def _striking_parts(found: Findings) -> Array:
-    """Numbers, from 1, of the parts that strike most, which cost five times as much to show again as others; (H, W)."""
-    exemplar, made = found.exemplar, features([found.exemplar])
-    strikes = popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)
-    return np.asarray(ndimage.label(strikes > STRONG * USUAL, np.ones((3, 3)))[0])
-
-
 def _striking(found: Findings) -> Pixels | None:
-    """They under a tint, with their borders."""
-    labels, out = _striking_parts(found), _clear(found.exemplar)
-    out[labels > 0] = (*RED[:3], FILL)
-    out[borders(labels)] = RED
-    return out if labels.any() else None
+    """What strikes most, which costs five times as much to show again as the rest, under a tint, with its border."""
+    exemplar, made, out = found.exemplar, features([found.exemplar]), _clear(found.exemplar)
+    strikes = lambda: popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)  # noqa: E731
+    most = exemplar.memo("strikes", strikes) > STRONG * USUAL
+    out[most] = (*RED[:3], FILL)
+    out[borders(most)] = RED
+    return out if most.any() else None
 
 
 def _segments(found: Findings) -> Pixels | None:
@@ -215,7 +209,7 @@ def _pieces(smap: SourceMap, step: int) -> Pixels:
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
     """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
-    counts = [ndimage.uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
+    counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     return coloured(smap, 0, step, lambda number, y, x: used(counts[number][y, x] / max(mean, 1e-9)))
 

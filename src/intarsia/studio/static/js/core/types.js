@@ -11,7 +11,7 @@
  * @typedef {{worth: number, measured: number, unit: string, loss: number, weight: number}} Part
  * @typedef {{total: number, verdict: string, parts: Record<string, Part>}} Score
  * @typedef {{overlays?: string[], reason: string, lattice?: {periods: number[], reasons?: string[]} | null,
- *   elements?: {size: number[]} | null, segments?: {count: number} | null, striking?: {things: number} | null,
+ *   elements?: {size: number[]} | null, segments?: {count: number} | null,
  *   courses?: {count?: number} | unknown[] | null, suggested?: {method: string, why?: string[]} | null,
  *   light?: {strong: boolean} | null}} Found
  * @typedef {{name: string, holds: string, bytes: number}} Made

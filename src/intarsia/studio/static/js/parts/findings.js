@@ -5,7 +5,7 @@ import { growing } from "../core/settings.js";
 import { take } from "./methods.js";
 
 /** @type {Record<string, string>} */
-const NAMES = { lattice: "Lattice", courses: "Courses", striking: "Striking things", segments: "Segments" };
+const NAMES = { lattice: "Lattice", courses: "Courses", striking: "What strikes", segments: "Segments" };
 
 /**
  * What is known of a kind, in a few words; null where there is none.
@@ -14,11 +14,10 @@ const NAMES = { lattice: "Lattice", courses: "Courses", striking: "Striking thin
  * @returns {string | null}
  */
 function fact(found, kind) {
-  const { lattice, segments, striking, courses } = found;
+  const { lattice, segments, courses } = found;
   const px = (/** @type {number[]} */ sides) => `${sides.map((side) => Math.round(side)).join(" × ")} px`;
   if (kind === "lattice") return lattice ? px(lattice.periods) : null;
   if (kind === "segments") return segments ? String(segments.count) : null;
-  if (kind === "striking") return striking?.things ? String(striking.things) : null;
   if (kind === "courses") return courses ? String(Array.isArray(courses) ? courses.length : (courses.count ?? "found")) : null;
   return "";
 }
