@@ -12,12 +12,14 @@ from intarsia.analysis import symmetry
 from intarsia.analysis.symmetry import (
     LOTS,
     SAMPLES,
+    STATISTICS,
     SUBGROUPS,
     _directions,
     _gradients,
     _lot,
     allowed_isometries,
     pose_distances,
+    refuses,
 )
 from intarsia.exemplar import Exemplar
 from intarsia.testing import noise
@@ -152,6 +154,15 @@ def test_isometries_that_no_set_holds_together_are_not_allowed_together(monkeypa
     monkeypatch.setattr(symmetry, "_statistic", lambda exemplars, number: far)
     one = [Exemplar.of(bumps(None))]
     assert allowed_isometries(one) == (0, 1)
+
+
+def test_what_one_measure_refuses_is_not_allowed() -> None:
+    for light in (None, (-0.9, -0.3), (0.0, 1.0)):
+        one = [Exemplar.of(bumps(light))]
+        kept = allowed_isometries(one)
+        refused = [p for p in ALL if any(refuses(one, (0, p), number) for number in range(STATISTICS))]
+        assert not set(kept) & set(refused)
+        assert bool(refused) is (light is not None)
 
 
 def test_tiny_exemplars_allow_everything_they_cannot_refuse() -> None:

@@ -46,13 +46,18 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
-    together = np.concatenate([_statistic(exemplars, number) for number in range(STATISTICS)])
-    alike = {p for p in range(8) if bool((together[:, p] * SLACK[1] <= together[:, 0] * SLACK[0]).all())}
-    if not square:
-        alike -= {p for p in alike if ISOMETRIES[p].swaps}
-    groups = [g for g in SUBGROUPS if set(g) <= alike]
-    most = max(len(g) for g in groups)
-    return min((g for g in groups if len(g) == most), key=lambda g: int(together[:, g].sum()))
+    groups = [g for g in SUBGROUPS if square or not any(ISOMETRIES[p].swaps for p in g)]
+    for number in range(STATISTICS):
+        groups = [g for g in groups if not refuses(exemplars, g, number)]
+    most = max(map(len, groups))
+    apart = sum(_statistic(exemplars, number).sum(axis=0) for number in range(STATISTICS))
+    return min((g for g in groups if len(g) == most), key=lambda g: int(apart[list(g)].sum()))
+
+
+def refuses(exemplars: Exemplars, poses: tuple[int, ...], number: int) -> bool:
+    """Whether one of the measures, below STATISTICS, says that any of some isometries changes the look."""
+    found = _statistic(exemplars, number)
+    return bool((found[:, poses] * SLACK[1] > found[:, :1] * SLACK[0]).any())
 
 
 def _statistic(exemplars: Exemplars, number: int) -> Int64:

@@ -104,11 +104,6 @@ class Library(JITCodeLibrary):
     def _optimize_functions(self, ll_module: Any) -> None:
         """Do nothing: what optimises the whole module does it again."""
 
-    def _optimize_final_module(self) -> None:
-        """Optimise once, not lightly before that: what is linked in was simplified by itself."""
-        manager, builder = self._codegen._module_pass_manager()
-        manager.run(self._final_module, builder)
-
     def finalize(self) -> None:
         """Make machine code of all that is in here and all that it calls."""
         plain: Any = super()

@@ -253,6 +253,7 @@ class Gain(NamedTuple):
     least: float = 1.15  # times the confidence as it is; at 1 six more are moved (1.00 to 1.13), doubled: none is
     clear: float = 2.0  # times what is asked, if it has none as it is; halved: scales and slabs get one, doubled: none
     loose: float = 0.5  # px: two vectors that fit better are straight enough; halved: a rattan is moved, doubled: as is
+    off: float = 3.0  # px: what is straighter gives way in step, too; 1: the same, 6: boards of two lone maps are left
     level: float = 2.0  # px over the exemplar: courses that lean less are level, as 1 px at each end is rounding
 
 
@@ -299,7 +300,7 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     if plain is not None and plain.kind == "2-D" and plain.residual < GAIN.loose:
         return None
     straight = straight_of(exemplar, weights)
-    found = None if straight is None or straight.off < 1 else levelled(exemplar, weights)
+    found = None if straight is None or straight.off < GAIN.off else levelled(exemplar, weights)
     if found is None:
         return None
     if plain is None:
@@ -320,7 +321,9 @@ def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     two = None
     if plain is None or plain.kind == "2-D":
         two = lattices_of(laid, weights).accepted
-        if two is not None and (two.kind == "1-D" or plain is not None):
+        if two is None:  # nor one of one vector, which was looked for, too
+            return None
+        if two.kind == "1-D" or plain is not None:
             return straight, _level(two, laid)
     one = find_lattice(features([laid], weights).pictures[0], laid.usable, courses=True).accepted
     best = max((found for found in (one, two) if found is not None), key=lambda found: found.share, default=None)

@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 from lattice.test_lattice import apart, of
 
 import intarsia as ia
-from intarsia.published.lopez_recas2011.goodness import plain_lattice, tile_coverage
+from intarsia.published.lopez_recas2011.goodness import plain_lattice
+from intarsia.published.lopez_recas2011.goodness_kernels import hermite, tile_pixels
+
+
+def tile_coverage(v1: tuple[int, int], v2: tuple[int, int], height: int, width: int) -> tuple[int, int]:
+    """How many different pixels of a lattice's tile a rectangle shows, and how many the tile has."""
+    a, b, c = hermite(*v1, *v2)
+    return tile_pixels(a, b, c, height, width), a * c
 
 
 def test_the_worked_example_of_the_source():

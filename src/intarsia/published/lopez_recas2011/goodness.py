@@ -14,10 +14,10 @@ import numpy as np
 from ...analysis.correlation import autocorrelation
 from ...analysis.features import features
 from ...analysis.sums import factor_for, reduced
-from ...arrays import Floats, Int16, Int32, Int64, Pair
+from ...arrays import Floats, Int16, Int32, Int64
 from ...errors import MethodError
 from ...exemplar import Exemplar
-from .goodness_kernels import MILLION, best_pair, hermite, tile_pixels
+from .goodness_kernels import MILLION, best_pair
 
 
 def lattice_by_goodness(exemplar: Exemplar, weights: tuple[float, ...] | None) -> tuple[tuple[float, float], ...]:
@@ -26,15 +26,6 @@ def lattice_by_goodness(exemplar: Exemplar, weights: tuple[float, ...] | None) -
     if found is None:
         raise MethodError("the exemplar has no peak of correlation; give the lattice vectors, or detector=contrast.")
     return tuple((float(x), float(y)) for y, x in found)
-
-
-def tile_coverage(v1: Pair, v2: Pair, height: int, width: int) -> Pair:
-    """Count how many different pixels of a lattice's tile a rectangle shows, and how many the tile has.
-
-    Vectors (dy, dx) in whole px, not parallel. Where the rectangle lies does not matter.
-    """
-    a, b, c = hermite(*v1, *v2)
-    return tile_pixels(a, b, c, height, width), a * c
 
 
 def plain_lattice(picture: Int16) -> Floats | None:
