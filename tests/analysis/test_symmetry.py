@@ -12,14 +12,13 @@ from intarsia.analysis import symmetry
 from intarsia.analysis.symmetry import (
     LOTS,
     SAMPLES,
-    STATISTICS,
     SUBGROUPS,
     _directions,
     _gradients,
     _lot,
     allowed_isometries,
     pose_distances,
-    refuses,
+    refused,
 )
 from intarsia.exemplar import Exemplar
 from intarsia.testing import noise
@@ -156,13 +155,20 @@ def test_isometries_that_no_set_holds_together_are_not_allowed_together(monkeypa
     assert allowed_isometries(one) == (0, 1)
 
 
-def test_what_one_measure_refuses_is_not_allowed() -> None:
+def test_what_one_measure_refuses_is_not_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing more is measured then."""
     for light in (None, (-0.9, -0.3), (0.0, 1.0)):
         one = [Exemplar.of(bumps(light))]
-        kept = allowed_isometries(one)
-        refused = [p for p in ALL if any(refuses(one, (0, p), number) for number in range(STATISTICS))]
-        assert not set(kept) & set(refused)
-        assert bool(refused) is (light is not None)
+        changed = [p for p in ALL if refused(one, (0, p))]
+        assert not set(allowed_isometries(one)) & set(changed)
+        assert bool(changed) is (light is not None)
+    asked, far = list[int](), np.array([[3, 3, 3, 5, 4, 4, 4, 4]])
+    monkeypatch.setattr(symmetry, "_statistic", lambda exemplars, number: asked.append(number) or far)
+    assert not refused(one, (0, 5, 6, 7))
+    assert asked == [0, 1, 2, 3]
+    asked.clear()
+    assert refused(one, (0, 3, 4, 6))
+    assert asked == [0]
 
 
 def test_tiny_exemplars_allow_everything_they_cannot_refuse() -> None:

@@ -194,6 +194,19 @@ def test_an_exemplar_is_laid_straight_only_for_a_clear_gain(monkeypatch: pytest.
             assert (improved(e) is not None) == better
 
 
+def test_courses_that_are_nearly_straight_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is off by less than 3 px is not moved: patches in step give way by as much."""
+    e = Exemplar.of(wall(coordinate("fan")))
+    found = rectify.levelled(e)
+    assert found is not None
+    assert improved(e) is not None
+    monkeypatch.setattr(rectify, "levelled", lambda e, weights=None: found)
+    for off, moved in ((2.9, False), (3.0, True)):
+        one = replace(found[0], off=off)
+        monkeypatch.setattr(rectify, "straight_of", lambda e, weights=None, one=one: one)
+        assert (improved(e) is not None) is moved
+
+
 def test_recipes_hold_what_was_done() -> None:
     """The vectors of a recipe are those of the straight exemplar, and bring it back; vectors alone do not."""
     e = wall(coordinate("fan"))

@@ -46,18 +46,17 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
-    groups = [g for g in SUBGROUPS if square or not any(ISOMETRIES[p].swaps for p in g)]
-    for number in range(STATISTICS):
-        groups = [g for g in groups if not refuses(exemplars, g, number)]
+    fit = (g for g in SUBGROUPS if square or not any(ISOMETRIES[p].swaps for p in g))
+    groups = [g for g in fit if not refused(exemplars, g)]
     most = max(map(len, groups))
     apart = sum(_statistic(exemplars, number).sum(axis=0) for number in range(STATISTICS))
     return min((g for g in groups if len(g) == most), key=lambda g: int(apart[list(g)].sum()))
 
 
-def refuses(exemplars: Exemplars, poses: tuple[int, ...], number: int) -> bool:
-    """Whether one of the measures, below STATISTICS, says that any of some isometries changes the look."""
-    found = _statistic(exemplars, number)
-    return bool((found[:, poses] * SLACK[1] > found[:, :1] * SLACK[0]).any())
+def refused(exemplars: Exemplars, poses: tuple[int, ...]) -> bool:
+    """Whether any of some isometries changes the look of one of the exemplars; measured until that is known."""
+    distances = (_statistic(exemplars, number) for number in range(STATISTICS))
+    return any((found[:, poses] * SLACK[1] > found[:, :1] * SLACK[0]).any() for found in distances)
 
 
 def _statistic(exemplars: Exemplars, number: int) -> Int64:

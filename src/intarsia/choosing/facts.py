@@ -20,7 +20,7 @@ from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.sums import block_sums, blocks
-from ..analysis.symmetry import STATISTICS, allowed_isometries, refuses
+from ..analysis.symmetry import allowed_isometries, refused
 from ..arrays import Int16
 from ..canvas import Canvas
 from ..errors import MethodError
@@ -263,8 +263,7 @@ class Facts:
 
     def keeps(self, poses: tuple[int, ...]) -> bool:
         """Whether all of some isometries keep its look; measured until one of them is refused."""
-        refused = any(refuses([self.small], poses, number) for number in range(STATISTICS))
-        return not refused and set(poses) <= set(self.symmetry)
+        return not refused([self.small], poses) and set(poses) <= set(self.symmetry)
 
     @cached_property
     def border(self) -> Border:
