@@ -27,7 +27,7 @@ from scipy.optimize import minimize
 from skimage.feature import local_binary_pattern
 
 import intarsia as ia
-from intarsia.analysis.sums import blocks
+from intarsia.analysis import blocks
 from intarsia.exemplar import Exemplar
 from intarsia.judging.parts import PARTS, TEXTURE
 from intarsia.judging.score import Score, judge

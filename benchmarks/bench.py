@@ -333,7 +333,7 @@ def case_analyze() -> list[Result]:
 
 def child_peak(*command: str) -> dict[str, float]:
     """Run the command line in this process, and tell the most memory that it held, and its CPU time."""
-    from intarsia.cli import main
+    from intarsia.__main__ import main
 
     begin = time.process_time()
     sys.argv = list(command)

@@ -24,7 +24,7 @@ from intarsia.judging.parts import mean_step, sources_of
 from intarsia.judging.score import drawn, known_of
 from intarsia.judging.sources import ASKED, STEP, Level
 from intarsia.judging.windows import nearest
-from intarsia.seams.cost import seam_total
+from intarsia.seams import seam_total
 from intarsia.sourcemap import SourceMap
 
 RARE = 9, 10  # nine of ten windows are nearer to their like: farther is strange

@@ -16,9 +16,9 @@ from pathlib import Path
 import click
 
 from intarsia.choosing.rules import RULES
-from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli import COMMANDS, cli
 from intarsia.cli.help import ParameterOption, parameters_of
-from intarsia.methods.base import METHODS, method_class
+from intarsia.methods import METHODS, method_class
 from intarsia.params import parameters
 
 ROOT = Path(__file__).resolve().parent.parent

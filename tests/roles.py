@@ -18,7 +18,7 @@ from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli import COMMANDS, cli
 from intarsia.cli.help import parameters_of
 
 SOUND = {

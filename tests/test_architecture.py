@@ -17,7 +17,7 @@ from regular.test_wall import exemplar_of
 from test_docs import load
 
 import intarsia as ia
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 
 HOME = Path(__file__).resolve().parent.parent
 PAGE = (HOME / "docs" / "architecture.md").read_text(encoding="utf-8")

@@ -17,8 +17,8 @@ import pytest
 from click.testing import CliRunner
 
 import intarsia as ia
-from intarsia.cli.app import COMMANDS, cli
-from intarsia.methods.base import METHODS
+from intarsia.cli import COMMANDS, cli
+from intarsia.methods import METHODS
 
 ROOT = Path(__file__).resolve().parent.parent
 FENCE = re.compile(r"^( *)```(\w*)\n(.*?)^\1```$", re.DOTALL | re.MULTILINE)

@@ -12,7 +12,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.field import Field
-from intarsia.methods.base import recipe_settings
+from intarsia.methods import recipe_settings
 from intarsia.params import AUTO, check, check_sizes, param, parameters, parse
 
 

@@ -24,7 +24,7 @@ from house import (
     tree,
 )  # fmt: skip
 
-from intarsia.methods.base import METHODS, Ability, method_class
+from intarsia.methods import METHODS, Ability, method_class
 
 PUBLIC = {
     "": "the names of the package",
@@ -136,10 +136,22 @@ def test_kernels_of_a_room_use_its_own_and_the_shared_ones_alone(path: Path) -> 
 
 @pytest.mark.parametrize("room", sorted({p.parent for p in modules()}), ids=named)
 def test_rooms_hand_on_no_names(room: Path) -> None:
-    """No `__init__` hands on names, but where others than this package look."""
+    """An `__init__` holds what its room is about, or nothing; names are handed on only where others look."""
     if named(room).replace(".", "") not in PUBLIC:
-        body = tree(room / "__init__.py").body
-        assert not [n for n in body if isinstance(n, ast.ImportFrom) and n.module != "__future__"]
+        inside = tree(room / "__init__.py")
+        names = {a.asname or a.name for n in inside.body if isinstance(n, ast.ImportFrom) for a in n.names}
+        used = {n.id for n in ast.walk(inside) if isinstance(n, ast.Name)}
+        assert names - {"annotations"} <= used
+        assert not ({"__all__", "__getattr__"} & used)
+
+
+@pytest.mark.parametrize("room", sorted({p.parent for p in modules()}), ids=named)
+def test_no_name_of_a_room_is_that_of_a_file_in_it(room: Path) -> None:
+    """Python puts a file, once it is imported, into the room under its name, over what stood there."""
+    inside, files = tree(room / "__init__.py"), {p.stem for p in room.iterdir()} - {"__init__"}
+    taken = [a for n in inside.body if isinstance(n, ast.ImportFrom) and n.module for a in n.names]
+    made = {n.name for n in inside.body if isinstance(n, (ast.FunctionDef, ast.ClassDef))}
+    assert named(room) in PUBLIC or not files & (made | {a.asname or a.name for a in taken})
 
 
 def test_tests_lie_in_folders_named_after_rooms() -> None:
@@ -154,7 +166,7 @@ METHOD_FILES = sorted({*(ROOT / "methods").glob("*.py"), *(FILES[module] for mod
 @pytest.mark.parametrize("path", METHOD_FILES, ids=named)
 def test_methods_do_not_import_one_another(path: Path) -> None:
     """A published one may be one of the others, with more to set."""
-    others = {name_of(p) for p in METHOD_FILES} - {"methods.base"}
+    others = {name_of(p) for p in METHOD_FILES} - {"methods.__init__"}
     assert not {o for o in own(path) & others if room_of(name_of(path)) != LEAF or room_of(o) == LEAF}
 
 

@@ -18,7 +18,7 @@ import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.field import Field
 from intarsia.geometry import Box
-from intarsia.methods.base import recipe_settings
+from intarsia.methods import recipe_settings
 from intarsia.testing.cases import texture
 
 GRID = 16  # px: whoever tries functions at every 16th px only takes these two for the same

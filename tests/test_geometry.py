@@ -12,7 +12,7 @@ from naive import lay_down, shown_pixel
 
 from intarsia.analysis.features import pose_array
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, apart, spread
-from intarsia.search.candidates import isometry_ids
+from intarsia.search import isometry_ids
 
 
 @pytest.mark.parametrize("iso", ISOMETRIES, ids=lambda i: i.name)

@@ -20,7 +20,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.kernels.cache import cache_folder
+from intarsia.kernels import cache_folder
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
 

@@ -12,7 +12,7 @@ from hypothesis.strategies import SearchStrategy
 import intarsia as ia
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
-from intarsia.methods.base import METHODS, Ability, Method
+from intarsia.methods import METHODS, Ability, Method
 from intarsia.regular.rectify import rectified_for
 from intarsia.testing import MethodContract, as_depth, texture
 from intarsia.testing.cases import Case

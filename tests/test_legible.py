@@ -19,7 +19,7 @@ from files.corpus_maps import ABOUT, packed
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.files.formats import damaged
 
 HARM = "\x1b]0;own\x07\x1b[31mred\u202e\u200b\x9b1m\x7f\ud800" + "a" + "\u0301" * 200 + "\r\nintarsia: all is well"

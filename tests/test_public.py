@@ -18,7 +18,7 @@ import intarsia as ia
 from intarsia import params
 from intarsia.errors import IntarsiaError
 from intarsia.image import Plane
-from intarsia.methods.base import METHODS, Ability, make, method_class, recipe_settings
+from intarsia.methods import METHODS, Ability, make, method_class, recipe_settings
 
 A = Ability
 
@@ -86,7 +86,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
 import sys, intarsia
 intarsia.Box, intarsia.Run, intarsia.IntarsiaError, intarsia.Wrap
 from intarsia import params
-from intarsia.methods.base import METHODS, make, method_class
+from intarsia.methods import METHODS, make, method_class
 for slug in METHODS:
     params.parameters(method_class(slug)); make(slug, {})
 try:

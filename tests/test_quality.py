@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.exemplar import Exemplar
-from intarsia.files.read import sample
+from intarsia.files import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import lattices_of, vectors_of
 from intarsia.search.sizes import elements

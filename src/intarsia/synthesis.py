@@ -26,10 +26,10 @@ from .geometry import Box, Wrap, laid, shared
 from .guide import Guide
 from .image import Plane
 from .lazy import lazy
-from .methods.base import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
+from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .rendering.render import check_blend, render
 from .run import Run, run_of
-from .seams.cost import energy
+from .seams import energy
 from .sourcemap import HOLE, SourceMap
 from .version import VERSION
 

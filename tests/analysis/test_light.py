@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.light import Slope, clipped, slope_of
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.image import Transfer
 from intarsia.lattice.lattice import lattice_of
 from intarsia.rendering.colour import from_linear, to_linear

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from intarsia.analysis.sums import principal_axes
+from intarsia.analysis import principal_axes
 
 
 def turned(values: list[float], seed: int) -> np.ndarray:

@@ -21,15 +21,15 @@ from intarsia.choosing import rules
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.exemplar import Exemplar
-from intarsia.files.read import sample
+from intarsia.files import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import vectors_of
 from intarsia.lattice.verdict import Lattice
-from intarsia.methods.base import METHODS, method_class
+from intarsia.methods import METHODS, method_class
+from intarsia.request import Request
 from intarsia.request.codecs import parameter_words, settings_of
-from intarsia.request.request import Request
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
 

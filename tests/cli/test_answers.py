@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.cli.help import parameters_of
 from intarsia.image import Transfer
 from intarsia.testing import texture

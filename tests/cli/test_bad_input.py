@@ -39,7 +39,7 @@ from files import corpus_maps
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli import COMMANDS, cli
 from intarsia.errors import InputError
 from intarsia.testing import texture
 
@@ -403,7 +403,7 @@ def test_commands_work_side_by_side(place: Place) -> None:
 LIMITED = """
 import resource, sys
 from click.testing import CliRunner
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia import files
 files.read_plane("a.png")
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import files
 from intarsia.arguments import SAMPLES
-from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli import COMMANDS, cli
 from intarsia.image import Transfer
-from intarsia.methods.base import METHODS
+from intarsia.methods import METHODS
 
 
 def run(*args: object, code: int = 0, data: bytes | None = None) -> Result:
@@ -94,8 +94,8 @@ class TestListings:
         script = """
 import os, sys
 from click.testing import CliRunner
-from intarsia.cli.app import cli
-from intarsia.cli.app import COMMANDS
+from intarsia.cli import cli
+from intarsia.cli import COMMANDS
 calls = [["--help"], *([name, "-h"] for name in COMMANDS), *([name, "--frobnicate"] for name in COMMANDS),
          *([name, "--help-all"] for name in COMMANDS), ["grow", "-m", "graphcut", "--help"],
          ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
@@ -118,7 +118,7 @@ assert not heavy, heavy
         script = """
 import sys
 from click.testing import CliRunner
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 line = ["grow", "a.png", "-o", "named.png", "-s", "30", "-m", "image-quilting"]
 assert CliRunner().invoke(cli, line).exit_code == 0
 mine = sorted(name for name in sys.modules if name.startswith("intarsia."))

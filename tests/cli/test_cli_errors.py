@@ -14,8 +14,7 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import errors, files
-from intarsia.cli import app
-from intarsia.cli.app import cli
+from intarsia.cli import Interrupted, cli
 from intarsia.image import Transfer
 
 
@@ -306,7 +305,7 @@ def _raises(error: BaseException) -> Callable[..., Any]:
         (ValueError("two\nlines"), 1, "intarsia: internal error, ValueError: two lines;"),
         (PermissionError(13, "Permission denied", "out.png"), 1, "intarsia: out.png: permission denied;"),
         (KeyboardInterrupt(), 130, "intarsia: stopped;"),
-        (app.Interrupted(), 130, "intarsia: stopped;"),
+        (Interrupted(), 130, "intarsia: stopped;"),
         (errors.CancelledError("cancelled; nothing was written."), 130, "intarsia: cancelled;"),
         (errors.QualityError("too bad"), 4, "intarsia: too bad"),
         (errors.MissingExtraError("zarr is missing"), 5, "intarsia: zarr is missing"),

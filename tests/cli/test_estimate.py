@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/p
 
 MEASURED = """
 import sys
-from intarsia.cli import main
+from intarsia.__main__ import main
 told = sys.argv.pop(1)
 try:
     main()

@@ -8,12 +8,12 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from intarsia.cli.app import COMMANDS, cli
+from intarsia.cli import COMMANDS, cli
 from intarsia.cli.help import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
-from intarsia.methods.base import METHODS, method_class
+from intarsia.methods import METHODS, method_class
 from intarsia.params import parameters
+from intarsia.request import FIELDS
 from intarsia.request.field import HEADINGS
-from intarsia.request.request import FIELDS
 
 GROWING = ("grow", "extend", "heal", "paint", "tile", "weave")
 

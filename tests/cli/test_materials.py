@@ -16,7 +16,7 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.testing import texture
 

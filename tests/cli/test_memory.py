@@ -17,7 +17,7 @@ LIMITED = """
 import resource, sys
 limit = int(sys.argv.pop(1)) << 10
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-from intarsia.cli import main
+from intarsia.__main__ import main
 main()
 """
 
@@ -65,16 +65,16 @@ def test_help_needs_no_room() -> None:
 
 
 def test_what_is_surely_too_much_is_refused_and_what_may_fit_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    from intarsia.disk import limits
+    from intarsia import disk
 
-    monkeypatch.setattr(limits, "_limits", lambda: iter([(1 << 40, "one has"), (1000 << 20, "another leaves")]))
-    limits.check_fits(1200 << 20, "a work")
+    monkeypatch.setattr(disk, "_limits", lambda: iter([(1 << 40, "one has"), (1000 << 20, "another leaves")]))
+    disk.check_fits(1200 << 20, "a work")
     with pytest.raises(ResourceError, match="a work takes about 1300 MiB of memory, and another leaves 1000 MiB"):
-        limits.check_fits(1300 << 20, "a work")
+        disk.check_fits(1300 << 20, "a work")
 
 
 def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_group_above(tmp_path: Path) -> None:
-    from intarsia.disk import limits
+    from intarsia import disk
 
     own, root = tmp_path / "cgroup", tmp_path / "root"
     own.write_text("7:blkio:/\n4:memory:/a/b\n0::/c/d\n")
@@ -87,7 +87,7 @@ def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_gr
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in values.items():
             (folder / f"memory.{name}").write_text(text)
-    assert list(limits._groups(str(root), str(own))) == [(900, 400), (700, 250)]
+    assert list(disk._groups(str(root), str(own))) == [(900, 400), (700, 250)]
 
 
 SEEING = """
@@ -98,7 +98,7 @@ class Seen:
             print("threads", os.environ.get("OPENBLAS_NUM_THREADS"), file=sys.stderr)
             sys.meta_path.remove(Seen)
 sys.meta_path.insert(0, Seen)
-from intarsia.cli import main
+from intarsia.__main__ import main
 main()
 """
 

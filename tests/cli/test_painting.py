@@ -14,7 +14,7 @@ from search.test_guide import disc, painted, regions
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 
 RED, BLUE, GREEN = (255, 0, 0), (0, 0, 255), (0, 128, 0)
 COMMON = ("-o", "out.png", "--patch", "14", "--overlap", "4")

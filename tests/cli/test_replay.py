@@ -13,7 +13,7 @@ from search.test_guide import disc, painted, regions
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.tasks.completion import Margins, extended
 from intarsia.testing.cases import texture
 

@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 from judging.naive_windows import blobs
 
 import intarsia as ia
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 
 STONES = (blobs(72, 72, 1) // 4).astype(np.uint8)
 SMALL = ("--size", "80", "--method", "image-quilting", "--patch", "24")

@@ -16,8 +16,8 @@ from click.testing import CliRunner, Result
 from giant.giants import files_below, needs
 
 import intarsia as ia
-from intarsia.cli.app import Interrupted, cli
-from intarsia.disk import limits
+from intarsia import disk
+from intarsia.cli import Interrupted, cli
 from intarsia.files import read_plane, read_recipe
 from intarsia.giant.exports import HeldStore, TiffStore, TileStore
 from intarsia.testing import as_depth, texture
@@ -77,8 +77,8 @@ def test_a_picture_is_what_the_other_stores_are(here: Path) -> None:
 
 def test_a_picture_that_does_not_fit_into_memory_is_refused(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before anything is drawn; a TIFF of this size goes."""
-    enough = limits.SURE * (limits.taken() + (40 << 20))
-    monkeypatch.setattr(limits, "_limits", lambda: iter([(int(enough), "one has")]))
+    enough = disk.SURE * (disk.taken() + (40 << 20))
+    monkeypatch.setattr(disk, "_limits", lambda: iter([(int(enough), "one has")]))
     before = sorted(os.listdir(here))
     done = run("wall.png", "-o", "o.png", "--size", "2000", "--threads", "1", *LAID)
     assert done.exit_code == 1

@@ -16,7 +16,7 @@ from scipy.ndimage import label
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.corrections.correction_kernels import Axis
 from intarsia.corrections.descent import spread_over
 from intarsia.exemplar import Exemplar

@@ -23,7 +23,7 @@ from PIL import Image
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.errors import InputError, ParameterError, ResourceError
 from intarsia.sourcemap import Source, SourceMap
 
@@ -135,14 +135,14 @@ def test_small_files_may_not_take_much_memory_but_large_ones_may() -> None:
     """16 bit RGBA of 8192x8192 px: half a gigabyte. With real pixels in it, it is read; of nothing, it is a bomb."""
     empty = flat_png(6000, 6000, 16, 6)
     told = refused(empty)
-    from intarsia.disk import limits
+    from intarsia import disk
 
     needed = int(told.partition("--max-pixels ")[2].split()[0])
-    limits.check_cost("x", 6000 * 6000 * 16, 40 << 20)
+    disk.check_cost("x", 6000 * 6000 * 16, 40 << 20)
     with files.allowing(needed):
-        limits.check_cost("x", 6000 * 6000 * 16, len(empty))
+        disk.check_cost("x", 6000 * 6000 * 16, len(empty))
     with files.allowing(needed - 1), pytest.raises(InputError):
-        limits.check_cost("x", 6000 * 6000 * 16, len(empty))
+        disk.check_cost("x", 6000 * 6000 * 16, len(empty))
 
 
 def test_sides_that_a_library_does_not_take_are_told_as_such(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

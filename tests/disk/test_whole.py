@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from corpus import pillow
 
 import intarsia as ia
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.files import formats, read_plane, write
 from intarsia.testing import texture

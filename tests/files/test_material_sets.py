@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import Kind, Plane, files
 from intarsia.analysis.features import features
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.geometry import ISOMETRIES
 

@@ -17,8 +17,7 @@ from PIL import Image
 from intarsia import read
 from intarsia.arguments import MATERIALS, PAINTED
 from intarsia.errors import InputError
-from intarsia.files import group, read_plane, sample
-from intarsia.files.read import FOLDER
+from intarsia.files import FOLDER, group, read_plane, sample
 from intarsia.image import Kind
 from intarsia.rendering.mixing import off_unit
 

@@ -153,7 +153,7 @@ def drawn(words: tuple[str, ...], home: Path, out: Path, said: Path) -> bool:
         try:
             os.environ["INTARSIA_CACHE"] = str(home)
             os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
-            from intarsia.cli.app import cli
+            from intarsia.cli import cli
 
             try:
                 cli.main([*words, "-o", str(out)], prog_name="intarsia")
@@ -196,7 +196,7 @@ def prepare() -> None:
 
     from numba.core.registry import cpu_target
 
-    from intarsia.cli import app  # noqa: F401
+    from intarsia import cli  # noqa: F401
     from intarsia.cli.commands import grow  # noqa: F401
     from intarsia.files import sample
 

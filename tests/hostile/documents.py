@@ -122,7 +122,7 @@ def trial(words: list[str], place: Path, again: bool = False) -> str:
     """Run a command; return what is wrong with how it ended, "" for nothing."""
     from click.testing import CliRunner
 
-    from intarsia.cli.app import cli
+    from intarsia.cli import cli
 
     before, began = sorted(os.listdir(place)), time.process_time()
     result = CliRunner().invoke(cli, words)

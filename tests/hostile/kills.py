@@ -189,7 +189,7 @@ class Killing:
             for standard in (1, 2):
                 os.dup2(out, standard)
             os.chdir(work)
-            from intarsia.cli.app import cli
+            from intarsia.cli import cli
 
             cli.main(words)
         except SystemExit as e:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.analysis.features import posed
-from intarsia.cli.app import cli
-from intarsia.files.read import sample
+from intarsia.cli import cli
+from intarsia.files import sample
 from intarsia.judging.parts import unlike
 from intarsia.judging.sources import STEP, Reference, Sources
 from intarsia.judging.windows import poses

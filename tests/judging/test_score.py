@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 import intarsia as ia
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.judging.parts import PARTS, TEXTURE
 from intarsia.judging.score import Score, Worth
 from intarsia.judging.sources import Reference
-from intarsia.seams.cost import energy
+from intarsia.seams import energy
 from intarsia.sourcemap import HOLE
 from intarsia.tasks.scoring import outcome_of
 from unweighed import beside, meeting, of_picture

@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 from hostile import caches
 
-import intarsia.kernels.cache as kept
+import intarsia.kernels as kept
 import intarsia.kernels.compiling as compiling
-from intarsia.kernels.cache import HEADER, cache_folder
+from intarsia.kernels import HEADER, cache_folder
 from intarsia.kernels.compiling import Kernel, KernelCache
 
 posix = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and rights as of POSIX")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.methods.base import make
+from intarsia.methods import make
 from intarsia.sourcemap import SourceMap
 
 CASES = [

@@ -20,14 +20,14 @@ from torture import TORTURE
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, spread
-from intarsia.methods.base import make
+from intarsia.methods import make
 from intarsia.params import extent
-from intarsia.patches.growing_map import waves
-from intarsia.seams.cost import seam_total
-from intarsia.search.candidates import WindowGrid
+from intarsia.patches import waves
+from intarsia.seams import seam_total
+from intarsia.search import WindowGrid
 from intarsia.sourcemap import SourceMap, identity
 from intarsia.testing import noise, texture
 

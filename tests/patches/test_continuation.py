@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.draws import draw
 from intarsia.geometry import Wrap
-from intarsia.patches.growing_map import Continuation, depth_of
+from intarsia.patches import Continuation, depth_of
 from intarsia.tasks.completion import Margins, extension, scene_to_heal
 from intarsia.testing.cases import noise
 

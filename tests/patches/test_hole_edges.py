@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.patches.repetition_kernels import edge_of, weigh_edge
-from intarsia.search.candidates import posed_exemplars
+from intarsia.search import posed_exemplars
 from intarsia.testing import noise, texture
 
 SIDE = 13

@@ -14,7 +14,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.guide import Guide
 from intarsia.image import Plane
-from intarsia.methods.base import engine_of
+from intarsia.methods import engine_of
 from intarsia.patches.growth import Growth, PatchSettings, Repeats
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of

@@ -16,7 +16,7 @@ from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
 from intarsia.patches.repetition import Repetition
-from intarsia.search.candidates import Candidates, WindowGrid, isometry_ids, posed_exemplars
+from intarsia.search import Candidates, WindowGrid, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.testing import texture
 

@@ -13,11 +13,11 @@ from intarsia.analysis.features import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import spread
-from intarsia.methods.base import engine_of
+from intarsia.methods import engine_of
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
 from intarsia.patches.repetition_kernels import axis_distance
-from intarsia.search.candidates import WindowGrid, posed_exemplars
+from intarsia.search import WindowGrid, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.sourcemap import SourceMap
 from intarsia.testing import texture
@@ -187,7 +187,7 @@ def control(
 
 def price_of(control: Repetition, window: tuple[int, int], v: int, u: int, s: int, usual: int = 100_000) -> int:
     """What a patch of distance 0 costs in a window."""
-    from intarsia.search.candidates import Candidates
+    from intarsia.search import Candidates
 
     rows = np.array([[0, v, u, s]], np.int64)
     empty = np.empty((0, 0, 0), np.int16), np.empty((0, 0), np.uint8)
@@ -205,7 +205,7 @@ def test_a_perfect_repeat_has_a_price_and_a_fresh_patch_has_none() -> None:
 
 def test_of_a_perfect_match_and_one_nearly_so_either_is_drawn() -> None:
     """The tolerance applies to a quarter of the usual distance where the best is nearer: by one, or many."""
-    from intarsia.search.candidates import Candidates
+    from intarsia.search import Candidates
 
     c = control(Exemplar.of(texture(60, 60)), 10, (80, 80), 0)
     usual, empty = 100_000, (np.empty((0, 0, 0), np.int16), np.empty((0, 0), np.uint8))

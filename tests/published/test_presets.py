@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 import intarsia as ia
-from intarsia.cli.app import cli
-from intarsia.methods.base import PRESETS, method_class, preset
+from intarsia.cli import cli
+from intarsia.methods import PRESETS, method_class, preset
 from intarsia.params import parameters, parse
 from intarsia.testing import texture
 

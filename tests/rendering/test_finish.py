@@ -17,7 +17,7 @@ from rendering.test_votes import scene
 
 import intarsia as ia
 from intarsia.blend import Blend, Levelling
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
 from intarsia.image import Kind, Plane

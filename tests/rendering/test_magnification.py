@@ -18,7 +18,7 @@ from rendering.naive_votes import clearance
 import intarsia as ia
 from intarsia import files
 from intarsia.blend import Blend
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.exemplar import REDUCED, Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.rendering.colour import from_linear, to_linear

@@ -19,14 +19,14 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.blend import Blend, Levelling, Mixing
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.errors import InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Wrap
 from intarsia.image import Kind, Plane
 from intarsia.rendering.render import render
 from intarsia.run import Run
-from intarsia.seams.cost import seam_total
+from intarsia.seams import seam_total
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.tasks.completion import with_hole
 

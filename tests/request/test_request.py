@@ -16,13 +16,13 @@ import pytest
 import intarsia
 from intarsia.cli.help import read_argv
 from intarsia.errors import InputError, ParameterError
-from intarsia.methods.base import METHODS, method_class
+from intarsia.methods import METHODS, method_class
 from intarsia.params import KINDS
+from intarsia.request import FIELDS, Request, fields_of_verb, parameters_of_verb
 from intarsia.request.codecs import from_json, from_recipe, inputs_of, once_more, settings_of, to_argv, to_json
 from intarsia.request.field import Field, Kind, Whole
 from intarsia.request.fields import EVERY
 from intarsia.request.python import to_python
-from intarsia.request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
 
 NEEDED: dict[str, dict[str, Any]] = {
     "heal": {"holes": ("h.png",)},
@@ -214,13 +214,13 @@ TOLD = "Give it a tint. It is faint."
 LINE = f'    tint: str | None = asked(Colour(), "--tint", "{TOLD}", {{"grow"}}, recipe="inputs.tint")\n'
 SCRIPT = """
 from click.testing import CliRunner
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.cli.help import read_argv
 from intarsia.request.codecs import to_argv, to_line
 from intarsia.request.codecs import from_json, to_json
 from intarsia.request.python import to_python
 from intarsia.request.codecs import from_recipe, inputs_of
-from intarsia.request.request import Request
+from intarsia.request import Request
 from intarsia.studio import words
 
 help = CliRunner().invoke(cli, ["grow", "--help"]).stdout

@@ -13,7 +13,7 @@ from intarsia.geometry import Wrap
 from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.seams import graphcut, placement_kernels
 from intarsia.seams.placement_kernels import ONE
-from intarsia.search.candidates import Candidates
+from intarsia.search import Candidates
 from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
 

@@ -12,8 +12,8 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Wrap
-from intarsia.methods.base import METHODS, make
-from intarsia.seams.cost import energy, seam_total
+from intarsia.methods import METHODS, make
+from intarsia.seams import energy, seam_total
 from intarsia.sourcemap import SourceMap, identity
 from intarsia.testing import noise, texture
 

@@ -11,7 +11,7 @@ import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap, apart
-from intarsia.patches.growing_map import waves
+from intarsia.patches import waves
 from intarsia.patches.growth import Growth
 from intarsia.seams import improve
 from intarsia.seams.graphcut import Cut, GraphcutGrowth

@@ -15,12 +15,11 @@ from hypothesis import strategies as st
 from seams.naive_recut import NaiveMap
 
 import intarsia as ia
-from intarsia.analysis import features
-from intarsia.analysis.sums import variance
+from intarsia.analysis import features, variance
 from intarsia.canvas import Canvas
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.exemplar import Exemplar
-from intarsia.methods.base import METHODS, keeps_lattice, make
+from intarsia.methods import METHODS, keeps_lattice, make
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings, knee_of
 from intarsia.seams.repair import Constraints, Repair, Repairing, kept, repaired

@@ -10,7 +10,7 @@ from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.lattice import lattice
-from intarsia.methods.base import keeps_lattice
+from intarsia.methods import keeps_lattice
 from intarsia.patches.growth import Growth
 from intarsia.seams import graphcut
 from intarsia.seams.improve import fill

@@ -1,4 +1,4 @@
-"""The promises of a search for patches, as tests of whatever makes one: see `intarsia.search.candidates.Search`."""
+"""The promises of a search for patches, as tests of whatever makes one: see `intarsia.search.Search`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Array
 from intarsia.kernels.windows import Grown
-from intarsia.search.candidates import Candidates, PosedExemplars, Prices, Search, posed_exemplars
+from intarsia.search import Candidates, PosedExemplars, Prices, Search, posed_exemplars
 from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import noise, texture
 
@@ -122,7 +122,7 @@ def scene_of(name: str) -> SearchScene:
 
 
 class SearchContract:
-    """The promises of :class:`intarsia.search.candidates.Search`; subclass it and say how a search is made.
+    """The promises of :class:`intarsia.search.Search`; subclass it and say how a search is made.
 
     Attributes
     ----------

@@ -10,12 +10,12 @@ from naive import Posed, all_distances, posed
 from numpy.typing import NDArray
 from torture import TORTURE
 
+from intarsia.analysis import principal_axes
 from intarsia.analysis.features import features
-from intarsia.analysis.sums import principal_axes
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
 from intarsia.kernels.windows import Grown
-from intarsia.search.candidates import Candidates, PosedExemplars, Prices, isometry_ids, posed_exemplars
+from intarsia.search import Candidates, PosedExemplars, Prices, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.sourcemap import HOLE
 

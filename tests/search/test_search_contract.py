@@ -13,8 +13,7 @@ from intarsia.image import Kind, Plane
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.published.segments.laying import SegmentSearch
-from intarsia.search import candidates
-from intarsia.search.candidates import WindowGrid
+from intarsia.search import Candidates, WindowGrid
 from intarsia.search.fourier import PatchSearch
 from intarsia.search.guide import ONE, GuidedSearch, WindowGuide, seam_unit
 from intarsia.testing import noise
@@ -79,7 +78,7 @@ class UnderGuide:
     def window(self, at: tuple[int, int]) -> tuple[int, int]:
         return at[0] + self.patch[0], at[1] + self.patch[1]
 
-    def find(self, grown: Any, at: Any, prices: Any) -> list[candidates.Candidates]:
+    def find(self, grown: Any, at: Any, prices: Any) -> list[Candidates]:
         windows = [self.window((y, x)) for y, x in at.tolist()]
         return self.guided.find(windows, grown, at, prices)
 

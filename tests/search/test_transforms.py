@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
-from intarsia.search import fourier_kernels
-from intarsia.search.candidates import PosedExemplars, posed_exemplars
+from intarsia.search import PosedExemplars, fourier_kernels, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.testing import texture
 

@@ -19,7 +19,7 @@ from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.guide import numbered
 
 Files = dict[str, bytes]

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from studio.served import QUICK, pixels, png
 
+from intarsia.cli import Report
 from intarsia.cli.exemplars import Held, Shelf, hold
-from intarsia.cli.report import Report
-from intarsia.request.request import Request
+from intarsia.request import Request
 from intarsia.studio.jobs import PREPARED, Jobs
 from intarsia.studio.processes import FailedError
 from intarsia.studio.store import Events, Store

@@ -92,7 +92,7 @@ import importlib.util
 real = importlib.util.find_spec
 importlib.util.find_spec = lambda name, package=None: None if name in ("starlette", "uvicorn") else real(name, package)
 sys.argv = ["intarsia", "studio", "--no-browser"]
-from intarsia.cli import main
+from intarsia.__main__ import main
 main()
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, cwd=tmp_path)

@@ -13,7 +13,7 @@ from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia import files
-from intarsia.request.request import fields_of_verb
+from intarsia.request import fields_of_verb
 from intarsia.studio import words
 
 

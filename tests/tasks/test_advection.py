@@ -11,7 +11,7 @@ from corrections.naive_advected import NaiveFlow
 from methods.test_parallel_controllable import naive
 
 import intarsia as ia
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.corrections.advected import TornPlaces, carried
 from intarsia.corrections.descent import Corrections
 from intarsia.corrections.stack import Look, exemplar_stack

@@ -13,10 +13,10 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.geometry import Wrap
 from intarsia.image import Array
-from intarsia.seams.cost import seam_total
+from intarsia.seams import seam_total
 from intarsia.tasks.completion import Margins
 from intarsia.testing.cases import as_depth, looked_up, texture
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.geometry import Wrap
 from intarsia.image import Transfer
-from intarsia.methods.base import METHODS as METHODS_THERE
-from intarsia.seams.cost import energy
+from intarsia.methods import METHODS as METHODS_THERE
+from intarsia.seams import energy
 from intarsia.tasks import completion
 from intarsia.tasks.completion import attempts, grown_hole, patch_for, scene_to_heal, thickness
 from intarsia.testing.cases import as_depth, looked_up, noise, texture

@@ -15,7 +15,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.arguments import OVERLAYS
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.regular.grid import phase_of
 from intarsia.regular.tiling import unlikeness
 from intarsia.segments.segments import segments
@@ -112,7 +112,7 @@ class TestTold:
     def test_what_is_suggested_can_be_done(self) -> None:
         for name in ("weave.png", "blobs.png"):
             found = ia.analyze(name)
-            method = ia.methods.base.make(found.suggested.method, found.suggested.parameters)
+            method = ia.methods.make(found.suggested.method, found.suggested.parameters)
             assert ia.synthesize(name, 90, method).map.yx.shape == (90, 90, 2)
 
     def test_the_printed_options_are_those_of_grow(self) -> None:

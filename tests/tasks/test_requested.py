@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 import intarsia as ia
-from intarsia.cli.app import cli
-from intarsia.tasks.requested import recipe_map, replayed
+from intarsia.cli import cli
+from intarsia.tasks import recipe_map, replayed
 from intarsia.testing import texture
 
 STONES = texture(48, 64)

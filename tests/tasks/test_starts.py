@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.geometry import Wrap
-from intarsia.patches.growing_map import fill_order, levels, waves
-from intarsia.search.candidates import WindowGrid
+from intarsia.patches import fill_order, levels, waves
+from intarsia.search import WindowGrid
 from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.completion import Margins, extended, extension, grown_hole, scene_to_heal, with_hole
 from intarsia.testing.cases import noise, texture

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli.app import cli
+from intarsia.cli import cli
 from intarsia.geometry import Wrap
-from intarsia.methods.base import METHODS, Ability, method_class
+from intarsia.methods import METHODS, Ability, method_class
 from intarsia.tasks.tileable import _fine_grained, closing_size, half_shifted, repeated, scene_to_tile
 from intarsia.testing.cases import as_depth, looked_up, texture
 from unweighed import meeting

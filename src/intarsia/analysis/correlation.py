@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ..arrays import Array, Floats, Mask, Pair
-from .sums import running_sums
+from . import running_sums
 
 Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 

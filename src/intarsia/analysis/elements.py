@@ -15,8 +15,8 @@ import numpy as np
 from scipy.fft import dctn, idctn
 
 from ..arrays import Array, Floats, Int16, Mask
+from . import factor_for, principal_axes, reduced
 from .correlation import gaussian, overlaps, products
-from .sums import factor_for, principal_axes, reduced
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each
 LEAST_SIDE = 8  # a smaller one has no lags to look at; halved and doubled: the same on 92 textures

@@ -22,8 +22,8 @@ from ..exemplar import Exemplar, Exemplars, resized
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
 from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
+from . import block_sums, moving_sums, spreads
 from .oriented import HALF, Lines, Outlines, from_middle, lines_of, outline_distance, outlines_of
-from .sums import block_sums, moving_sums, spreads
 
 MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
 

@@ -27,7 +27,7 @@ from scipy import fft
 from ..arrays import Array, Int16, Int32, Int64, Mask
 from ..kernels.paths import surest_line
 from ..lazy import ndimage
-from .sums import block_sums, enlarged, factor_for
+from . import block_sums, enlarged, factor_for
 
 DIRECTIONS = 12
 ACROSS, ALONG = 1.8, 6.0  # px of a filter, in an exemplar of USUAL px

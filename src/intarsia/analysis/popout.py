@@ -24,8 +24,7 @@ import numpy as np
 from ..arrays import Array, Int16, Int32, Mask, Pair
 from ..draws import draw_many
 from ..lazy import ndimage
-from . import popout_kernels
-from .sums import FINE, block_sums, enlarged, factor_for, reduced, running_sums
+from . import FINE, block_sums, enlarged, factor_for, popout_kernels, reduced, running_sums
 
 USUAL = 256  # what the median spot has
 FAR = 1 << 12  # beyond all features

@@ -19,8 +19,8 @@ from ..arrays import Array, Int64
 from ..draws import below, draw
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
+from . import block_sums, blocks, valid_windows
 from .features import Features, features, pose_array, posed
-from .sums import block_sums, blocks, valid_windows
 
 STAGE = 93  # keeps these draws apart from those of others
 # Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).

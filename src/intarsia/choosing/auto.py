@@ -18,7 +18,7 @@ from ..arguments import FEATHER, chosen, expect, whole_within
 from ..blend import Blend, Levelling
 from ..errors import IntarsiaError, ParameterError
 from ..lazy import lazy
-from ..methods.base import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
+from ..methods import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
 from ..params import parameters
 
 if TYPE_CHECKING:

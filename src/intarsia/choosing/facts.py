@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..analysis import block_sums, blocks
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
-from ..analysis.sums import block_sums, blocks
 from ..analysis.symmetry import allowed_isometries, refused
 from ..arrays import Int16
 from ..canvas import Canvas

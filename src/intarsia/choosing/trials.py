@@ -17,10 +17,10 @@ from ..draws import draw
 from ..errors import CancelledError, MethodError, ParameterError
 from ..exemplar import Exemplars
 from ..lazy import lazy
-from ..methods.base import Method, make
+from ..methods import Method, make
 from ..params import extent, parameters
 from ..run import Run
-from ..seams.cost import energy
+from ..seams import energy
 from ..sourcemap import SourceMap
 from .auto import FIXED, By, Choice
 

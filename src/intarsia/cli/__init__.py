@@ -1,44 +1,457 @@
-"""The command line: ``intarsia grow brick.png -o wall.png``. A thin skin over the public functions."""
+"""The command ``intarsia``: its commands, each imported when it is called, and how one speaks and ends.
+
+Legible lines, one for every error, an exit code, and a quick stop on Ctrl-C. What a command says is a bar or JSON lines
+while it works, one line or one JSON object at the end. Imports nothing heavy.
+"""
 
 from __future__ import annotations
 
-__all__ = ["main"]
+import gc
+import importlib
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from threading import Event
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from ..disk import make_room
+from ..errors import IntarsiaError, ResourceError, legible
+from ..lazy import lazy
+from ..version import VERSION
+
+if TYPE_CHECKING:
+    import json
+
+    from ..choosing.auto import Choice
+else:
+    json = lazy("json")
+
+LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
+MOST = 2000  # characters of a line
+
+RARELY = 50_000  # new objects between two looks for garbage: compiling makes millions, and leaves little of it
+
+CANCEL = Event()
+"""Set by Ctrl-C, SIGTERM and SIGHUP; every Run of the command line watches it."""
+
+STOPS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""What stops a command: Ctrl-C, a polite kill, and a terminal that is closed."""
+
+_shields = 0
 
 
-def main() -> None:
-    """Run the command line on ``sys.argv``, and leave with its exit code."""
-    import gc
+class Interrupted(BaseException):
+    """Ctrl-C, SIGTERM or SIGHUP, raised wherever the main thread is; no handler of ordinary errors swallows it."""
 
-    gc.disable()  # what is imported stays; to look through all of it for garbage takes 40 ms
 
-    import os
-    import signal
-    import sys
-    import warnings
+def begun() -> None:
+    """Say that all is imported and the work begins: from here on garbage is looked for, not among what is there."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.set_threshold(RARELY)
+        gc.enable()
 
-    from .app import STOPS, cli
 
-    if not sys.warnoptions:
-        warnings.simplefilter("ignore")  # of libraries; what a user must know is told in our own words
+def guarded(work: Callable[[], None], debug: bool = False) -> int:
+    """Do the work; return the exit code, after one line on stderr where it failed."""
+    CANCEL.clear()
     try:
-        cli.main(prog_name="intarsia")
-    except SystemExit as e:
-        for number in STOPS:
-            signal.signal(number, signal.SIG_IGN)  # all is done: nothing is left to be stopped
-        # All is cleaned up, too; taking the libraries down in good order would only take time.
-        if e.code == 130 or (e.code in (None, 0) and "numpy" not in sys.modules and _flushed()):
-            os._exit(e.code or 0)
-        gc.unfreeze()  # or OpenImageIO finds itself still there at the end, and tells of it in 48 lines
+        with stoppable():
+            work()
+            if sys.stdout is not None:
+                sys.stdout.flush()
+    except click.exceptions.Exit as e:
+        return e.exit_code
+    except SystemExit:
         raise
+    except BrokenPipeError:  # as of `intarsia methods | head -1`; there is nobody left to tell
+        _drop_stdout()
+        return 1
+    except BaseException as e:
+        if debug or os.environ.get("INTARSIA_DEBUG") == "1":
+            import traceback
+
+            for line in traceback.format_exc().splitlines():
+                tell(line)
+        code, message = judge(e)
+        tell(f"intarsia: {message}")
+        return code
+    return 0
 
 
-def _flushed() -> bool:
-    """Hand on what was said; False where that failed, so that Python tells of it as usual."""
-    import sys
+def judge(e: BaseException) -> tuple[int, str]:
+    """Return the exit code of an error, and its message as one line."""
+    if isinstance(e, IntarsiaError):
+        return e.exit_code, one_line(e)
+    if isinstance(e, click.UsageError):
+        where = f" (see {e.ctx.command_path} --help)" if e.ctx is not None else ""
+        return 2, one_line(e.format_message()) + where
+    if isinstance(e, click.ClickException):
+        return e.exit_code, one_line(e.format_message())
+    if isinstance(e, (Interrupted, KeyboardInterrupt, click.Abort)):
+        return 130, "stopped; the file in the making was not written."
+    if isinstance(e, MemoryError):
+        return 1, "out of memory; choose a smaller --size, or a smaller exemplar (--crop, --scale)."
+    if isinstance(e, OSError) and e.strerror:
+        return 1, one_line(f"{e.filename or 'the output'}: {e.strerror.lower()}; the work was not finished.")
+    found = one_line(f"{type(e).__name__}: {e}")
+    return 1, f"internal error, {found}; please report it (INTARSIA_DEBUG=1 shows where)."
 
+
+def one_line(message: object) -> str:
+    """Return a message as a legible line, without what nobody would read to its end."""
+    words = legible(str(message)[: 100 * MOST]).split()
+    line = " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in words)
+    return line if len(line) <= MOST else line[: MOST - 500] + " ... " + line[-400:]
+
+
+def tell(line: str) -> None:
+    """Write a line to stderr, wherever that leads."""
+    with suppress(OSError, ValueError):
+        click.echo(legible(line), err=True)
+
+
+def reason_of(e: OSError) -> str:
+    """Why the system refused, in its own words."""
+    return (e.strerror or str(e)).lower()
+
+
+def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
+    """Write lines to stdout. ResourceError where that fails, with what is `done` all the same."""
     try:
-        for stream in filter(None, (sys.stdout, sys.stderr)):
-            stream.flush()
-    except (OSError, ValueError):
-        return False
-    return True
+        click.echo("\n".join(map(legible, lines)))
+    except BrokenPipeError:
+        raise
+    except OSError as e:
+        _drop_stdout()
+        raise ResourceError(f"the standard output: {reason_of(e)}; the result was not printed, but {done}.") from None
+
+
+def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
+    """Write an object to stdout as JSON, in plain ASCII without control characters."""
+    say(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Let Ctrl-C, SIGTERM and SIGHUP stop the work at once."""
+    before: dict[int, Any] = {}
+    try:
+        for number in STOPS:
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+                before[number] = signal.signal(number, _stop)
+    except ValueError:  # not the main thread: somebody else minds the signals
+        pass
+    hook = sys.unraisablehook
+    sys.unraisablehook = lambda u: None if isinstance(u.exc_value, Interrupted) else hook(u)
+    try:
+        yield
+    finally:
+        sys.unraisablehook = hook
+        for given, handler in before.items():
+            signal.signal(given, handler)
+
+
+@contextmanager
+def unbroken() -> Iterator[None]:
+    """Keep a stop away from a short passage that must be done whole or not at all."""
+    global _shields
+    _shields += 1
+    try:
+        yield
+    finally:
+        _shields -= 1
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    CANCEL.set()
+    if not _shields:
+        raise Interrupted
+
+
+def _drop_stdout() -> None:
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+COMMANDS = {
+    "grow": "Grow a larger or tileable texture from an example.",
+    "paint": "Paint with textures: labels say what grows where.",
+    "extend": "Continue a picture beyond its borders.",
+    "heal": "Fill holes, remove objects, recover lost blocks.",
+    "tile": "Make a photograph or a material tileable: only a band along its borders changes.",
+    "weave": "Stream a texture of any size into zarr (resumes), BigTIFF or tiles.",
+    "render": "Draw a saved map again: other planes, softer, harder, a window.",
+    "replay": "Make a picture again from the recipe it carries.",
+    "analyze": "Tell how a texture repeats, how large its elements are, and how to grow it.",
+    "score": "Tell how good an output is, and what speaks against it.",
+    "methods": "List the methods, or the parameters of one.",
+    "studio": "Open a page on this machine to see, grow, paint and keep.",
+    "warm-up": "Compile everything now, so that the first picture comes at once.",
+}
+"""Name -> what it does, in the order of the help. The module is named alike and holds `command`."""
+
+PLANNED = {"grow", "paint", "extend", "heal", "tile"}
+"""What is planned first, all alike by `commands/grow.py`, which says when the work begins."""
+
+LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
+"""What needs next to no memory."""
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command when it is called, and says every error in one line."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        planned = name in PLANNED
+        module = importlib.import_module(f".commands.{'grow' if planned else name.replace('-', '_')}", __package__)
+        if not planned:
+            begun()
+        command: click.Command = module.command_of(name) if planned else module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+    def main(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, **extra: Any
+    ) -> NoReturn:
+        """Run the command line and leave with an exit code; never a traceback for bad input."""
+        given = sys.argv[1:] if args is None else list(args)
+        name = prog_name or "intarsia"
+        if os.environ.get(f"_{name.upper()}_COMPLETE"):
+            super().main(given, name)
+
+        def work() -> None:
+            if given and not LIGHT & set(given):
+                make_room()
+            with self.make_context(name, given) as ctx:
+                self.invoke(ctx)
+
+        sys.exit(guarded(work, "--debug" in given))
+
+
+@click.command(
+    "intarsia",
+    cls=LazyGroup,
+    invoke_without_command=True,
+    epilog='Shell completion: put  eval "$(_INTARSIA_COMPLETE=bash_source intarsia)"  into ~/.bashrc '
+    "(zsh_source, fish_source for other shells).",
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+@click.version_option(VERSION, "--version", message="%(prog)s %(version)s")
+@click.option("--debug", is_flag=True, expose_value=False, help="Show where an error came from.")
+@click.pass_context
+def cli(ctx: click.Context) -> None:
+    """Grow textures from an example.
+
+    A small picture goes in; a larger, tileable, exactly reproducible one made of its pieces comes out.
+    """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
+
+
+Step = Callable[[int, int, Any], None]
+Listener = Callable[[float, str, Any, tuple[Any, ...]], None]
+"""What is called with the fraction that is done, the stage, what makes the map as far as it has grown (or None), and
+the exemplars of that map."""
+
+_listener: Listener | None = None
+_listening: list[Report] = []
+_registered = False
+
+
+def listen(listener: Listener | None) -> None:
+    """Have every Meter of this process call `listener` at each step of its work, too; None: no more."""
+    global _listener
+    _listener = listener
+
+
+@dataclass
+class Report:
+    """The voice of a command. Only pictures and JSON go to stdout, all else to stderr."""
+
+    as_json: bool = False
+    progress: str | None = None
+    quiet: bool = False
+    warnings: list[str] = field(default_factory=list)
+    say: Callable[[str], None] = tell  # above the progress bar, while there is one
+
+    def note(self, line: str) -> None:
+        """Tell a person something, unless nobody wants to hear it."""
+        if not self.quiet:
+            self.say(one_line(line))
+
+    def warn(self, *lines: str) -> None:
+        """Tell of what may be wrong, in one line each, and once; the JSON result repeats it."""
+        for line in lines:
+            if line not in self.warnings:
+                self.warnings.append(line)
+                self.note(f"intarsia: warning: {line}")
+
+    def result(self, result: dict[str, Any]) -> None:
+        """Print the result, if JSON is wanted."""
+        if self.as_json:
+            written = "files" in result or "results" in result
+            done = "the files are written" if written and "dry_run" not in result else "nothing else was to be done"
+            say_json({**result, "warnings": self.warnings}, done)
+
+    @contextmanager
+    def watching(self, parts: int) -> Iterator[Meter]:
+        """Show how far a work of so many equal parts is; also say so once when kernels must be compiled."""
+        _listening.append(self)
+        _listen()
+        meter = Meter(self, parts)
+        try:
+            yield meter
+        finally:
+            _listening.remove(self)
+            meter.close()
+
+
+class Meter:
+    """Progress from 0 to 1, never backwards, as a bar, as JSON lines or not at all."""
+
+    def __init__(self, report: Report, parts: int) -> None:
+        self._report, self._parts, self._part, self._span = report, parts, 0, (0.0, 1.0)
+        self._fraction, self._told, self._stage = 0.0, 0.0, ""
+        self._exemplars: tuple[Any, ...] = ()
+        self._lines = report.progress == "json"
+        self._wants_bar = not self._lines and not report.quiet and sys.stderr is not None and sys.stderr.isatty()
+        self._bar: Any = None
+
+    def stage(self, name: str, begin: float, end: float, exemplars: tuple[Any, ...] = ()) -> Step:
+        """Begin a stage that takes the part from `begin` to `end` of 1; return what a Run calls at each step.
+
+        `exemplars` are those of the map that grows in it.
+        """
+        self._stage, self._span, self._exemplars = name, (begin, end), exemplars
+        self._told = 0.0
+        return self._step
+
+    def next_part(self, parts: int = 1) -> None:
+        """One part of the work is done, or so many."""
+        self._part += parts
+        self._stage, self._span = "done", (0.0, 0.0)
+        self._show(1, 1, last=self._part == self._parts)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.stop()
+            self._bar, self._report.say = None, tell
+
+    def _step(self, done: int, total: int, draft: Any = None) -> None:
+        self._show(done, total, last=done == total)
+        if _listener is not None:
+            _listener(self._fraction, self._stage, draft if self._exemplars else None, self._exemplars)
+
+    def _show(self, done: int, total: int, last: bool) -> None:
+        begin, end = self._span
+        fraction = (self._part + begin + (end - begin) * done / max(total, 1)) / self._parts
+        self._fraction = min(1.0, max(self._fraction, fraction))
+        now = time.monotonic()
+        if not (self._lines or self._wants_bar) or (now - self._told < 0.05 and not last):
+            return
+        self._told = now
+        if self._lines:
+            facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
+            tell(json.dumps(facts))
+        else:
+            self._draw()
+
+    def _draw(self) -> None:
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = (TextColumn("{task.description:8}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"))
+            self._bar = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+            self._task = self._bar.add_task(self._stage, total=1.0)
+            self._bar.start()
+            print_above = self._bar.console.print
+            self._report.say = lambda line: print_above(line, markup=False, highlight=False, soft_wrap=True)
+        self._bar.update(self._task, completed=self._fraction, description=self._stage)
+
+
+def _listen() -> None:
+    """Have the reports of the moment told when a kernel of this process must be compiled, and what is wrong with it."""
+    global _registered
+    if not _registered:
+        from ..kernels import on_first_compilation, on_trouble
+
+        _registered = True
+        on_first_compilation(_compiling)
+        on_trouble(_troubled)
+
+
+def _compiling() -> None:
+    from ..kernels import troubled
+
+    if troubled():  # the line on that tells of it, too
+        return
+    for report in {id(report): report for report in _listening}.values():
+        report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
+
+
+def _troubled(line: str) -> None:
+    for report in _listening:
+        report.warn(line)
+
+
+def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
+    """What JSON says of a choice; measurements only where they are asked for, as some take time."""
+    out: dict[str, Any] = {"rule": choice.rule, "why": list(choice.why)}
+    if explain:
+        from ..choosing.facts import measurements
+
+        out["measurements"] = measurements(choice.facts)
+    return out
+
+
+def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) -> None:
+    """Tell a person of a choice, where measurements were asked for."""
+    if "measurements" in about.get("auto", ()) and not report.quiet:
+        for line in _explained(about, warnings):
+            report.say(line)
+
+
+def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
+    from ..params import written
+
+    auto = about["auto"]
+    lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
+    lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
+    lines += [f"{'method':13}{about['method']}"]
+    lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(_set(about))]
+    lines += [f"{'trial ' + str(n):13}{line}" for n, line in enumerate(_tried(auto), 1)]
+    lines += [f"{'warning':13}{line}" for line in warnings]
+    return [*lines, f"{'command':13}{auto['command']}"]
+
+
+def _tried(auto: dict[str, Any]) -> list[str]:
+    """What is said of each variant that was tried."""
+    energies = auto.get("energies", [])
+    scores = [f"{s['total']:.3f}, " for s in auto.get("scores", [])] or [""] * len(energies)
+    return [f"{score}energy {energy}" for score, energy in zip(scores, energies, strict=True)]
+
+
+def _set(about: dict[str, Any]) -> list[tuple[str, Any]]:
+    from ..methods import method_class
+    from ..params import parameters
+
+    usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
+    found = [(k, v) for k, v in about["parameters"].items() if v != usual[k]]
+    return found or [("all", "usual")]

@@ -12,25 +12,24 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ..disk import check_fits
 from ..disk.depth import dtype_of
-from ..disk.limits import check_fits
 from ..errors import CancelledError, IntarsiaError, QualityError
 from ..files import write, write_bytes
 from ..files.sets import Material
 from ..image import Kind, Plane, Transfer
 from ..lazy import lazy
-from ..methods.base import Method, keeps_lattice
+from ..methods import Method, keeps_lattice
+from ..request import FIELDS, Request
 from ..request.codecs import inputs_of, once_more, to_line
-from ..request.request import FIELDS, Request
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, recipe_exemplars
-from ..tasks.requested import made_of
-from .app import CANCEL, judge, one_line
+from ..tasks import made_of
+from . import CANCEL, Meter, Report, Step, as_json, explain, judge, one_line
 from .exemplars import Shelf
 from .outputs import Staging, by_file, check_all, index_name, write_page
 from .plan import Order, materials_of, method_as_json, orders_of, shelves_of
-from .report import Meter, Report, Step, as_json, explain
 
 if TYPE_CHECKING:
     from ..search import distance_map

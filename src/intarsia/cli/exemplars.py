@@ -21,11 +21,11 @@ from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..lazy import lazy
 from ..rendering.mixing import off_unit
+from ..request import Request
 from ..request.codecs import inputs_of
-from ..request.request import Request
 from ..synthesis import Plan, Scene
-from ..tasks.requested import plan_of, scene_of
-from .report import Report
+from ..tasks import plan_of, scene_of
+from . import Report
 
 if TYPE_CHECKING:
     from ..analysis import light

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..choosing.auto import AUTO_METHOD
-from ..disk.limits import allowing
+from ..disk import allowing
 from ..errors import ParameterError
-from ..methods.base import METHODS, method_class, preset
+from ..methods import METHODS, method_class, preset
 from ..params import KINDS, Parameter, parameters
+from ..request import FIELDS, Request, fields_of_verb, parameters_of_verb
 from ..request.codecs import parameter_values
 from ..request.field import FLAG, HEADINGS, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import able
-from ..request.request import FIELDS, Request, fields_of_verb, parameters_of_verb
-from .report import Report
+from . import Report
 
 if TYPE_CHECKING:
     ParamType = click.ParamType[Any]

@@ -18,8 +18,8 @@ from ..errors import ParameterError, ResourceError, printable
 from ..exemplar import Exemplar
 from ..image import Plane
 from ..lazy import lazy
-from ..request.request import Request
-from .app import reason_of, unbroken
+from ..request import Request
+from . import reason_of, unbroken
 from .exemplars import Set, stem_of
 
 if TYPE_CHECKING:

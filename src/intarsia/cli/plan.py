@@ -14,20 +14,21 @@ from .. import files
 from ..arrays import Pair
 from ..blend import Blend
 from ..canvas import Canvas
+from ..disk import taken
 from ..disk.depth import dtype_of
-from ..disk.limits import taken
 from ..errors import ParameterError, printable
 from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
 from ..lazy import lazy
-from ..methods.base import Method, measures_distances, recipe_settings, traits
+from ..methods import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable
+from ..request import Request
 from ..request.fields import DONE
-from ..request.request import Request
 from ..synthesis import Plan, Scene
-from ..tasks.requested import small_of
+from ..tasks import small_of
+from . import Report
 from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of
 from .outputs import (
     by_file,
@@ -40,7 +41,6 @@ from .outputs import (
     plane_files,
     usual_name,
 )
-from .report import Report
 
 if TYPE_CHECKING:
     from ..tasks import scoring

@@ -8,22 +8,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..arrays import Pair
-from ..disk.limits import check_fits
+from ..disk import check_fits
 from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
 from ..giant.texture import Weave, planned_windows, woven
+from ..request import Request
 from ..request.codecs import once_more, to_line
-from ..request.request import Request
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
-from ..tasks.requested import with_joins
-from .app import CANCEL, Interrupted, unbroken
+from ..tasks import with_joins
+from . import CANCEL, Interrupted, Report, as_json, explain, unbroken
 from .exemplars import Shelf, sets_of, stem_of
 from .outputs import filled_name, usual_name
 from .plan import method_as_json
-from .report import Report, as_json, explain
 
 ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..analysis.sums import blocks
+from ..analysis import blocks
 from ..arrays import Array, Mask, Pair
 from ..draws import below, draw_many
 from ..exemplar import Exemplar

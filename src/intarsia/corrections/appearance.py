@@ -17,8 +17,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..analysis import nearest, principal_axes, spreads
 from ..analysis.features import RANGE
-from ..analysis.sums import nearest, principal_axes, spreads
 from ..arrays import Array
 from ..errors import InputError
 from ..exemplar import Exemplar

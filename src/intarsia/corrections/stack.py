@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..analysis import nearest, principal_axes, spreads
 from ..analysis.features import features
-from ..analysis.sums import nearest, principal_axes, spreads
 from ..arrays import Array, Int32
 from ..exemplar import Exemplar
 from ..kernels import kd_tree

@@ -1,1 +1,235 @@
-"""Files as bytes: written whole or not at all, checked before they are read; what they, and any work, may cost."""
+"""Files as bytes: written whole or not at all, checked before they are read; what they, and any work, may cost.
+
+What a picture, or any work, may cost: pixels, memory against the bytes that really are there, and whether it fits.
+
+Asked before any of it begins. Imports nothing heavy.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from typing import TYPE_CHECKING
+
+from ..errors import InputError, ParameterError, ResourceError
+from ..lazy import lazy
+
+if TYPE_CHECKING:
+    import pathlib
+else:
+    pathlib = lazy("pathlib")
+
+MAX_PIXELS = 1 << 28
+"""Nobody can ask for more."""
+
+DEFAULT_PIXELS = 1 << 26
+"""What a picture may have where nobody says otherwise: 8192x8192."""
+
+VARIABLE = "INTARSIA_MAX_PIXELS"
+"""The environment variable that sets another default, above which nobody can ask."""
+
+SIDE = 1 << 20
+MAX_CHANNELS = 64
+FREE = 6
+"""Bytes of memory for each pixel that is allowed, which a file may take however small it is."""
+
+HELD = 32
+"""Bytes of memory for each byte of the file, which it may take beyond that: real textures hold what they unpack to."""
+
+_asked: ContextVar[int | None] = ContextVar("max_pixels", default=None)
+
+
+@contextmanager
+def allowing(pixels: int | None) -> Iterator[None]:
+    """Let pictures of so many pixels be read in the meantime; None: as the environment says.
+
+    Raises ParameterError where the environment variable allows less, or that is more than 2**28.
+    """
+    if pixels is not None:
+        ceiling = _of_environment() or MAX_PIXELS
+        if not 1 <= pixels <= ceiling:
+            raise ParameterError(f"--max-pixels {pixels} is not allowed; give 1 to {ceiling}{_why(ceiling)}.")
+    token = _asked.set(pixels)
+    try:
+        yield
+    finally:
+        _asked.reset(token)
+
+
+def most_pixels() -> int:
+    """How many pixels a picture may have just now."""
+    return _asked.get() or _of_environment() or DEFAULT_PIXELS
+
+
+def check_size(name: str, width: int, height: int, channels: int = 1, side: int = SIDE) -> None:
+    """Refuse a picture by the size that its header states, before anything is unpacked."""
+    if width < 1 or height < 1:
+        raise InputError(f"{name} has no pixels ({width}x{height}); save it again.")
+    if max(width, height) > side:
+        raise InputError(f"{name} claims {width}x{height} px; at most {side} px a side are allowed, so crop it first.")
+    most = most_pixels()
+    if width * height > most:
+        raise InputError(
+            f"{name} claims {width}x{height} px; at most {most} pixels are allowed, so {_remedy(width * height)}."
+        )
+    if channels > MAX_CHANNELS:
+        raise InputError(f"{name} has {channels} channels; at most {MAX_CHANNELS}, so save fewer.")
+
+
+def check_cost(name: str, cost: float, held: int) -> None:
+    """Refuse a file of `held` bytes that takes `cost` bytes of memory, or as much time, for next to nothing in it."""
+    most = most_pixels()
+    if cost <= max(FREE * most, HELD * held) or most >= MAX_PIXELS:
+        return
+    raise InputError(
+        f"{name} would take {_words(cost)} of memory, with {_words(held)} in the file; so small a one may take "
+        f"{_words(FREE * most)}, so {_remedy(min(-(-int(cost) // FREE), MAX_PIXELS))}."
+    )
+
+
+def no_room(name: str) -> ResourceError:
+    """Say that a file does not fit into memory."""
+    return ResourceError(f"{name} does not fit into memory; crop it first, or free some.")
+
+
+def _remedy(needed: int) -> str:
+    ceiling = _of_environment() or MAX_PIXELS
+    if needed > ceiling:
+        return f"crop it first (nobody may ask for more than {ceiling}{_why(ceiling)})"
+    return f"crop it first, or allow more with --max-pixels {needed} ({VARIABLE}={needed})"
+
+
+def _why(ceiling: int) -> str:
+    return f", as {VARIABLE} says" if ceiling < MAX_PIXELS else ""
+
+
+def _of_environment() -> int | None:
+    text = os.environ.get(VARIABLE, "").strip()
+    if not text:
+        return None
+    if not text.isascii() or not text.isdigit() or not 1 <= int(text[:20]) <= MAX_PIXELS:
+        raise ParameterError(f"{VARIABLE}={text[:40]} is not allowed; give 1 to {MAX_PIXELS} pixels, or unset it.")
+    return int(text)
+
+
+def _words(count: float) -> str:
+    return f"{int(count) >> 20} MiB" if count >= 1 << 20 else f"{-(-int(count) >> 10)} KiB" if count >= 1 << 10 else (
+        f"{int(count)} bytes"
+    )  # fmt: skip
+
+
+FLOOR = 720 << 20
+"""Bytes of address space without which no command can work: of Python and its libraries, and of compiling.
+
+With less, LLVM crashes, and OpenBLAS (in numpy and scipy) asks for its buffers of 32 MiB a thread again and again.
+"""
+
+RESERVED = 240 << 20
+"""Bytes of address space that are taken and never filled: the code of the libraries, and room for their heaps."""
+
+SURE = 0.8
+"""A work of which this share does not fit is refused: what it takes is told within 25 %."""
+
+
+BLAS = "OPENBLAS_NUM_THREADS"
+"""Read when numpy is imported; no result depends on it."""
+
+
+def make_room() -> None:
+    """Refuse to work in an address space where libraries crash or hang; take little of one that is limited."""
+    os.environ.setdefault(BLAS, "1")  # its threads cost each start 0.2 s of CPU, and shorten nothing that is done here
+    limit = address_space()
+    if limit is None:
+        return
+    if limit < FLOOR:
+        raise ResourceError(
+            f"the address space is limited to {limit >> 20} MiB, and Python's libraries need {FLOOR >> 20} MiB; "
+            "raise the limit (ulimit -v)."
+        )
+    os.environ[BLAS] = "1"
+    with suppress(OSError, AttributeError):
+        import ctypes
+
+        ctypes.CDLL(None).mallopt(-8, 1)  # one heap for all threads, where each would reserve 64 MiB
+
+
+def address_space() -> int | None:
+    """Return the limit of this process's address space in bytes; None where there is none."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return None if limit == resource.RLIM_INFINITY else limit
+
+
+def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, or weave it") -> None:
+    """Refuse a work for which there is not enough memory; `needed` is what the whole process will take, in bytes."""
+    for there, whose in _limits():
+        if needed * SURE > there:
+            raise ResourceError(
+                f"{what} takes about {needed >> 20} MiB of memory, and {whose} {max(there, 0) >> 20} MiB; {instead}."
+            )
+
+
+def free_memory() -> int | None:
+    """Return how many bytes this process may still take, as far as the system tells."""
+    found = [max(most - used, 0) for most, used in _groups()]
+    memory = _numbers("/proc/meminfo")
+    if "MemAvailable" in memory:
+        found.append(memory["MemAvailable"])
+    if not found:
+        with suppress(OSError, ValueError, AttributeError):
+            found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    return min(found, default=None)
+
+
+def taken() -> int:
+    """Return the most that this process has taken of memory so far, in bytes; 0 where the system does not tell."""
+    return _numbers("/proc/self/status").get("VmHWM", 0)
+
+
+def _limits() -> Iterator[tuple[int, str]]:
+    """Yield what this process may grow to in bytes, and what sets that bound."""
+    limit = address_space()
+    if limit is not None:
+        yield limit - RESERVED, "the limit of the address space (ulimit -v) leaves"
+    own = _numbers("/proc/self/status").get("VmRSS", 0)
+    memory = _numbers("/proc/meminfo")
+    if "MemAvailable" in memory:
+        yield own + memory["MemAvailable"] + memory.get("SwapFree", 0), "this computer has"
+    for most, used in _groups():
+        yield own + most - used, "the limit of the container (cgroup) leaves"
+
+
+def _numbers(path: str) -> dict[str, int]:
+    """Read a list of `Name: N kB` in bytes; lines of another form are left out."""
+    found = {}
+    with suppress(OSError):
+        for line in pathlib.Path(path).read_text().splitlines():
+            words = line.split()
+            if len(words) == 3 and words[2] == "kB":
+                found[words[0].rstrip(":")] = int(words[1]) << 10
+    return found
+
+
+def _groups(mounted: str = "/sys/fs/cgroup", own: str = "/proc/self/cgroup") -> Iterator[tuple[int, int]]:
+    """Yield limit and use in bytes of every control group that this process is in; what can be freed is not used."""
+    root = pathlib.Path(mounted)
+    with suppress(OSError):
+        for line in pathlib.Path(own).read_text().splitlines():
+            _, kinds, name = line.split(":", 2)
+            if kinds not in ("", "memory"):
+                continue
+            names = ("max", "current", "inactive_file") if not kinds else (
+                "limit_in_bytes", "usage_in_bytes", "total_inactive_file")  # fmt: skip
+            place = root / kinds / name.strip("/")
+            for folder in (place, *place.parents):
+                with suppress(OSError, ValueError):
+                    most, used = (int((folder / f"memory.{n}").read_text()) for n in names[:2])
+                    stat = dict(line.split() for line in (folder / "memory.stat").read_text().splitlines())
+                    yield most, used - int(stat.get(names[2], 0))
+                if folder == root:
+                    break

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError, IntarsiaError, ParameterError, legible, printable
-from .limits import check_cost, no_room
+from . import check_cost, no_room
 from .whole import ordinary
 
 LONGEST = 1 << 24

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arrays import Array
-from ..disk.limits import check_cost, check_size, most_pixels, no_room
+from ..disk import check_cost, check_size, most_pixels, no_room
 from ..errors import InputError, IntarsiaError
 from ..lazy import lazy
 from . import png
@@ -67,7 +67,7 @@ class Decoded:
     icc: bytes | None = None
 
 
-def decode(picture: PictureFile, layer: str | None = None) -> Decoded:
+def decoded(picture: PictureFile, layer: str | None = None) -> Decoded:
     """Read the pixels of a file exactly as stored, turned upright; everything that fails is an InputError.
 
     Of an EXR `layer` may be read, by default one that looks like a picture. Nobody else can write to the pixels.

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..disk import MAX_CHANNELS, no_room
 from ..disk.depth import DTYPE_OF_DEPTH
-from ..disk.limits import MAX_CHANNELS, no_room
 from ..disk.whole import PathLike, ordinary, working_folder
 from ..errors import InputError, ParameterError, ResourceError, printable
 

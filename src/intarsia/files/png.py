@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array, Pair
-from ..disk.limits import check_size
+from ..disk import check_size
 from ..errors import InputError
 from .formats import PNG_SIDE, damaged
 

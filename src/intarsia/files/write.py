@@ -19,8 +19,8 @@ import numpy as np
 
 from ..arguments import called, expect, expect_path
 from ..arrays import Array, Pair, UInt8, pixels_of
+from ..disk import MAX_CHANNELS
 from ..disk.depth import converted, dtype_of, looked_at
-from ..disk.limits import MAX_CHANNELS
 from ..disk.whole import PathLike, check_writable, put_all, working_folder, write_bytes
 from ..errors import InputError, ParameterError, ResourceError, legible, printable
 from ..image import Kind, Plane, Transfer

@@ -21,13 +21,13 @@ import numpy as np
 from ..arguments import called, expect_path, pair, whole
 from ..arrays import Array, Pair
 from ..blend import Blend
-from ..disk.limits import free_memory
+from ..disk import free_memory
 from ..disk.whole import PathLike
 from ..errors import MissingExtraError, ParameterError, ResourceError, said
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Plane
-from ..methods.base import FARTHEST, WindowMethod, recipe_settings
+from ..methods import FARTHEST, WindowMethod, recipe_settings
 from ..rendering.render import render
 from ..run import Run
 from ..sourcemap import SourceMap

@@ -31,10 +31,10 @@ import numpy as np
 
 from ..arguments import called
 from ..arrays import Array, Pair
-from ..disk.limits import taken
+from ..disk import taken
 from ..errors import InputError, ParameterError, ResourceError, said
 from ..geometry import Box
-from ..methods.base import Method, traits
+from ..methods import Method, traits
 from ..params import functions_of
 from ..run import Run
 from .exports import HeldStore, TiffStore, TileStore

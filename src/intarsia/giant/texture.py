@@ -14,7 +14,7 @@ from ..disk.whole import PathLike
 from ..draws import check_seed
 from ..errors import ParameterError
 from ..exemplar import Exemplar
-from ..methods.base import METHODS, Ability, Method, WindowMethod, method_class
+from ..methods import METHODS, Ability, Method, WindowMethod, method_class
 from ..rendering.render import check_alike
 from ..run import Run, run_of
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned

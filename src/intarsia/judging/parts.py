@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..analysis.sums import moving_sums, window_sums
+from ..analysis import moving_sums, window_sums
 from ..arrays import Array, Int16, Mask
 from .sources import NEXT, STEP, Reference, Sources, continued
 from .windows import poses

@@ -23,8 +23,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..analysis import block_sums, factor_for, window_sums
 from ..analysis.features import features
-from ..analysis.sums import block_sums, factor_for, window_sums
 from ..arrays import Array, Int16, Pair
 from ..errors import InputError
 from ..exemplar import Exemplar, Exemplars

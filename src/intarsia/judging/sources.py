@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..analysis.sums import spreads
+from ..analysis import spreads
 from ..arrays import Array, Int16, Mask, Pair
 from ..draws import draw
 from ..lattice.candidates import UNIT

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from ..analysis.sums import block_sums, blocks
+from ..analysis import block_sums, blocks
 from ..arrays import Array, Int32, Mask
 
 SIDE = 8  # px of a window, in the reduced picture

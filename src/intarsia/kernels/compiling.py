@@ -29,7 +29,7 @@ from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.runtime import nrt
 from numba.core.types import unliteral as _unliteral
 
-from .cache import DAMAGED, Unfit, cache_folder, compilation_begins, drop, not_kept, read_entry, say, write_entry
+from . import DAMAGED, Unfit, cache_folder, compilation_begins, drop, not_kept, read_entry, say, write_entry
 
 KNOWN = "0.68."
 if not numba.__version__.startswith(KNOWN):

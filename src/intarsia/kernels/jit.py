@@ -21,18 +21,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
-from .cache import (
-    DAMAGED,
-    LARGEST,
-    Unfit,
-    cache_folder,
-    compilation_begins,
-    drop,
-    not_kept,
-    read_entry,
-    say,
-    write_entry,
-)
+from . import DAMAGED, LARGEST, Unfit, cache_folder, compilation_begins, drop, not_kept, read_entry, say, write_entry
 
 F = TypeVar("F", bound=Callable[..., Any])
 config: Any = numba.config

@@ -23,8 +23,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from ..analysis import factor_for, reduced
 from ..analysis.features import features
-from ..analysis.sums import factor_for, reduced
 from ..arrays import Int16, Int64, Mask
 from ..errors import MethodError, ParameterError
 from ..exemplar import Exemplar

@@ -1,1 +1,365 @@
-"""Published methods, one file each."""
+"""Published methods, one file each.
+
+What every method offers, the list of methods, and the parameters that several have: told once, meant alike.
+
+Imports nothing heavy: listings must be quick.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from enum import StrEnum
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
+
+from ..arguments import called
+from ..blend import Blend
+from ..errors import InputError, ParameterError
+from ..field import Field
+from ..geometry import Wrap
+from ..params import AUTO, check, extent, param, parameters
+
+if TYPE_CHECKING:
+    from ..canvas import Canvas
+    from ..exemplar import Exemplar, Exemplars
+    from ..geometry import Box
+    from ..run import Run
+    from ..sourcemap import SourceMap
+
+FARTHEST = 1 << 40
+"""Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
+
+
+class Ability(StrEnum):
+    """What a method can be asked for beyond filling a plain canvas; every claim is tested."""
+
+    WRAP = "wrap"  # a canvas that continues in itself
+    START = "start"  # a canvas that is partly filled
+    MASK = "mask"  # exemplars with pixels that must not be sampled
+    GUIDE = "guide"  # labels or a target picture
+    ISOMETRIES = "isometries"  # mirrored and turned pieces
+    SEVERAL = "several"  # more than one exemplar
+    WINDOW = "window"  # any window of an endless canvas, alone
+
+
+class Method(Protocol):
+    """A published way to grow a texture: a frozen dataclass of its parameters, and one verb."""
+
+    slug: ClassVar[str]
+    paper: ClassVar[str]
+    summary: ClassVar[str]
+    supports: ClassVar[frozenset[Ability]]
+
+    @property
+    def blend(self) -> Blend:
+        """How the pieces are meant to be joined; follows from the parameters."""
+
+    def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
+        """Return the method with every automatic parameter decided, or refuse what cannot work."""
+
+    def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
+        """Fill the canvas and return the map. The same arguments give the same map, whatever `run` holds."""
+
+
+class Traits(NamedTuple):
+    """What a method may say of itself besides, each as an attribute of this name; what holds where it says nothing.
+
+    exact : its maps name whole pixels, neither scaled nor turned by fractions.
+    pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
+    hangs : how patches lie at the borders, as :func:`intarsia.geometry.laid` has it.
+    channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
+    asked : returns, for parameters that are functions, a hash of all that they say over a canvas or a box.
+    """
+
+    exact: bool = True
+    pitch: tuple[int, int] | None = None
+    footprint: tuple[int, int] | None = None
+    hangs: int | None = None
+    channel_weights: tuple[float, ...] | None = None
+    isometries: str | tuple[int, ...] = "none"
+    min_repeat_distance: int = 0
+    snap: str = "on"
+    asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
+
+    @property
+    def spans(self) -> dict[str, list[int] | None]:
+        """Pitch and footprint as JSON holds them: x before y."""
+        return {"pitch": self.pitch and [*self.pitch[::-1]], "footprint": self.footprint and [*self.footprint[::-1]]}
+
+
+def traits(method: Method) -> Traits:
+    """Return what a method says of itself besides, filled up with what holds where it says nothing."""
+    return Traits(**{name: getattr(method, name) for name in Traits._fields if hasattr(method, name)})
+
+
+def recipe_settings(
+    method: Method, exemplars: tuple[Exemplar, ...] = (), where: Canvas | Box | None = None
+) -> dict[str, Any]:
+    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists.
+
+    Functions are given by name, and for a picture (`where`) also by a hash of all that they say for it.
+    """
+    out: dict[str, Any] = {}
+    for p in parameters(method):
+        value = getattr(method, p.name)
+        if isinstance(value, tuple):
+            value = list(reversed(value)) if p.kind == "extent" else list(value)
+        out[p.name] = value.as_recipe if isinstance(value, Field) else value
+    for name, digest in ({} if where is None else traits(method).asked(exemplars, where)).items():
+        out[name] |= {"sha256": digest}
+    return out
+
+
+def method_of(slug: str, settings: dict[str, Any]) -> Method:
+    """Make a method again from its parameters as recipes hold them; ParameterError where they cannot be."""
+    kinds = {p.name: p.kind for p in parameters(method_class(slug))}
+    flipped = {n: v[::-1] if kinds.get(n) == "extent" else v for n, v in settings.items() if isinstance(v, list)}
+    return make(slug, settings | {n: tuple(v) for n, v in flipped.items()})
+
+
+def keeps_lattice(method: Method) -> bool:
+    """Say whether a method lays its pieces on a lattice."""
+    return any(p.name == "lattice" for p in parameters(method)) and traits(method).snap == "on"
+
+
+def measures_distances(method: Method | type[Method]) -> bool:
+    """Say whether a method, or a class of them, looks for patches by their distances."""
+    return getattr(method, "measures", False)
+
+
+class MethodBase:
+    """What the methods of this package begin with: parameters in range, exact copies, and an engine that works.
+
+    Those of others need not inherit from it; what works by itself names no engine.
+
+    ``engine``: the module whose functions `resolved`, `synthesize` and `window` do what those of the method promise.
+    They are given the method first, `synthesize` one that is resolved.
+    """
+
+    engine: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def blend(self) -> Blend:
+        """Exact copies."""
+        return Blend(0)
+
+    def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
+        """Decide what is automatic; without an engine nothing is."""
+        found: Self = engine_of(self).resolved(self, exemplars, canvas) if self.engine else self
+        return found
+
+    def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
+        """Have the engine make the map."""
+        method = self.resolved(exemplars, canvas)
+        smap: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
+        return smap
+
+
+class EndlessBase(MethodBase):
+    """What methods begin with whose engine makes windows, each alone."""
+
+    def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
+        """Have the engine make a box of the endless plane."""
+        smap: SourceMap = engine_of(self).window(self, exemplars, box, seed, run)
+        return smap
+
+
+class WindowMethod(Method, Protocol):
+    """A method whose map can be made window by window, each alone: one that claims WINDOW."""
+
+    def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
+        """Return the map of a box of the endless plane, at most FARTHEST px away; it depends on nothing outside.
+
+        A plain canvas of H x W px, filled by `synthesize`, is the box (0, 0, H, W).
+        """
+
+
+REFUSED = {
+    Ability.WRAP: "cannot wrap the output; drop wrap",
+    Ability.START: "cannot continue a start map; drop it",
+    Ability.GUIDE: "cannot follow a guide; drop it",
+    Ability.MASK: "cannot avoid masked pixels; drop the mask",
+    Ability.SEVERAL: "grows from one exemplar; give one",
+}
+"""What is said where an ability is asked for that a method does not claim; the first of them is said."""
+
+
+def needed(exemplars: Exemplars, canvas: Canvas) -> frozenset[Ability]:
+    """Return the abilities that exemplars and canvas ask for."""
+    asked = {
+        Ability.WRAP: canvas.wrap is not Wrap.NONE,
+        Ability.START: canvas.start is not None,
+        Ability.GUIDE: canvas.guide is not None,
+        Ability.MASK: any(e.usable is not None for e in exemplars),
+        Ability.SEVERAL: len(exemplars) > 1,
+    }
+    return frozenset(ability for ability, yes in asked.items() if yes)
+
+
+def check_start(start: SourceMap, exemplars: Exemplars) -> None:
+    """A start map must point into the exemplars that are given, at whole pixels."""
+    if not start.exact:
+        raise InputError(
+            "the map's pieces are turned, scaled or moved by fractions of a pixel (frame, sub), which no method can "
+            "continue or repair; give one without."
+        )
+    if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
+        raise InputError(
+            "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
+        )
+    start.check_sources()
+
+
+def check_abilities(method: Method, exemplars: Exemplars, canvas: Canvas) -> None:
+    """Refuse to ask a method for what it does not claim."""
+    missing = needed(exemplars, canvas) - method.supports
+    for ability, words in REFUSED.items():
+        if ability in missing:
+            raise ParameterError(f"{method.slug} {words}, or choose another method.")
+
+
+METHODS = {
+    "image-quilting": ("methods.image_quilting", "ImageQuilting"),
+    "patch-sampling": ("published.multrus2003.patch_sampling", "PatchSampling"),
+    "graphcut": ("methods.graphcut", "Graphcut"),
+    "segment-based": ("published.segments.segment_based", "SegmentBased"),
+    "near-regular": ("methods.near_regular", "NearRegular"),
+    "gap-filling": ("published.lopez_recas2011.gap_filling", "GapFilling"),
+    "best-tile": ("methods.best_tile", "BestTile"),
+    "random-tiling": ("methods.random_tiling", "RandomTiling"),
+    "repeat": ("methods.repeat", "Repeat"),
+    "parallel-controllable": ("methods.parallel_controllable", "ParallelControllable"),
+    "raster-quilting": ("published.robinson2004.raster_quilting", "RasterQuilting"),
+    "efros-leung": ("published.pixels.efros_leung", "EfrosLeung"),
+    "wei-levoy": ("published.pixels.wei_levoy", "WeiLevoy"),
+    "ashikhmin": ("published.pixels.ashikhmin", "Ashikhmin"),
+    "correction-2008": ("published.correction2008.correction_2008", "Correction2008"),
+}
+"""Slug -> module below the package and class, in the order of the listings."""
+
+
+PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "correction2008")
+"""The documents of which all settings can be asked for at once: packages of `published`."""
+
+
+def preset(document: str) -> dict[str, str]:
+    """Return what a document sets: options of grow, and their values as they are written."""
+    found: dict[str, str] = importlib.import_module(f"..published.{document}", __package__).PRESET
+    return dict(found)
+
+
+def engine_of(method: MethodBase) -> Any:
+    """Return the module that works for a method; it is imported when it is asked for."""
+    return importlib.import_module(method.engine)
+
+
+def method_class(slug: str) -> type[Any]:
+    """Return the class of the method named `slug`."""
+    if slug not in METHODS:
+        raise ParameterError(f"method={slug} is unknown; choose one of {', '.join(METHODS)}.")
+    module, name = METHODS[slug]
+    cls: type[Any] = getattr(importlib.import_module(f"..{module}", __package__), name)
+    return cls
+
+
+def check_method(given: Any) -> Method:
+    """Return a method, or refuse what is none, such as a class of methods."""
+    if isinstance(given, type) or not (hasattr(given, "resolved") and hasattr(given, "synthesize")):
+        able = isinstance(given, type) and hasattr(given, "resolved")
+        means = f"{given.__name__}()" if able else "a method, or its name"
+        raise ParameterError(f"method={called(given)} is no method; give {means}, or 'auto'.")
+    method: Method = given
+    return method
+
+
+def make(slug: str, values: dict[str, Any]) -> Method:
+    """Make the method `slug` with the given parameters, refusing any that it does not have."""
+    cls = method_class(slug)
+    known = [p.name for p in parameters(cls)]
+    for name in values:
+        if name not in known:
+            raise ParameterError(f"{name}: {slug} has no such parameter; it has {', '.join(known) or 'none'}.")
+    method: Method = cls(**values)
+    return method
+
+
+patch_side = partial(
+    param, AUTO, "extent",
+    "side of the copied square, overlaps included; automatic: the size of the texture's elements",
+    low=1, high=1 << 16, unit="px",
+)  # fmt: skip
+channel_weights = partial(
+    param, AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
+    low=0, high=1e6,
+)  # fmt: skip
+structure_weight = partial(
+    param, 1.0, "float", "how much outlines and slow colour count beside colour; 0: colour alone", low=0, high=4
+)
+poses = partial(
+    param, "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
+)
+usage_price = partial(param, 0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+lattice_vectors = partial(param, AUTO, "vectors", low=-65536, high=65536, unit="px")
+repeat_distance = partial(
+    param, 0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
+)
+search_ways = partial(
+    param, "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
+)
+cut_cost = partial(
+    param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
+    "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
+    choices=("difference", "gradient", "sharp"),
+)  # fmt: skip
+layout = partial(
+    param, "spread", "choice", "spread: overlaps widen evenly, so that patches end at the border; raster: patch and "
+    "overlap as they are given, cropped at the right and lower border (where the output does not wrap)",
+    choices=("spread", "raster"),
+)  # fmt: skip
+boundary_patch = partial(
+    param, AUTO, "int", "side of the patches along boundaries of painted labels; automatic: half; 0: like all others",
+    low=0, high=1 << 16, unit="px",
+)  # fmt: skip
+boundary_poses = partial(
+    param, AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
+)
+boundary_slack = partial(
+    param, AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
+    low=0, high=1 << 16, unit="px",
+)  # fmt: skip
+
+
+class CutSquares(MethodBase):
+    """Squares that overlap their neighbours and are cut along seams: what follows from `patch` and `overlap`."""
+
+    patch: int | tuple[int, int] | None
+    overlap: int | tuple[int, int] | None
+    layout: str = "spread"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.patch is AUTO or self.overlap is AUTO:
+            return
+        for side, overlap in zip(extent(self.patch), extent(self.overlap), strict=True):
+            if overlap >= side:
+                raise ParameterError(f"overlap={overlap} is not below patch={side} px; choose 0 to {side - 1} px.")
+
+    @property
+    def pitch(self) -> tuple[int, int]:
+        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
+        patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
+        return patch[0] - overlap[0], patch[1] - overlap[1]
+
+    @property
+    def hangs(self) -> int | None:
+        """From the first corner on at their pitch, or spread to end at the border."""
+        return 0 if self.layout == "raster" else None
+
+    @property
+    def footprint(self) -> tuple[int, int]:
+        """Rows and columns of the exemplar that a patch needs."""
+        return extent(self.patch or 0)

@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .. import methods
 from ..params import param
-from . import base
-from .base import Ability, EndlessBase
+from . import Ability, EndlessBase
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class BestTile(EndlessBase):
     engine: ClassVar[str] = "intarsia.regular.best_tile"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
     )
     band: int = param(
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()

@@ -20,15 +20,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .. import methods
 from ..params import AUTO, param
-from . import base
-from .base import Ability
+from . import Ability
 
 LARGEST = 1 << 16  # px, of a window
 
 
 @dataclass(frozen=True)
-class Graphcut(base.CutSquares):
+class Graphcut(methods.CutSquares):
     """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
 
     slug: ClassVar[str] = "graphcut"
@@ -56,19 +56,19 @@ class Graphcut(base.CutSquares):
         AUTO, "int", "how often the worst seam is covered anew; automatic: three times for every five windows",
         low=0, high=1 << 24,
     )  # fmt: skip
-    seam: str = base.cut_cost("sharp")
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
-    structure: float = base.structure_weight()
+    seam: str = methods.cut_cost("sharp")
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    structure: float = methods.structure_weight()
     courses: float = param(
         0.7, "float", "how much lines that run across the exemplar between courses of stones or boards count in the "
         "search: 1 as much as colour; 0, or where there are none: not", low=0, high=2,
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "two steps by which the texture repeats: patches are laid whole steps from the first, give or take 3 px; "
         "automatic: anywhere"
     )
-    isometries: str | tuple[int, ...] = base.poses()
-    usage: float = base.usage_price()
+    isometries: str | tuple[int, ...] = methods.poses()
+    usage: float = methods.usage_price()
     evenness: float = param(
         0.12, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
         "knees (three eighths of the spread of colours); up to eight times as much where it strikes, nothing on bare "

@@ -17,13 +17,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .. import methods
 from ..params import AUTO, param
-from . import base
-from .base import Ability
+from . import Ability
 
 
 @dataclass(frozen=True)
-class ImageQuilting(base.CutSquares):
+class ImageQuilting(methods.CutSquares):
     """Lay overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
 
     slug: ClassVar[str] = "image-quilting"
@@ -35,22 +35,22 @@ class ImageQuilting(base.CutSquares):
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = base.patch_side()
+    patch: int | tuple[int, int] | None = methods.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    layout: str = base.layout()
+    layout: str = methods.layout()
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
     context: float = param(
         0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
     )
-    isometries: str | tuple[int, ...] = base.poses()
-    usage: float = base.usage_price()
-    min_repeat_distance: int = base.repeat_distance()
-    search: str = base.search_ways()
-    seam: str = base.cut_cost("difference")
-    boundary_patch: int | None = base.boundary_patch()
-    boundary_isometries: str | tuple[int, ...] | None = base.boundary_poses()
-    boundary_slack: int | None = base.boundary_slack()
+    isometries: str | tuple[int, ...] = methods.poses()
+    usage: float = methods.usage_price()
+    min_repeat_distance: int = methods.repeat_distance()
+    search: str = methods.search_ways()
+    seam: str = methods.cut_cost("difference")
+    boundary_patch: int | None = methods.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = methods.boundary_poses()
+    boundary_slack: int | None = methods.boundary_slack()

@@ -18,10 +18,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .. import methods
 from ..blend import Blend
 from ..params import AUTO, param
-from . import base
-from .base import Ability, EndlessBase
+from . import Ability, EndlessBase
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class NearRegular(EndlessBase):
     engine: ClassVar[str] = "intarsia.regular.near_regular"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
     )
     block: int | None = param(
@@ -55,7 +55,7 @@ class NearRegular(EndlessBase):
         "repeat much better, not with given vectors; on: wherever they are not straight; vectors then hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
 
     @property
     def blend(self) -> Blend:

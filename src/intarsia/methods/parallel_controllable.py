@@ -20,11 +20,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
+from .. import methods
 from ..errors import ParameterError
 from ..field import Field
 from ..params import AUTO, functions_of, param
-from . import base
-from .base import Ability, EndlessBase, engine_of
+from . import Ability, EndlessBase, engine_of
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
@@ -61,7 +61,7 @@ class ParallelControllable(EndlessBase):
         "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = base.lattice_vectors(
+    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar"
     )
     kappa: float | str = param(
@@ -91,7 +91,7 @@ class ParallelControllable(EndlessBase):
         1, "field", "how many times larger the texture is shown; pixels are then read between pixels",
         low=0.25, high=4, over="output",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from .. import methods
 from ..params import extent
-from . import base
-from .base import Ability, MethodBase
+from . import Ability, MethodBase
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class RandomTiling(MethodBase):
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
     )
 
-    patch: int | tuple[int, int] | None = base.patch_side()
-    isometries: str | tuple[int, ...] = base.poses()
+    patch: int | tuple[int, int] | None = methods.patch_side()
+    isometries: str | tuple[int, ...] = methods.poses()
 
     @property
     def pitch(self) -> tuple[int, int]:

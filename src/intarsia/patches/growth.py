@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..analysis import variance
 from ..analysis.features import features
-from ..analysis.sums import variance
 from ..arrays import Array, Int64, Mask, Pair
 from ..blend import Blend
 from ..canvas import Canvas
@@ -28,18 +28,10 @@ from ..kernels.windows import Grown
 from ..lazy import lazy, ndimage
 from ..params import Poses, Weights
 from ..run import Run
-from ..search.candidates import (
-    SHORT_LIST,
-    Candidates,
-    PosedExemplars,
-    Search,
-    WindowGrid,
-    isometry_ids,
-    posed_exemplars,
-)
+from ..search import SHORT_LIST, Candidates, PosedExemplars, Search, WindowGrid, isometry_ids, posed_exemplars
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE, SourceMap
-from .growing_map import GrowingMap, Pick, Window, fill_order, random_patch, waves
+from . import GrowingMap, Pick, Window, fill_order, random_patch, waves
 from .repetition import Repetition, striking
 from .repetition_kernels import weigh_edge
 

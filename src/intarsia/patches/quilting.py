@@ -11,7 +11,7 @@ from ..lazy import lazy
 from ..methods.image_quilting import ImageQuilting
 from ..params import AUTO, extent
 from ..run import Run
-from ..search.candidates import resolved_isometries
+from ..search import resolved_isometries
 from ..search.sizes import check_patch, default_patch
 from ..sourcemap import SourceMap
 from .growth import Boundaries, PatchSettings, Repeats, Stages

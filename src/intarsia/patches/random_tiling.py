@@ -12,10 +12,10 @@ from ..geometry import spread
 from ..methods.random_tiling import RandomTiling
 from ..params import AUTO, extent
 from ..run import Run
-from ..search.candidates import WindowGrid, isometry_ids, posed_exemplars, resolved_isometries
+from ..search import WindowGrid, isometry_ids, posed_exemplars, resolved_isometries
 from ..search.sizes import check_patch, default_patch
 from ..sourcemap import SourceMap
-from .growing_map import GrowingMap, random_patch
+from . import GrowingMap, random_patch
 
 STAGE = 2000
 

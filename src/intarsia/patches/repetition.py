@@ -28,13 +28,21 @@ import numpy as np
 from ..analysis.features import Features
 from ..analysis.popout import rarity
 from ..arrays import Array, Int32, Pair, UInt8
-from ..search import fourier_kernels
-from ..search.candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, Search, WindowGrid, in_one_row, nearest
+from ..search import (
+    SHORT_LIST,
+    Candidates,
+    PosedExemplars,
+    Prices,
+    Search,
+    WindowGrid,
+    fourier_kernels,
+    in_one_row,
+    nearest,
+)
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
 from ..sourcemap import HOLE
-from . import repetition_kernels
-from .growing_map import Pick, frame_of, picked
+from . import Pick, frame_of, picked, repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
 
 CHUNK = 4096  # patches measured between two looks at whether to go on

@@ -17,7 +17,7 @@ from ..disk import whole
 from ..exemplar import Exemplar
 from ..files.write import lettered
 from ..image import Plane
-from ..methods.base import make
+from ..methods import make
 from ..synthesis import Synthesis, synthesize
 
 SEED = 1

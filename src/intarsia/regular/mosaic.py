@@ -23,8 +23,8 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis import nearest
 from ..analysis.features import features
-from ..analysis.sums import nearest
 from ..arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..canvas import Canvas
 from ..draws import below, deck, draw
@@ -33,7 +33,7 @@ from ..exemplar import Exemplar
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import cell_of, unfit
 from ..methods.near_regular import NearRegular
-from ..patches.growing_map import Continuation
+from ..patches import Continuation
 from ..run import Run
 from . import gap_kernels
 from .grid import BlockGrid, Places

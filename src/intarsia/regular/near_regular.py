@@ -12,7 +12,7 @@ from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
 from ..methods.near_regular import NearRegular
 from ..params import AUTO
-from ..patches.growing_map import Continuation, drafted
+from ..patches import Continuation, drafted
 from ..run import Run
 from ..sourcemap import SourceMap
 from .mosaic import Mosaic

@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.fft import fft, rfft
 
+from ..analysis import factor_for, reduced
 from ..analysis.features import features
-from ..analysis.sums import factor_for, reduced
 from ..arrays import Array, Floats, Int32, Int64, Mask, Pair
 from ..exemplar import Exemplar
 from ..image import Plane

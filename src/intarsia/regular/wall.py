@@ -18,8 +18,8 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..analysis import nearest
 from ..analysis.features import features
-from ..analysis.sums import nearest
 from ..arrays import Array, Int16, Int32, Int64, Laid, Pair
 from ..canvas import Canvas
 from ..draws import below, draw

@@ -29,8 +29,8 @@ from ..errors import ParameterError
 from ..geometry import Box
 from ..lazy import ndimage
 from ..run import Run
+from . import Ground
 from .finish_kernels import Surroundings, seam_steps
-from .ground import Ground
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""

@@ -27,7 +27,7 @@ from ..image import Kind, Plane
 from ..lazy import lazy
 from ..run import Run
 from ..sourcemap import SourceMap, check_stretch
-from .ground import Ground
+from . import Ground
 from .mixing import Mixer, Normals, mixer_of
 from .vote_kernels import copy_cell, make_plan
 

@@ -16,12 +16,12 @@ from ..blend import Blend
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError
 from ..lazy import lazy
-from ..methods.base import Method, keeps_lattice, method_of
+from ..methods import Method, keeps_lattice, method_of
 from ..params import KINDS, parameters
+from . import FIELDS, Request, fields_of_verb, parameters_of_verb
 from .field import FLAG, Field, Pair
 from .fields import BEGUN, known_parameters, parameters_of, usual_parameters
 from .pictures import value_of
-from .request import FIELDS, Request, fields_of_verb, parameters_of_verb
 
 
 def to_argv(request: Request, joined: bool = False) -> list[str]:

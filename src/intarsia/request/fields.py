@@ -8,9 +8,9 @@ from typing import Any
 
 from ..arguments import ALPHAS, FEATHER, MOST_PASSES, OVERLAYS, PLANE_WEIGHTS, REACHES, TIMES, WEIGHT, WEIGHTS
 from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, By
-from ..disk.limits import DEFAULT_PIXELS, VARIABLE
+from ..disk import DEFAULT_PIXELS, VARIABLE
 from ..geometry import Wrap
-from ..methods.base import METHODS, PRESETS, Ability, method_class
+from ..methods import METHODS, PRESETS, Ability, method_class
 from ..params import Parameter, parameters
 from .field import (
     ENDLESS,

@@ -32,18 +32,18 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis import window_sums
 from ..analysis.features import pose_array
 from ..analysis.popout import popout
-from ..analysis.sums import window_sums
 from ..arrays import Array, Mask, Pair
 from ..draws import draw
 from ..exemplar import Exemplars
 from ..kernels.windows import Grown
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, Vectors, once_around
-from ..patches.growing_map import Pick, picked, random_patch
+from ..patches import Pick, picked, random_patch
 from ..patches.growth import Growth
-from ..search.candidates import Candidates, PosedExemplars, Prices
+from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels

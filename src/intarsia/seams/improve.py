@@ -14,9 +14,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from ..draws import draw
-from ..patches.growing_map import Window, waves
+from ..patches import Window, waves
 from ..run import Run
-from ..search.candidates import Candidates
+from ..search import Candidates
 from .graphcut import Box, Cut, GraphcutGrowth, middle
 from .worst import WorstSeams
 

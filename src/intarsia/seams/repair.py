@@ -24,10 +24,10 @@ from ..canvas import Canvas
 from ..exemplar import Exemplars
 from ..guide import Guide
 from ..params import Poses, Weights
-from ..patches.growing_map import Pick, picked
+from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings
 from ..run import Run
-from ..search.candidates import Candidates, Prices
+from ..search import Candidates, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE, SourceMap
 from .graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle

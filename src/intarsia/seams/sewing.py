@@ -13,7 +13,7 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..params import AUTO, extent
 from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ..run import Run
-from ..search.candidates import resolved_isometries
+from ..search import resolved_isometries
 from ..search.guide import check_guide
 from ..search.sizes import LEAST, check_patch, default_patch, large_patch
 from ..sourcemap import SourceMap

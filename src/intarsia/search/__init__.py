@@ -1,1 +1,309 @@
-"""Finding patches: exact, under masks and guides."""
+"""Finding patches: exact, under masks and guides.
+
+What a search for patches is asked and answers, and the poses that exemplars are searched in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+
+from ..analysis import valid_windows, without_patch
+from ..analysis.features import Features, pose_array
+from ..arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
+from ..errors import ParameterError
+from ..exemplar import Exemplars
+from ..geometry import ISOMETRIES, ISOMETRY_SETS
+from ..kernels.windows import Grown, Posed, gather_all
+from ..lazy import lazy
+from ..sourcemap import HOLE
+from .fourier_kernels import Correlated
+
+if TYPE_CHECKING:
+    from ..analysis import symmetry
+else:  # where poses are chosen
+    symmetry = lazy("intarsia.analysis.symmetry")
+
+Choice = TypeVar("Choice")
+
+MAX_VARIANTS = 250
+STRIP = 256  # rows of a map that are turned together: nothing larger is held besides the map
+
+
+@dataclass(frozen=True, eq=False)
+class PosedExemplars:
+    """Posed exemplars as kernels want them.
+
+    A toroidal exemplar is followed by its own beginning, so that every window can be read straight.
+    """
+
+    flat: Int16  # all features, one variant after the other, each (rows, stride, channels)
+    table: Int64  # (V, 4): where a variant begins in ``flat``, height, width, and the stride in px
+    exemplar: UInt8  # (V,): which exemplar it is
+    pose: UInt8  # (V,): and how it lies
+    # Of every variant, the windows' first pixels at which a patch holds usable pixels only.
+    valid: tuple[Mask, ...]
+    channels: int
+    toroidal: Mask  # (V,): whether its exemplar is
+
+    def __len__(self) -> int:
+        return len(self.table)
+
+    @cached_property
+    def posed(self) -> Posed:
+        """The features and where each variant lies in them, as kernels take them."""
+        return Posed(self.flat, self.table)
+
+    def picture(self, v: int) -> Int16:
+        """The features of a variant, (rows, stride, channels), a view."""
+        start, _, _, stride = (int(n) for n in self.table[v])
+        stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
+        return self.flat[start:stop].reshape(-1, stride, self.channels)
+
+    def windows(self, grown: Grown, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
+        """Read what windows of a map hold that begin at `at`: features (n, h, w, C) int16, and where there are any."""
+        feats, known = np.empty((len(at), *patch, self.channels), np.int16), np.empty((len(at), *patch), np.uint8)
+        gather_all(grown, self.posed, at, feats, known)
+        return feats, known
+
+    @cached_property
+    def turns(self) -> Int64:
+        """Where the pixel that variant v shows at (y, x) lies in variant k: (V, V, 7) of a, b, c, d, e, f, g.
+
+        At (a y + b x + e, c y + d x + f), where g is 1; it is 0 for variants of two exemplars, and for v = k.
+        """
+        out = np.zeros((len(self), len(self), 7), np.int64)
+        posed = [(ISOMETRIES[p], self.table[v, 1:3].tolist()) for v, p in enumerate(self.pose.tolist())]
+        frames = [(np.array(iso.j), np.array(iso.start(*(size[::-1] if iso.swaps else size)))) for iso, size in posed]
+        for v, (j, start) in enumerate(frames):
+            for k, (other, begin) in enumerate(frames):
+                if v != k and self.exemplar[v] == self.exemplar[k]:
+                    out[v, k] = *(other.T @ j).ravel(), *(other.T @ (start - begin)), 1
+        return out
+
+    def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:
+        """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
+        if not self.pose.any():
+            which = _lookup(self.exemplar, variant)
+            return yx, which, np.zeros_like(which)
+        out = np.zeros_like(yx)
+        for top in range(0, len(yx), STRIP):
+            rows = slice(top, top + STRIP)
+            for v in range(len(self)):
+                mine = variant[rows] == v
+                iso = ISOMETRIES[self.pose[v]]
+                _, height, width, _ = self.table[v]
+                size = (width, height) if iso.swaps else (height, width)
+                start = np.array(iso.start(*(int(s) for s in size)), np.int32)
+                out[rows][mine] = start + yx[rows][mine] @ np.array(iso.j, np.int32).T
+        return out, _lookup(self.exemplar, variant), np.where(variant == HOLE, 0, _lookup(self.pose, variant))
+
+
+def isometry_ids(choice: str | tuple[int, ...]) -> tuple[int, ...]:
+    """Return the isometry numbers that an ``isometries`` parameter names."""
+    return ISOMETRY_SETS[choice] if isinstance(choice, str) else choice
+
+
+def posed_exemplars(
+    exemplars: Exemplars,
+    feats: Features,
+    poses: tuple[int, ...],
+    patch: Pair,
+    shown: tuple[int, ...] = (),
+) -> PosedExemplars:
+    """Lay out every exemplar in every pose for patches of (rows, columns) px.
+
+    Poses that are only `shown` (in a start map) can be read, but no patch is taken from them. ParameterError where
+    there are too many variants, MethodError where no window of any exemplar is free of masked pixels.
+    """
+    if len(exemplars) * len(poses) > MAX_VARIANTS:
+        raise ParameterError(
+            f"{len(exemplars)} exemplars in {len(poses)} poses are too many; at most {MAX_VARIANTS} in all."
+        )
+    blocks, rows, which, pose, valid = [], [], [], [], []
+    begin = 0
+    for number, exemplar in enumerate(exemplars):
+        for p in sorted({*poses, *shown}):
+            picture = feats.posed(number, p)
+            height, width = picture.shape[:2]
+            if exemplar.toroidal:
+                picture = np.pad(picture, ((0, patch[0] - 1), (0, patch[1] - 1), (0, 0)), mode="wrap")
+            usable = None if exemplar.usable is None else pose_array(exemplar.usable, p)
+            allowed = valid_windows(picture.shape, usable, exemplar.toroidal, patch)
+            valid.append(allowed if p in poses else np.zeros_like(allowed))
+            blocks.append(picture.ravel())
+            rows.append((begin, height, width, picture.shape[1]))
+            which.append(number)
+            pose.append(p)
+            begin += picture.size
+    if not any(v.any() for v in valid):
+        raise without_patch(patch)
+    flat = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+    return PosedExemplars(
+        flat,
+        np.array(rows, np.int64),
+        np.array(which, np.uint8),
+        np.array(pose, np.uint8),
+        tuple(valid),
+        feats.pictures[0].shape[2],
+        np.array([exemplars[n].toroidal for n in which], bool),
+    )
+
+
+def in_one_row(valid: Sequence[Mask]) -> tuple[UInt8, Int64]:
+    """Lay tables of all variants out as one of uint8; (V, 3): where each begins, its rows and columns."""
+    begins = np.cumsum([0] + [v.size for v in valid])
+    offsets = np.array([(b, *v.shape) for b, v in zip(begins.tolist(), valid, strict=False)], np.int64)
+    return np.concatenate([v.astype(np.uint8).ravel() for v in valid]), offsets
+
+
+def _lookup(table: UInt8, variant: Array) -> UInt8:
+    full = np.full(256, HOLE, np.uint8)
+    full[: len(table)] = table
+    out = np.empty(variant.shape, np.uint8)
+    for top in range(0, len(variant), STRIP):  # numbers are made wide to look anything up
+        out[top : top + STRIP] = full[variant[top : top + STRIP]]
+    return out
+
+
+@dataclass(frozen=True)
+class WindowGrid:
+    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on.
+
+    Windows are a grid, named by row and column of it; or they lie freely at `places`, named by (number, 0).
+    """
+
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    patch: Pair
+    height: int
+    width: int
+    wrap_y: bool
+    wrap_x: bool
+    places: tuple[Pair, ...] | None = None
+
+    @property
+    def shape(self) -> Pair:
+        """Rows and columns of windows."""
+        return (len(self.rows), len(self.columns)) if self.places is None else (len(self.places), 1)
+
+    def at(self, row: int, column: int) -> Pair:
+        """First pixel of a window on the canvas."""
+        return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
+
+    @property
+    def wraps(self) -> tuple[bool, bool]:
+        """Whether rows and columns continue in themselves."""
+        return self.wrap_y, self.wrap_x
+
+    def widened(self, picture: Array, outside: int) -> Array:
+        """A picture of the canvas with a window's size more on all sides: around the torus, or `outside`."""
+        for axis, (size, wrap) in enumerate(zip(self.patch, self.wraps, strict=True)):
+            pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
+            picture = np.pad(picture, pad, mode="wrap") if wrap else np.pad(picture, pad, constant_values=outside)
+        return picture
+
+    def of_windows(self, every: Array) -> Array:
+        """Of what is known of all windows of a :meth:`widened` picture, that of the grid's own: (rows, columns)."""
+        return np.asarray(every[np.ix_(np.array(self.rows) + self.patch[0], np.array(self.columns) + self.patch[1])])
+
+    def within(self, radius: int, places: Array, at: Pair) -> Array:
+        """Which of the places (n, 2) lie within a radius of one, along each axis."""
+        gaps = np.abs(places - at)
+        for axis, (length, wrap) in enumerate(zip((self.height, self.width), self.wraps, strict=True)):
+            if wrap:
+                gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
+        return np.asarray((gaps <= radius).all(axis=1))
+
+
+SHORT_LIST = 16  # candidates kept of every search, where a method does not ask for more
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """What fits one window: rows of (distance, variant, row, column), best first, and the usual distance.
+
+    ``usual`` is the 5 % quantile of the distance over all positions, in units of the exact distance; ``feats``
+    and ``known`` are what the window holds; ``free`` says that nothing is known in it yet: any patch fits;
+    ``permitted`` that none of the rows returns too near.
+    """
+
+    rows: Int64
+    usual: int
+    feats: Array
+    known: Array
+    free: bool = False
+    permitted: bool = False
+
+    @classmethod
+    def of_all(cls, rows: Array, counts: Array, usual: Sequence[int], feats: Array, known: Array) -> list[Candidates]:
+        """Take what kernels found for n windows apart: `counts` (n,) of the `rows` (n, K, 4), -1 where any fits."""
+        each = enumerate(zip(counts.tolist(), usual, strict=True))
+        return [cls(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0) for k, (c, u) in each]
+
+
+def nearest(rows: Array) -> Array:
+    """Return rows of candidates (n, 4) in the order of their distances; of those as far the first comes first."""
+    return rows[np.argsort(rows[:, 0], kind="stable")]
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """Windows as the search compares them: energies, spectra by shape, and the exemplars' energy under their masks.
+
+    ``slots`` says which of the ``squares`` of every variant belongs to which window.
+    """
+
+    energies: Array
+    slots: Array
+    squares: list[Array]
+    spectra: dict[Pair, Array]
+
+    def only(self, which: Any) -> Reduced:
+        """Return some of the windows, by an index of NumPy; the spectra stay those of all."""
+        return replace(self, energies=self.energies[which], slots=self.slots[which])
+
+    def correlated(self, v: int, values: Array, valid: Array) -> Correlated:
+        """Put correlations with a variant, `values` (n, rows, columns), beside what turns them into distances."""
+        return Correlated(values, self.squares[v], self.slots, self.energies, valid, v)
+
+
+@dataclass(frozen=True, eq=False)
+class Prices:
+    """The prices of repeats, as the short-list takes them into account.
+
+    ``counts``: for every variant an int32 map over its coarse positions, 256 = one full repeat. Such a repeat
+    costs ``weight`` / 65536 of the usual distance.
+    """
+
+    counts: list[Array]
+    weight: int
+
+
+class Search(Protocol):
+    """A way to find patches: what growing a map needs of it.
+
+    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
+    the patch in such units.
+    """
+
+    variants: PosedExemplars
+    patch: Pair
+    valid: list[Array]
+    factor: int
+    cells: Pair
+
+    def batch(self) -> int:
+        """How many windows are best searched together."""
+
+    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+
+
+def resolved_isometries(choice: Choice, exemplars: Exemplars, patch: Pair) -> Choice | str | tuple[int, ...]:
+    """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
+    return symmetry.allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice

@@ -12,8 +12,7 @@ from ..arrays import Float32, Pair
 from ..exemplar import Exemplar
 from ..geometry import ISOMETRIES
 from ..image import Kind
-from . import fourier_kernels
-from .candidates import Candidates, PosedExemplars
+from . import Candidates, PosedExemplars, fourier_kernels
 from .fourier_kernels import FAR as FARTHEST
 
 FAR = -1.0  # stands where no patch may begin

@@ -18,12 +18,11 @@ from threading import Lock
 import numpy as np
 from scipy import fft
 
-from ..analysis.sums import principal_axes
+from ..analysis import principal_axes
 from ..arrays import Array, Pair
 from ..errors import ParameterError
 from ..kernels.windows import Grown
-from . import fourier_kernels
-from .candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, in_one_row
+from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_kernels, in_one_row
 from .fourier_kernels import Listed
 
 MASKS = 64  # whose sums of squares are kept

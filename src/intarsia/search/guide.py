@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis import running_sums, valid_windows, window_sums
 from ..analysis.features import counted, ends, pose_array
-from ..analysis.sums import running_sums, valid_windows, window_sums
 from ..arrays import Array, Pair
 from ..errors import InputError
 from ..exemplar import Exemplar, Exemplars
@@ -22,8 +22,7 @@ from ..image import Plane
 from ..kernels.windows import Grown
 from ..lazy import ndimage
 from ..params import extent
-from . import fourier_kernels
-from .candidates import Candidates, PosedExemplars, Prices, Search, WindowGrid
+from . import Candidates, PosedExemplars, Prices, Search, WindowGrid, fourier_kernels
 from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import FAR

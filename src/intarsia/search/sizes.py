@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..analysis import valid_windows, without_patch
 from ..analysis.elements import ElementSize, element_size
 from ..analysis.features import features
-from ..analysis.sums import valid_windows, without_patch
 from ..arrays import Pair
 from ..errors import ParameterError
 from ..exemplar import Exemplar, Exemplars, sampled
@@ -16,7 +16,7 @@ from ..geometry import ISOMETRIES
 from ..guide import Guide
 from ..lazy import lazy
 from ..params import extent, words
-from .candidates import isometry_ids
+from . import isometry_ids
 
 if TYPE_CHECKING:
     from . import guide as guiding

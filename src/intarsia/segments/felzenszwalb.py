@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..analysis.sums import spreads
+from ..analysis import spreads
 from ..arrays import Array, Int32, Mask
 from .felzenszwalb_kernels import join_edges, smooth
 

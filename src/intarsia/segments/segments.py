@@ -24,9 +24,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..analysis import factor_for, reduced
 from ..analysis.elements import element_size
 from ..analysis.features import features
-from ..analysis.sums import factor_for, reduced
 from ..arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..exemplar import Exemplar
 from ..lazy import ndimage

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..choosing.auto import AUTO_METHOD
 from ..errors import InputError, ParameterError, said
-from ..methods.base import METHODS
+from ..methods import METHODS
 from ..request.codecs import from_json
 from .processes import FailedError, Gone, Process
 from .store import Row, Store

@@ -12,13 +12,13 @@ from typing import Any
 
 from ..arguments import SAMPLES
 from ..cli.help import entries
-from ..disk.limits import DEFAULT_PIXELS
+from ..disk import DEFAULT_PIXELS
 from ..errors import InputError, ParameterError, said
 from ..params import OVER
+from ..request import Request, fields_of_verb, parameters_of_verb
 from ..request.codecs import from_json, text_of, to_argv, to_line
 from ..request.field import Field
 from ..request.python import to_python
-from ..request.request import Request, fields_of_verb, parameters_of_verb
 from .store import ID, Row, Store
 
 VERBS = ("grow", "paint", "extend", "heal", "tile", "weave", "render")

@@ -1,1 +1,148 @@
-"""What is done with maps beyond growing one: healing, extending, repairing, advection, inspection."""
+"""What is done with maps beyond growing one: healing, extending, repairing, advection, inspection.
+
+What a request asks for, made of its exemplars: the scene, the plan, the synthesis; so a picture tells its map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..arrays import Pair
+from ..disk.depth import converted
+from ..disk.whole import PathLike
+from ..errors import InputError, MethodError, ParameterError, printable
+from ..exemplar import Exemplars
+from ..files import read_recipe
+from ..geometry import Wrap
+from ..guide import Guide
+from ..image import Plane, Transfer
+from ..lazy import lazy
+from ..request import Request
+from ..request.codecs import from_recipe
+from ..run import Run, run_of
+from ..sourcemap import SourceMap
+from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_out, check_between, planned
+
+if TYPE_CHECKING:
+    from . import completion, repair, tileable
+else:  # what few pictures ask for
+    completion, repair = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.repair")
+    tileable = lazy("intarsia.tasks.tileable")
+
+BESIDE = {
+    "heal": "a mask of holes", "guide": "labels", "start": "a map to continue", "origin": "a loom",
+    "advected": "a flow",
+}  # fmt: skip
+"""What was used beside exemplars, by where a recipe says so; of these it holds no more than hashes."""
+
+
+def small_of(size: Pair, times: int) -> Pair:
+    """Return the size that is grown where pictures are drawn so many times larger."""
+    width, height = size
+    if width % times or height % times:
+        raise ParameterError(f"--size {width}x{height} is no multiple of --magnify {times}; give multiples of {times}.")
+    return width // times, height // times
+
+
+def scene_of(
+    request: Request, exemplars: Exemplars, hole: ArrayLike | None = None, guide: Guide | None = None
+) -> Scene:
+    """Return the exemplars of a request, and the canvas with what is on it: its hole, and its labels."""
+    exemplars, size, wrap = as_exemplars(list(exemplars)), request.size, Wrap(request.closing)
+    if not request.begun:
+        small = None if size is None or guide is not None else small_of(size, exemplars[0].times)[::-1]
+        start = None if request.start is None else SourceMap.load(request.start)
+        return Scene(exemplars, canvas_of(exemplars, small, wrap, start, guide, request.rim))
+    picture, donors = exemplars[0], exemplars[1:]
+    if request.verb == "extend":
+        return completion.extension(picture, completion.Margins(*request.margins), donors, wrap)
+    if request.verb == "tile":
+        return tileable.scene_to_tile(picture, donors, wrap, request.band, None if size is None else size[::-1])
+    assert hole is not None
+    scene = completion.healed_scene(picture, hole, donors, wrap, request.grow)
+    if "alpha" not in request.holes:
+        return scene
+    return replace(scene, recipe={"heal": scene.recipe["heal"] | {"mask": "alpha"}})
+
+
+def plan_of(request: Request, scene: Scene) -> Plan:
+    """Decide by which method a scene is filled, and how its pieces are joined."""
+    if request.verb == "tile":
+        plan = tileable.planned_to_tile(scene, request.chosen)
+    elif request.verb == "heal":
+        plan = completion.planned_for_holes(scene, request.chosen, request.edge)
+    else:
+        plan = planned(scene, request.chosen)
+    if plan.choice is None and request.repair:
+        repair.check_repair(plan.method, request.repair)
+    return with_joins(plan, request)
+
+
+def with_joins(plan: Plan, request: Request) -> Plan:
+    """Return the plan with its pieces joined as the method means it, but for what is asked otherwise."""
+    blend = plan.joined.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
+    check_between(plan.method, blend)
+    return replace(plan, blend=blend)
+
+
+def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
+    """Make what is planned, as its verb does it."""
+    if request.verb == "tile":
+        return tileable.tiled(plan, seed, run)
+    if request.verb == "heal":
+        return completion.fill_holes(plan, seed, run, request.edge)
+    return carry_out(plan, seed, run)
+
+
+def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = None) -> Synthesis:
+    """Make again what was grown, extended or tiled, from its recipe and its exemplars: the same map.
+
+    Raises InputError where the recipe is damaged, where it is of other exemplars, and where more was used than
+    exemplars: masks of holes, labels, maps to continue.
+    """
+    run, begun = run_of(run), "extend" in recipe or "tile" in recipe
+    for word, what in BESIDE.items():
+        if word in recipe and not (begun and word == "start"):
+            raise InputError(f"it was made with {what}, which its recipe does not hold.")
+    request = from_recipe(recipe, Request("replay", magnify=exemplars[0].times), "its recipe")
+    try:
+        scene = scene_of(request, exemplars)
+        if [entry["sha256"] for entry in recipe["exemplars"]] != [e.digest for e in scene.exemplars]:
+            said = f"; it was made with --{', --'.join(recipe['inputs'])}" if recipe.get("inputs") else ""
+            raise InputError(f"its recipe is of another exemplar{said}.")
+        made = made_of(request, plan_of(request, scene), request.seeds[0], run)
+        return repair.repair(made, request.repair, run=run) if "repair" in recipe else made
+    except (ParameterError, MethodError) as e:
+        raise InputError(f"its recipe cannot be followed: {e}") from None
+
+
+def recipe_map(path: PathLike, output: Plane, exemplars: Exemplars, run: Run) -> SourceMap:
+    """Return the map of a picture that carries its recipe, made again, where that makes these very pixels.
+
+    Raises InputError, which says why there is none.
+    """
+    try:
+        recipe = read_recipe(path)
+        if recipe is None:
+            raise InputError("it carries no recipe.")
+        if recipe.get("size") != [output.width, output.height]:
+            raise InputError("its recipe is of another size.")
+        made = replayed(recipe, exemplars, run)
+        if not _same(made.render(run=run), output):
+            raise InputError("its recipe, made again, gives other pixels.")
+    except InputError as e:
+        raise InputError(f"{printable(path)}: no map can be made again: {e}") from None
+    return made.map
+
+
+def _same(made: Plane, output: Plane) -> bool:
+    """Whether a picture was written from these pixels, in whatever depth."""
+    if made.samples.shape != output.samples.shape:
+        return False
+    linear = made.transfer is Transfer.LINEAR
+    return np.array_equal(converted(made.samples, made.kind.value, linear, output.samples.dtype), output.samples)

@@ -27,7 +27,7 @@ from ..canvas import Canvas
 from ..corrections import advected, descent, stack
 from ..errors import InputError, IntarsiaError, ParameterError, said
 from ..field import function_name
-from ..methods.base import check_start, recipe_settings
+from ..methods import check_start, recipe_settings
 from ..methods.parallel_controllable import ParallelControllable
 from ..run import Run, run_of
 from ..synthesis import Synthesis

@@ -29,10 +29,10 @@ from ..exemplar import Exemplar, Exemplars, NotFiniteError
 from ..geometry import Wrap
 from ..image import MAX_SIDE
 from ..lazy import ndimage
-from ..methods.base import METHODS, Method, check_abilities, make, method_class, traits
+from ..methods import METHODS, Method, check_abilities, make, method_class, traits
 from ..params import AUTO, parameters
 from ..run import Run, run_of
-from ..seams.cost import seam_total
+from ..seams import seam_total
 from ..search.sizes import element_patch, supplied
 from ..sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named

@@ -28,7 +28,7 @@ from ..geometry import Wrap
 from ..image import Kind, Plane
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice, Lattices
-from ..methods.base import make
+from ..methods import make
 from ..regular.rectify import Straight
 from ..regular.tiling import BAND, Tiling, periods_along, read_offsets
 from ..rendering.render import render

@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..analysis.sums import valid_windows
+from ..analysis import valid_windows
 from ..arguments import MOST_PASSES, PASSES, expect, whole_within
 from ..canvas import Canvas
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..lazy import lazy
-from ..methods.base import Method, check_start, keeps_lattice, traits
+from ..methods import Method, check_start, keeps_lattice, traits
 from ..run import Run, run_of
 from ..search.sizes import default_patch
 from ..synthesis import Synthesis

@@ -14,8 +14,8 @@ from ..geometry import Wrap
 from ..image import Plane
 from ..judging.parts import PARTS
 from ..judging.score import Judged, Score, judge
-from ..methods.base import check_start
-from ..seams.cost import energy
+from ..methods import check_start
+from ..seams import energy
 from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, Synthesis, as_exemplars
 

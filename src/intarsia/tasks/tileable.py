@@ -14,9 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..analysis import block_sums, spreads
 from ..analysis.features import features
 from ..analysis.structure import SEAMLESS, border_of
-from ..analysis.sums import block_sums, spreads
 from ..arguments import called, chosen, size_of, whole_within
 from ..arrays import Int16, Mask, Pair
 from ..blend import Blend, Levelling
@@ -29,7 +29,7 @@ from ..geometry import Wrap
 from ..image import Plane
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import allowed, closing_length
-from ..methods.base import Method, make, traits
+from ..methods import Method, make, traits
 from ..params import AUTO, extent, parameters
 from ..run import Run, run_of
 from ..search.sizes import element_patch, supplied

@@ -13,7 +13,7 @@ from ..arguments import expect
 from ..blend import Levelling
 from ..choosing.auto import AUTO_METHOD
 from ..exemplar import Exemplar
-from ..methods.base import METHODS, make, method_class
+from ..methods import METHODS, make, method_class
 from ..run import Run, run_of
 from ..synthesis import synthesize
 from .completion import heal

@@ -16,11 +16,11 @@ from ..arrays import Array, Int32, Mask, Pair, UInt8
 from ..exemplar import Exemplar, Exemplars
 from ..geometry import Wrap
 from ..image import Plane
-from ..methods.base import Ability, Method
+from ..methods import Ability, Method
 from ..run import Run
 from ..sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
-from ..tasks.requested import replayed as made_again
+from ..tasks import replayed as made_again
 
 DEPTHS = ("uint8", "uint16", "float32")
 LONGEST = 45

@@ -21,7 +21,7 @@ from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box, Wrap
 from ..guide import Guide
 from ..image import Kind, Plane, Transfer
-from ..methods.base import Ability, Method, make
+from ..methods import Ability, Method, make
 from ..params import extent
 from ..rendering.render import render
 from ..run import Run

@@ -23,7 +23,7 @@ from intarsia.published.multrus2003.pyramid import Drawn, DrawnPyramid
 from intarsia.published.multrus2003.sampling import choose, join_in, settings_of
 from intarsia.rendering.render import render
 from intarsia.run import Probe
-from intarsia.search.candidates import posed_exemplars
+from intarsia.search import posed_exemplars
 from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 

@@ -15,7 +15,7 @@ from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.kernels.windows import Grown
 from intarsia.published.multrus2003.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
-from intarsia.search.candidates import Prices, isometry_ids, posed_exemplars
+from intarsia.search import Prices, isometry_ids, posed_exemplars
 from intarsia.sourcemap import HOLE
 from intarsia.testing import noise
 

@@ -11,7 +11,7 @@ from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.kernels.windows import Grown
 from intarsia.published.segments.laying import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, some
-from intarsia.search.candidates import Candidates, Prices, posed_exemplars
+from intarsia.search import Candidates, Prices, posed_exemplars
 from intarsia.segments.segments import segments
 from intarsia.testing import texture
 from intarsia.testing.cases import noise

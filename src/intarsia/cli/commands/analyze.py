@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import ParameterError
 from ...params import written
-from ...request.request import Request
-from ..app import say, tell
+from ...request import Request
+from .. import Report, say, tell
 from ..help import HelpfulCommand
-from ..report import Report
 from .grow import check_stdout
 
 if TYPE_CHECKING:

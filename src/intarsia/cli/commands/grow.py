@@ -8,10 +8,9 @@ import click
 
 from ...arguments import SAMPLES
 from ...errors import ParameterError, ResourceError
-from ...request.request import Request
-from ..app import begun
+from ...request import Request
+from .. import Report, begun
 from ..help import HelpfulCommand
-from ..report import Report
 
 BUILT_IN = f"Built-in exemplars: {', '.join('sample:' + s for s in SAMPLES)}. "
 EACH = "OUT may hold {stem}, {seed}, {method}, {w} and {h}: with {stem} every picture makes an output of its own."

@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from ...methods.base import METHODS, method_class
+from ...methods import METHODS, method_class
 from ...params import parameters
-from ..app import say, say_json
+from .. import say, say_json
 from ..help import entries
 
 

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...arguments import MAX_PIXELS
 from ...errors import InputError, ParameterError
-from ...request.request import Request
-from ..app import CANCEL
+from ...request import Request
+from .. import CANCEL, Report
 from ..help import HelpfulCommand
-from ..report import Report
 from .grow import check_stdout
 
 if TYPE_CHECKING:

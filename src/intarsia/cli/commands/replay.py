@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError, IntarsiaError, ParameterError
+from ...request import Request
 from ...request.pictures import asked_pictures, with_pictures
-from ...request.request import Request
 from ...version import VERSION
+from .. import Report
 from ..help import HelpfulCommand
-from ..report import Report
 from .grow import check_stdout
 
 if TYPE_CHECKING:

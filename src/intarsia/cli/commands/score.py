@@ -6,10 +6,9 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ...errors import InputError
-from ...request.request import Request
-from ..app import CANCEL, say
+from ...request import Request
+from .. import CANCEL, Report, say
 from ..help import HelpfulCommand
-from ..report import Report
 
 if TYPE_CHECKING:
     from ...exemplar import Exemplars
@@ -67,7 +66,7 @@ def judge(request: Request, report: Report) -> None:
 def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) -> SourceMap | None:
     """Return the map that the recipe of an output makes again; where it makes none, say why, and go on without."""
     from ...run import Run
-    from ...tasks.requested import recipe_map
+    from ...tasks import recipe_map
 
     try:
         with report.watching(1) as meter:

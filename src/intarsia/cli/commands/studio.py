@@ -8,7 +8,7 @@ from importlib.util import find_spec
 import click
 
 from ...errors import ResourceError
-from ..app import Interrupted, one_line, tell
+from .. import Interrupted, one_line, tell
 from ..help import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}

@@ -6,8 +6,7 @@ import time
 
 import click
 
-from ..app import CANCEL, begun
-from ..report import Report
+from .. import CANCEL, Report, begun
 
 
 @click.command(name="warm-up")

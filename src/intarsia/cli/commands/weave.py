@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...request.request import Request
+from ...request import Request
+from .. import Report
 from ..help import HelpfulCommand
-from ..report import Report
 
 
 def weave(request: Request, report: Report) -> None:

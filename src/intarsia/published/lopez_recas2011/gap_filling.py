@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ... import methods
 from ...blend import Blend
-from ...methods import base
-from ...methods.base import Ability, EndlessBase
+from ...methods import Ability, EndlessBase
 from ...params import AUTO, param
 
 
@@ -45,7 +45,7 @@ class GapFilling(EndlessBase):
         "difference", "choice", "what fits a gap: by squared differences or by correlation",
         choices=("difference", "correlation"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
 
     @property
     def blend(self) -> Blend:

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...analysis import factor_for, reduced
 from ...analysis.correlation import autocorrelation
 from ...analysis.features import features
-from ...analysis.sums import factor_for, reduced
 from ...arrays import Floats, Int16, Int32, Int64
 from ...errors import MethodError
 from ...exemplar import Exemplar

@@ -15,8 +15,8 @@ from itertools import islice
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 
+from ...analysis import valid_windows
 from ...analysis.features import features
-from ...analysis.sums import valid_windows
 from ...arrays import Array, Int16, Int32, Laid, Mask, Pair
 from ...canvas import Canvas
 from ...draws import below, draw
@@ -26,7 +26,7 @@ from ...geometry import Box
 from ...kernels.lattice_points import UNIT, lattice_points
 from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
 from ...params import AUTO
-from ...patches.growing_map import drafted
+from ...patches import drafted
 from ...regular.mosaic import STRAIN, beside, returning
 from ...run import Run
 from ...sourcemap import SourceMap

@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ... import methods
 from ...blend import Blend
-from ...methods import base
-from ...methods.base import Ability, MethodBase
+from ...methods import Ability, MethodBase
 from ...params import AUTO, extent, param
 
 
@@ -52,15 +52,15 @@ class PatchSampling(MethodBase):
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
         choices=("feather", "middle", "cut"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
-    isometries: str | tuple[int, ...] = base.poses()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    isometries: str | tuple[int, ...] = methods.poses()
     repetition: str = param(
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
     )  # fmt: skip
-    usage: float = base.usage_price()
-    min_repeat_distance: int = base.repeat_distance()
-    search: str = base.search_ways()
+    usage: float = methods.usage_price()
+    min_repeat_distance: int = methods.repeat_distance()
+    search: str = methods.search_ways()
     pyramid: str = param(
         "off", "choice", "search from coarse to fine, and what is averaged before every second pixel is dropped",
         choices=("off", "mean", "gaussian", "none"),
@@ -73,9 +73,9 @@ class PatchSampling(MethodBase):
         "published",
         choices=("finest", "every"),
     )  # fmt: skip
-    boundary_patch: int | None = base.boundary_patch()
-    boundary_isometries: str | tuple[int, ...] | None = base.boundary_poses()
-    boundary_slack: int | None = base.boundary_slack()
+    boundary_patch: int | None = methods.boundary_patch()
+    boundary_isometries: str | tuple[int, ...] | None = methods.boundary_poses()
+    boundary_slack: int | None = methods.boundary_slack()
     boundary_candidates: int = param(
         1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=99_999
     )

@@ -18,8 +18,7 @@ from ...draws import below, draw
 from ...errors import ParameterError
 from ...kernels.windows import Grown
 from ...lazy import ndimage
-from ...search import fourier_kernels
-from ...search.candidates import SHORT_LIST, Candidates, PosedExemplars, Prices, in_one_row
+from ...search import SHORT_LIST, Candidates, PosedExemplars, Prices, fourier_kernels, in_one_row
 from ...search.fourier_kernels import Listed
 from . import pyramid_kernels
 from .guided import GuidedByRoots

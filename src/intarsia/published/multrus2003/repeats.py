@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ...patches.repetition import Repetition
 from ...patches.repetition_kernels import ONE, placement
-from ...search.candidates import Candidates, Prices, Search, WindowGrid
+from ...search import Candidates, Prices, Search, WindowGrid
 
 
 class Factors(Prices):

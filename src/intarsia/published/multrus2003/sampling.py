@@ -18,12 +18,11 @@ from ...canvas import Canvas
 from ...draws import below
 from ...exemplar import Exemplars
 from ...params import AUTO, extent
-from ...patches.growing_map import Pick, Window
+from ...patches import Pick, Window
 from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ...patches.repetition import Repetition, Table
 from ...run import Run
-from ...search import fourier_kernels
-from ...search.candidates import Candidates, PosedExemplars, Search, nearest, resolved_isometries
+from ...search import Candidates, PosedExemplars, Search, fourier_kernels, nearest, resolved_isometries
 from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide
 from ...search.sizes import check_patch, default_patch

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ...errors import ParameterError
-from ...methods.base import Ability, MethodBase
+from ...methods import Ability, MethodBase
 from ...params import AUTO, check, extent, param, words
 
 

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.sums import valid_windows
+from ...analysis import valid_windows
 from ...arrays import Int16, Int64, Mask, Pair
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars
 from ...params import AUTO, extent, words
-from ...search.candidates import PosedExemplars
+from ...search import PosedExemplars
 from ...search.sizes import elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from ...analysis import moving_sums
 from ...analysis.features import features
-from ...analysis.sums import moving_sums
 from ...arrays import Array, Pair
 from ...canvas import Canvas
 from ...draws import below, draw, draw_many
 from ...exemplar import Exemplars
 from ...kernels.windows import Grown
 from ...params import extent
-from ...patches.growing_map import GrowingMap
+from ...patches import GrowingMap
 from ...run import Run
-from ...search.candidates import isometry_ids, posed_exemplars
+from ...search import isometry_ids, posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from .efros_leung import EfrosLeung
 from .neighbourhoods import choices, ground, layers, with_window

@@ -7,8 +7,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from ...analysis import principal_axes
 from ...analysis.features import features
-from ...analysis.sums import principal_axes
 from ...arrays import Int16, Int64, Mask, Pair
 from ...blend import Blend
 from ...canvas import Canvas
@@ -19,8 +19,8 @@ from ...kernels import kd_tree
 from ...kernels.kd_tree import LEAF, Tree
 from ...lazy import ndimage
 from ...params import words
-from ...patches.growing_map import GrowingMap
-from ...search.candidates import posed_exemplars
+from ...patches import GrowingMap
+from ...search import posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from . import raster_kernels
 from .neighbourhood_kernels import Ground

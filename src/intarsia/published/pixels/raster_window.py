@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...errors import ParameterError
-from ...methods.base import MethodBase
+from ...methods import MethodBase
 from ...params import AUTO, extent, param, words
 
 

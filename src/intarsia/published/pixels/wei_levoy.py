@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...methods.base import Ability
+from ...methods import Ability
 from ...params import param
 from .raster_window import RasterWindow
 

@@ -14,13 +14,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...methods import base
-from ...methods.base import Ability
+from ... import methods
+from ...methods import Ability
 from ...params import AUTO, param
 
 
 @dataclass(frozen=True)
-class RasterQuilting(base.CutSquares):
+class RasterQuilting(methods.CutSquares):
     """Lay overlapping patches row by row, and cut each in along the two paths of the report of 2004."""
 
     slug: ClassVar[str] = "raster-quilting"
@@ -29,7 +29,7 @@ class RasterQuilting(base.CutSquares):
     engine: ClassVar[str] = "intarsia.published.robinson2004.two_paths"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.MASK})
 
-    patch: int | tuple[int, int] | None = base.patch_side()
+    patch: int | tuple[int, int] | None = methods.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: a sixth of the patch",
         low=0, high=1 << 16, unit="px",
@@ -40,7 +40,7 @@ class RasterQuilting(base.CutSquares):
         "in its text, their sum less the pixel that both count",
         choices=("program", "text"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = base.channel_weights()
+    channel_weights: tuple[float, ...] | None = methods.channel_weights()
 
     @property
     def hangs(self) -> int:

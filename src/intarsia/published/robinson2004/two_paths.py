@@ -10,8 +10,8 @@ from itertools import product
 
 import numpy as np
 
+from ...analysis import valid_windows
 from ...analysis.features import features
-from ...analysis.sums import valid_windows
 from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
 from ...draws import below, draw

@@ -13,19 +13,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...analysis import factor_for, reduced, running_sums
 from ...analysis.features import contrast, features
-from ...analysis.sums import factor_for, reduced, running_sums
 from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
 from ...draws import below, draw_many
 from ...exemplar import Exemplar, Exemplars
 from ...kernels.windows import Grown
 from ...params import AUTO, extent
-from ...patches.growing_map import Pick
+from ...patches import Pick
 from ...patches.growth import Growth, PatchSettings, Repeats
 from ...run import Run
-from ...search import fourier_kernels
-from ...search.candidates import Candidates, PosedExemplars, Prices, nearest
+from ...search import Candidates, PosedExemplars, Prices, fourier_kernels, nearest
 from ...search.fourier_kernels import FAR
 from ...search.sizes import check_patch, supplied
 from ...segments.feature_group import DISC, FINE, Group

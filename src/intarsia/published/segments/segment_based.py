@@ -16,13 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...methods import base
-from ...methods.base import Ability
+from ... import methods
+from ...methods import Ability
 from ...params import AUTO, param
 
 
 @dataclass(frozen=True)
-class SegmentBased(base.CutSquares):
+class SegmentBased(methods.CutSquares):
     """Lay patches that continue the segments around them, in a size found from the segments."""
 
     slug: ClassVar[str] = "segment-based"
@@ -31,12 +31,12 @@ class SegmentBased(base.CutSquares):
     engine: ClassVar[str] = "intarsia.published.segments.laying"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
 
-    patch: int | tuple[int, int] | None = base.patch_side()
+    patch: int | tuple[int, int] | None = methods.patch_side()
     overlap: int | tuple[int, int] | None = param(
         AUTO, "extent", "width that two neighbours share; automatic: the gap found, or a quarter of the patch given",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    layout: str = base.layout()
+    layout: str = methods.layout()
     hits: int = param(256, "int", "how many histograms of segments are looked at for every patch", low=1, high=1 << 12)
     points: int = param(8, "int", "how many patches are drawn of each of them", low=1, high=1 << 12)
     threshold: float | None = param(

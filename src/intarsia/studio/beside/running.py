@@ -14,13 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ...cli.app import CANCEL, cli
+from ...cli import CANCEL, cli, listen
 from ...cli.exemplars import Held, hold
-from ...cli.report import listen
 from ...errors import InputError, MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars
 from ...image import Plane
-from ...kernels.cache import no_longer, on_first_compilation
+from ...kernels import no_longer, on_first_compilation
 from ...rendering.magnification import cut_out
 from ...run import Run
 from ...sourcemap import SourceMap

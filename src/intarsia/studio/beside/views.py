@@ -16,10 +16,10 @@ from ...analysis.popout import USUAL, popout
 from ...arrays import Array
 from ...canvas import Canvas
 from ...choosing.facts import Facts
+from ...cli import Report
 from ...cli.exemplars import Shelf, cropped, sets_of
 from ...cli.help import read_argv
 from ...cli.outputs import usual_ending
-from ...cli.report import Report
 from ...errors import InputError
 from ...exemplar import Exemplar
 from ...geometry import Wrap

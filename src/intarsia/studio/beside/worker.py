@@ -62,7 +62,7 @@ def main(limit: int = 0, nice: int = 0) -> None:
     import warnings
 
     warnings.simplefilter("ignore")
-    from ...disk.limits import make_room
+    from ...disk import make_room
 
     make_room()
     todo: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
@@ -86,7 +86,7 @@ def _limit(limit: int) -> None:
 
 def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
     """Hand on what is asked for; a cancel is heard at once."""
-    from ...cli.app import CANCEL
+    from ...cli import CANCEL
 
     for line in lines:
         said = json.loads(line)
@@ -100,7 +100,7 @@ def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
 
 def _do(said: dict[str, Any], channel: Channel) -> None:
     """Do one thing, and answer: what came of it, or why it failed, in one line."""
-    from ...cli.app import CANCEL, judge
+    from ...cli import CANCEL, judge
 
     number = said["number"]
 
