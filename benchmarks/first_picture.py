@@ -18,7 +18,7 @@ from typing import Any
 
 import intarsia as ia
 from bench import Result, child_cpu, pixels, table, unit_r
-from intarsia.arguments import SAMPLES
+from intarsia.errors import SAMPLES
 
 REPEATS = 3
 PYTHON = (sys.executable, "-m", "intarsia")

@@ -17,7 +17,7 @@ import click
 
 from intarsia.choosing.rules import RULES
 from intarsia.cli import COMMANDS, cli
-from intarsia.cli.help import ParameterOption, parameters_of
+from intarsia.cli.verbs import ParameterOption, parameters_of
 from intarsia.methods import METHODS, method_class
 from intarsia.params import parameters
 

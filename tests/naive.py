@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intarsia.analysis.features import Features, features
-from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Wrap, spread
 from intarsia.kernels.cuts import PLAIN, min_cut, seam_costs
+from intarsia.run import below, draw
 from intarsia.sourcemap import HOLE, SourceMap
 
 OLD, FREE, NEW = 0, 1, 2

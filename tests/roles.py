@@ -19,7 +19,7 @@ from click.testing import CliRunner
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import COMMANDS, cli
-from intarsia.cli.help import parameters_of
+from intarsia.cli.verbs import parameters_of
 
 SOUND = {
     "files": "a.png",

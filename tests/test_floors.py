@@ -36,7 +36,7 @@ PUBLIC = {
 
 HOMES = {
     "OpenImageIO": {"files"},
-    "PIL": {"disk", "files"},
+    "PIL": {"files", "image"},
     "click": {"cli", "studio"},
     "rich": {"cli"},
     "starlette": {"studio"},
@@ -171,7 +171,7 @@ def test_methods_do_not_import_one_another(path: Path) -> None:
 
 
 LIGHT = {
-    "arguments", "blend", "canvas", "errors", "exemplar", "field", "geometry", "methods", "params", "run", "sourcemap"
+    "blend", "canvas", "errors", "exemplar", "field", "geometry", "methods", "params", "run", "sourcemap"
 }  # fmt: skip
 """What parameters are made of; exemplar, canvas, run and map for their types alone."""
 

@@ -25,7 +25,7 @@ from intarsia.exemplar import Exemplar
 from intarsia.files import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import lattices_of, vectors_of
-from intarsia.search.sizes import elements
+from intarsia.search import elements
 from intarsia.testing import noise
 from unweighed import beside
 

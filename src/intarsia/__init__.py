@@ -19,7 +19,7 @@ __version__ = VERSION
 _NAMES = {
     "analysis.light": "flattened",
     "blend": "Blend Levelling Mixing",
-    "canvas": "Canvas",
+    "canvas": "Canvas Guide",
     "choosing.auto": "Auto",
     "errors": "CancelledError InputError IntarsiaError MethodError ParameterError",
     "exemplar": "Exemplar",
@@ -27,7 +27,6 @@ _NAMES = {
     "files": "read write",
     "geometry": "Box Wrap",
     "giant": "Weave weave",
-    "guide": "Guide",
     "image": "Kind Plane",
     "judging.score": "Score",
     "methods.best_tile": "BestTile",

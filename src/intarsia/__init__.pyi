@@ -5,6 +5,7 @@ from .blend import Blend as Blend
 from .blend import Levelling as Levelling
 from .blend import Mixing as Mixing
 from .canvas import Canvas as Canvas
+from .canvas import Guide as Guide
 from .choosing.auto import Auto as Auto
 from .errors import CancelledError as CancelledError
 from .errors import InputError as InputError
@@ -19,7 +20,6 @@ from .geometry import Box as Box
 from .geometry import Wrap as Wrap
 from .giant import Weave as Weave
 from .giant import weave as weave
-from .guide import Guide as Guide
 from .image import Kind as Kind
 from .image import Plane as Plane
 from .judging.score import Score as Score

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, ClassVar
 
-from .arguments import FEATHER, called, chosen, whole_within
-from .errors import ParameterError
+from .errors import FEATHER, ParameterError, called, chosen, whole_within
 from .params import check, param, parameters
 
 

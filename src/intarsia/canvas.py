@@ -1,14 +1,35 @@
-"""The canvas: how large, how it wraps, and what is already on it."""
+"""The canvas: how large, how it wraps, what is already on it, and what it should look like where.
+
+A guide says the last: a picture beside each exemplar, and one for the canvas.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from types import NoneType
+from typing import Any
 
-from .arguments import MAX_PIXELS, called, chosen, expect, whole_within
-from .errors import InputError, ParameterError
+import numpy as np
+
+from .arrays import Array
+from .errors import (
+    MAX_PIXELS,
+    REACHES,
+    WEIGHT,
+    WEIGHTS,
+    InputError,
+    ParameterError,
+    called,
+    chosen,
+    expect,
+    whole,
+    whole_within,
+)
 from .geometry import Wrap
-from .guide import Guide
+from .image import Kind, Plane
 from .sourcemap import SourceMap
 
 
@@ -56,3 +77,209 @@ class Canvas:
                 raise InputError(f"the {what} is {size}, the canvas {self.width}x{self.height}; make them equal.")
         if self.rim is not None:
             object.__setattr__(self, "rim", whole_within("rim", self.rim, 0))
+
+
+MAX_LABELS = 32
+RARE = 1000  # a colour on less than one in so many pixels is odd, unless it is common in another picture
+SNAPPED = 200  # odd colours on less than one in so many pixels become their nearest label
+SHIFTS = (32, 16, 0)  # bits: where red, green and blue stand in a number
+
+
+@dataclass(frozen=True)
+class Guide:
+    """Labels, or a target picture, on both sides: beside the exemplars and over the canvas.
+
+    With labels (kind LABEL) the inside of a region of the target is made of patches that lie wholly in that label,
+    and its boundaries of patches that hold a boundary. With other pictures every patch should look like the target
+    in the guide: texture transfer.
+
+    Parameters
+    ----------
+    source : Plane, or a sequence of Planes
+        One value (or colour) for each exemplar pixel; one picture for each exemplar.
+    target : Plane
+        The same for each canvas pixel, of the same kind and number of channels.
+    weight : float
+        How much the guide counts against the seams, 0 to 100; alpha of Multrus 2003, 5.3. A patch costs
+        ``d * d + weight * weight * g * g``. Both are root mean squares on a scale of 0 to 1: d of the differences
+        where the patch meets what is there, 1 being the range of the exemplars' values; g of the guide's differences
+        over the whole patch, so that with labels g * g is the share of pixels of another label.
+    reach : int
+        With labels: pixels within so many px of a boundary count as partly of both labels, so that patches whose
+        boundary lies close by are better than others. 0: a label differs or it does not.
+
+    Raises
+    ------
+    InputError
+        where kind or channels of the pictures differ, or the target names labels that no source has.
+    """
+
+    source: Plane | Sequence[Plane]
+    target: Plane
+    weight: float = WEIGHT
+    reach: int = 0
+
+    def __post_init__(self) -> None:
+        expect(self.source, (Plane, Sequence), "the guide's source", "a Plane, or one for each exemplar", InputError)
+        expect(self.target, Plane, "the guide's target", "a Plane", InputError)
+        sources = self.sources
+        for source in sources:
+            expect(source, Plane, "a source of the guide", "a Plane", InputError)
+        object.__setattr__(self, "source", sources)
+        if not sources:
+            raise InputError("the guide has no source picture; give one for each exemplar.")
+        if any((s.kind, s.channels) != (self.target.kind, self.target.channels) for s in sources):
+            raise InputError("the guide's pictures differ in kind or channels; give all of one kind.")
+        number = isinstance(self.weight, Real) and not isinstance(self.weight, bool)
+        if not number or not 0 <= self.weight <= WEIGHTS:
+            raise InputError(f"weight={called(self.weight)} of the guide is not allowed; give 0 to {WEIGHTS:g}.")
+        try:
+            reach = whole(self.reach)
+        except ValueError:
+            reach = -1
+        if not 0 <= reach <= REACHES:
+            raise InputError(f"reach={called(self.reach)} of the guide is not allowed; give 0 to {REACHES} px.")
+        object.__setattr__(self, "reach", reach)
+        if self.target.kind is Kind.NORMAL:
+            raise InputError("a guide is made of labels, colours or data, not of normals; give another picture.")
+        if self.is_labels:
+            self._check_labels()
+
+    @property
+    def sources(self) -> tuple[Plane, ...]:
+        """The pictures beside the exemplars."""
+        return (self.source,) if isinstance(self.source, Plane) else tuple(self.source)
+
+    @property
+    def is_labels(self) -> bool:
+        """True where the guide holds labels."""
+        return self.target.kind is Kind.LABEL
+
+    @property
+    def names(self) -> tuple[int, ...]:
+        """The labels that the target asks for, in their order."""
+        return tuple(np.unique(self.target.pixels).tolist()) if self.is_labels else ()
+
+    def name_of(self, label: int) -> str:
+        """What a label is called: its colour, where it was one."""
+        called = self.target.meta.get("labels", ())
+        return str(called[label]) if label < len(called) else str(label)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that matters for a result."""
+        h = hashlib.sha256(f"{float(self.weight)!r}|{int(self.reach)}".encode())
+        for plane in (*self.sources, self.target):
+            plane.hashed(h)
+        return h.hexdigest()
+
+    @property
+    def digests(self) -> tuple[str, ...]:
+        """SHA-256 of each source and of the target; of labels by what they are called, so that each stands alone."""
+        return tuple(self._digest(plane) for plane in (*self.sources, self.target))
+
+    @property
+    def as_recipe(self) -> dict[str, Any]:
+        """What a recipe holds of it: hashes of the pictures, and how much they count."""
+        *labels, target = self.digests
+        said = {"sha256": self.digest, "labels": labels, "target": target}
+        return said | {"weight": self.weight, "reach": self.reach}
+
+    def _digest(self, plane: Plane) -> str:
+        pixels, called = plane.pixels, ""
+        if self.is_labels:
+            found, pixels = np.unique(plane.samples, return_inverse=True)
+            called, pixels = ",".join(map(self.name_of, found.tolist())), pixels.astype(np.uint32)
+        h = hashlib.sha256(f"{plane.width}x{plane.height}|{called}|{pixels.dtype.name}|".encode())
+        h.update(np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("<")).data)
+        return h.hexdigest()
+
+    def _check_labels(self) -> None:
+        if self.target.channels != 1 or self.target.is_float:
+            raise InputError("labels are whole numbers in one channel; number the colours first.")
+        missing = sorted(set(self.names).difference(*(np.unique(s.pixels).tolist() for s in self.sources)))
+        if missing:
+            named = ", ".join(map(str, missing[:8])) + ("" if len(missing) <= 8 else ", ...")
+            raise InputError(
+                f"the target's label{'s' * (len(missing) > 1)} {named} do{'es' * (len(missing) == 1)} not occur beside "
+                "the exemplar; map to labels that do."
+            )
+
+
+def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object]) -> list[Plane]:
+    """Read pictures whose colours are labels: the same colour is the same number in all of them.
+
+    Parameters
+    ----------
+    pictures : (name, Plane) of each
+        Those beside the exemplars, and last the target: gray or colour, 8 or 16 bits a channel.
+    warn : function
+        Told in one line where a few stray pixels, of smoothed edges, became the label of the nearest colour.
+
+    Returns
+    -------
+    list of Plane
+        Of kind LABEL, with the colours as names.
+
+    Raises
+    ------
+    InputError
+        for other pixels, too many colours, too many stray pixels, and a target with labels that are nowhere else.
+    """
+    counted = [np.unique(_packed(*one), return_inverse=True, return_counts=True) for one in pictures]
+    areas = [plane.height * plane.width for _, plane in pictures]
+    common = [colours[counts * RARE >= area] for (colours, _, counts), area in zip(counted, areas, strict=True)]
+    labels = np.unique(np.concatenate(common))
+    if len(labels) > MAX_LABELS:
+        sizes = [len(colours) for colours, _, _ in counted]
+        raise InputError(
+            f"{pictures[sizes.index(max(sizes))][0]} has {max(sizes)} colours; save it without smoothed edges, "
+            f"with one colour for each of at most {MAX_LABELS} labels."
+        )
+    meta, numbers = {"labels": tuple(map(_hex, labels.tolist()))}, []
+    for (name, plane), (colours, at, counts), area in zip(pictures, counted, areas, strict=True):
+        odd = ~np.isin(colours, labels)
+        stray, kinds = int(counts[odd].sum()), int(odd.sum())
+        if stray * SNAPPED >= area:
+            raise InputError(
+                f"{name} has {kinds} odd colours on {100 * stray / area:.1f} % of its pixels; "
+                "save it without smoothed edges, with one colour for each label."
+            )
+        if stray:
+            warn(f"{name}: {stray} px of {kinds} odd colours were given the nearest label.")
+        apart = ((_channels(colours)[:, None] - _channels(labels)) ** 2).sum(axis=2)
+        numbers.append(apart.argmin(axis=1)[at].reshape(plane.height, plane.width).astype(np.uint8))
+    there = set().union(*(np.unique(n).tolist() for n in numbers[:-1]))
+    missing = sorted(set(np.unique(numbers[-1]).tolist()) - there)
+    if missing:
+        unknown, known = (", ".join(meta["labels"][k] for k in some[:8]) for some in (missing, sorted(there)))
+        raise InputError(
+            f"{pictures[-1][0]} asks for {unknown}, which is in no label picture; paint with {known}, or label it."
+        )
+    return [Plane(n, Kind.LABEL, meta=meta) for n in numbers]
+
+
+def _packed(name: str, plane: Plane) -> Array:
+    """The colours of a picture, red, green and blue of 16 bits each, as one number for each pixel (H, W)."""
+    samples = plane.samples
+    if plane.is_float or samples.dtype == np.uint32:
+        raise InputError(f"{name} has {samples.dtype} pixels; save labels with 8 or 16 bits a channel.")
+    if samples.shape[2] in (2, 4):
+        if (samples[:, :, -1] != samples[0, 0, -1]).any():
+            raise InputError(f"{name} is partly transparent; save labels without opacity, one colour for each.")
+        samples = samples[:, :, :-1]
+    if samples.shape[2] not in (1, 3):
+        raise InputError(f"{name} has {samples.shape[2]} channels; save labels as gray or colour.")
+    wide = samples.astype(np.int64) * {"bool": 65535, "uint8": 257}.get(samples.dtype.name, 1)
+    return np.asarray((wide << SHIFTS).sum(axis=2) if wide.shape[2] == 3 else wide[:, :, 0] * 0x1_0001_0001)
+
+
+def _channels(colours: Array) -> Array:
+    return np.asarray(colours[:, None] >> SHIFTS & 65535)
+
+
+def _hex(colour: int) -> str:
+    parts = [colour >> bits & 65535 for bits in SHIFTS]
+    if all(p % 257 == 0 for p in parts):
+        return "#" + bytes(p // 257 for p in parts).hex()
+    return "#" + "".join(f"{p:04x}" for p in parts)

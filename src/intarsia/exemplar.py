@@ -11,9 +11,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arguments import PLANE_WEIGHTS, SCALARS, called, expect
 from .arrays import Mask, Pair, marks, masked_pixels, pixels_of
-from .errors import InputError, ParameterError, said
+from .errors import PLANE_WEIGHTS, SCALARS, InputError, ParameterError, called, expect, said
 from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 

@@ -11,12 +11,16 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .arguments import whole
-from .errors import InputError, ParameterError, said
-from .field import Field
+from .errors import InputError, ParameterError, said, whole
 from .geometry import ISOMETRY_SETS
+from .lazy import lazy
+
+if TYPE_CHECKING:
+    from . import field
+else:  # where a number differs from pixel to pixel
+    field = lazy("intarsia.field")
 
 OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
 MOST_LEVELS = 20
@@ -85,8 +89,8 @@ def parameters(method: Any) -> list[Parameter]:
 
 def functions_of(method: Any) -> dict[str, Any]:
     """The functions among the parameters of a method, by name."""
-    values = {p.name: getattr(method, p.name) for p in parameters(method)}
-    return {name: value for name, value in values.items() if isinstance(value, Field) and value.is_function}
+    values = {p.name: getattr(method, p.name) for p in parameters(method) if p.kind in OVER}
+    return {name: value for name, value in values.items() if isinstance(value, field.Field) and value.is_function}
 
 
 def check(method: Any) -> None:
@@ -214,12 +218,12 @@ def _field(p: Parameter, value: Any) -> Any:
         return _choice(p, value)
     if not isinstance(value, (int, float)):
         try:
-            field = (value if isinstance(value, Field) else Field(value)).within(p.low, p.high)
+            numbers = (value if isinstance(value, field.Field) else field.Field(value)).within(p.low, p.high)
         except InputError as e:
             raise InputError(f"{p.name}: {e}") from e.__cause__
-        if field.number is None:
-            return field
-        value = field.number
+        if numbers.number is None:
+            return numbers
+        value = numbers.number
     if p.kind == "picture":
         raise ValueError
     return _number(p, value)
@@ -296,7 +300,7 @@ def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] 
     """
     for p in parameters(method):
         value = getattr(method, p.name)
-        size = value.size if isinstance(value, Field) else None
+        size = value.size if p.kind in OVER and isinstance(value, field.Field) else None
         wanted = exemplar if p.over == "exemplar" else canvas
         if size is not None and wanted is not None and size != wanted:
             raise InputError(

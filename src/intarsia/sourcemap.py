@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .arguments import chosen, expect, expect_path
 from .arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from .blend import Blend
-from .errors import InputError, ParameterError, ResourceError
+from .errors import InputError, ParameterError, ResourceError, chosen, expect, expect_path
 from .geometry import ISOMETRIES, Box, Wrap
 from .lazy import lazy
 
@@ -205,7 +204,7 @@ class SourceMap:
 
         With frames or fractions, it continues where neighbours lie within 1 px of where the mean of their frames leads.
         """
-        from .kernels.pieces_of_maps import label_flowing, label_pieces
+        from .kernels.maps import label_flowing, label_pieces
 
         if not self.exact:
             where = positions(self.yx, self.sub), matrices(self.frame, self.turns)

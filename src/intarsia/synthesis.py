@@ -14,30 +14,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arguments import chosen, expect, size_of
 from .arrays import Array, Pair
 from .blend import Blend, Finish
-from .canvas import Canvas
-from .choosing.auto import AUTO_METHOD, Auto, Choice
-from .draws import check_seed
-from .errors import InputError, MethodError, ParameterError
+from .canvas import Canvas, Guide
+from .errors import AUTO_METHOD, InputError, MethodError, ParameterError, chosen, expect, size_of
 from .exemplar import Exemplar
 from .geometry import Box, Wrap, laid, shared
-from .guide import Guide
 from .image import Plane
 from .lazy import lazy
 from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .rendering.render import check_blend, render
-from .run import Run, run_of
+from .run import Run, check_seed, run_of
 from .seams import energy
 from .sourcemap import HOLE, SourceMap
 from .version import VERSION
 
 if TYPE_CHECKING:
+    from typing_extensions import TypeIs
+
+    from .choosing import auto
+    from .choosing.auto import Auto, Choice
     from .judging import notebook
     from .judging.score import Score
-else:
-    notebook = lazy("intarsia.judging.notebook")
+else:  # where no method is named, and where a notebook shows pictures
+    auto, notebook = lazy("intarsia.choosing.auto"), lazy("intarsia.judging.notebook")
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -151,8 +151,13 @@ def synthesize(
 def named(method: Method | Auto | str) -> Method | Auto:
     """Return the method of a name; ``auto`` is the choice of one."""
     if isinstance(method, str):
-        return Auto() if method == AUTO_METHOD else make(method, {})
-    return method if isinstance(method, Auto) else check_method(method)
+        return auto.Auto() if method == AUTO_METHOD else make(method, {})
+    return method if _is_auto(method) else check_method(method)
+
+
+def _is_auto(method: Method | Auto) -> TypeIs[Auto]:
+    """Tell by its name whether a method is still to be chosen: whoever names one imports nothing that chooses."""
+    return getattr(method, "slug", "") == AUTO_METHOD
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +214,7 @@ def planned(scene: Scene, method: Method | Auto | str, blend: Blend | None = Non
     """Decide by which method, with which parameters, a scene is filled, or refuse what cannot work."""
     expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
     method = named(method)
-    if isinstance(method, Auto):
+    if _is_auto(method):
         choice = method.choose(scene.exemplars, scene.canvas)
         return Plan(scene, choice.method, blend, choice)
     check_abilities(method, scene.exemplars, scene.canvas)

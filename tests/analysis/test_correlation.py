@@ -6,7 +6,7 @@ from analysis import naive_correlation as naive_gncc
 from hypothesis import given
 from hypothesis import strategies as st
 
-from intarsia.analysis.correlation import autocorrelation
+from intarsia.analysis.elements import autocorrelation
 
 
 def picture(rng, height, width, channels):

@@ -17,8 +17,8 @@ from intarsia.analysis.light import Slope, clipped, slope_of
 from intarsia.cli import cli
 from intarsia.image import Transfer
 from intarsia.lattice.lattice import lattice_of
-from intarsia.rendering.colour import from_linear, to_linear
-from intarsia.search.sizes import elements
+from intarsia.rendering import from_linear, to_linear
+from intarsia.search import elements
 from intarsia.testing import texture
 from intarsia.testing.cases import as_depth
 

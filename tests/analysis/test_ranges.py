@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import intarsia as ia
 from intarsia.analysis.features import features
+from intarsia.canvas import Guide
 from intarsia.exemplar import Exemplar
-from intarsia.guide import Guide
 from intarsia.image import Kind, Plane, Transfer
 from intarsia.testing import texture
 

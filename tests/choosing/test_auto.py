@@ -28,8 +28,7 @@ from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import vectors_of
 from intarsia.lattice.verdict import Lattice
 from intarsia.methods import METHODS, method_class
-from intarsia.request import Request
-from intarsia.request.codecs import parameter_words, settings_of
+from intarsia.request import Request, parameter_words, settings_of
 from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
 

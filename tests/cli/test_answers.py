@@ -16,7 +16,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.cli.help import parameters_of
+from intarsia.cli.verbs import parameters_of
 from intarsia.image import Transfer
 from intarsia.testing import texture
 

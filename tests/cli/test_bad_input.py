@@ -236,7 +236,7 @@ def test_a_strange_value_is_used_or_refused_in_one_line(
 @pytest.mark.parametrize("command", ["grow", "extend", "heal", "paint", "tile"])
 def test_an_option_without_a_method_restricts_the_choice_or_is_refused_in_one_line(command: str, place: Place) -> None:
     """Whatever option is given, the choice is among the methods that have it."""
-    from intarsia.request.fields import known_parameters
+    from intarsia.methods import known_parameters
 
     fields = {str(p.name) for p in roles.command(command).params} & set(known_parameters())
     assert "tolerance" in fields

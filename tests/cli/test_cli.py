@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import files
-from intarsia.arguments import SAMPLES
 from intarsia.cli import COMMANDS, cli
+from intarsia.errors import SAMPLES
 from intarsia.image import Transfer
 from intarsia.methods import METHODS
 

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from intarsia.cli import COMMANDS, cli
-from intarsia.cli.help import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
+from intarsia.cli.verbs import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
 from intarsia.methods import METHODS, method_class
 from intarsia.params import parameters
 from intarsia.request import FIELDS

@@ -15,8 +15,7 @@ from paint_setts import DEEP, SIDE
 from PIL import Image
 
 from intarsia import read
-from intarsia.arguments import MATERIALS, PAINTED
-from intarsia.errors import InputError
+from intarsia.errors import MATERIALS, PAINTED, InputError
 from intarsia.files import FOLDER, group, read_plane, sample
 from intarsia.image import Kind
 from intarsia.rendering.mixing import off_unit

@@ -197,7 +197,7 @@ def prepare() -> None:
     from numba.core.registry import cpu_target
 
     from intarsia import cli  # noqa: F401
-    from intarsia.cli.commands import grow  # noqa: F401
+    from intarsia.cli import verbs  # noqa: F401
     from intarsia.files import sample
 
     warnings.simplefilter("ignore")  # as the command does

@@ -18,8 +18,9 @@ if sys.argv[1] == "newer":
 elif sys.argv[1] == "changed":
     import numba.core.codegen
     del numba.core.codegen.JITCodeLibrary
-from intarsia.kernels import cache, paths
-cache.on_first_compilation(lambda: print("compiled"))
+from intarsia import kernels
+from intarsia.kernels import paths
+kernels.on_first_compilation(lambda: print("compiled"))
 cost = np.array([[3, 1, 2], [4, 9, 1], [1, 1, 7]])
 print(paths.cheapest(cost).tolist(), paths.accumulate(cost)[2].tolist())
 hits = sum(sum(k.stats.cache_hits.values()) for k in (paths.cheapest, paths.accumulate))

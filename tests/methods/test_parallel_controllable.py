@@ -9,7 +9,7 @@ import pytest
 from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 
 import intarsia as ia
-from intarsia.canvas import Canvas
+from intarsia.canvas import Canvas, Guide
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
 from intarsia.corrections.descent import DRAWN, Corrections, Descent
@@ -27,7 +27,6 @@ from intarsia.corrections.stack import (
 )
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Box, Wrap
-from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
 from intarsia.params import parameters, parse
 from intarsia.run import Run

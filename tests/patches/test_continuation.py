@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia.canvas import Canvas
 from intarsia.cli import cli
-from intarsia.draws import draw
 from intarsia.geometry import Wrap
 from intarsia.patches import Continuation, depth_of
+from intarsia.run import draw
 from intarsia.tasks.completion import Margins, extension, scene_to_heal
 from intarsia.testing.cases import noise
 

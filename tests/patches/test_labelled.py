@@ -10,9 +10,8 @@ import pytest
 from search.test_guide import BOTH, Scene, agreement, disc, got, labels, painted, regions
 
 import intarsia as ia
-from intarsia.canvas import Canvas
+from intarsia.canvas import Canvas, Guide
 from intarsia.exemplar import Exemplar
-from intarsia.guide import Guide
 from intarsia.image import Plane
 from intarsia.methods import engine_of
 from intarsia.patches.growth import Growth, PatchSettings, Repeats

@@ -14,7 +14,7 @@ from intarsia.blend import Mixing
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES
 from intarsia.image import Kind
-from intarsia.rendering.colour import from_linear, to_linear
+from intarsia.rendering import from_linear, to_linear
 from intarsia.sourcemap import HOLE, SourceMap
 
 Frame = tuple[tuple[float, float], tuple[float, float]]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from intarsia.image import Kind, Plane, Transfer
-from intarsia.rendering.colour import BITS, code_shelf, code_steps, code_values, from_linear, light_table, to_linear
+from intarsia.rendering import BITS, code_shelf, code_steps, code_values, from_linear, light_table, to_linear
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "uint16"])

@@ -21,7 +21,7 @@ from intarsia.blend import Blend
 from intarsia.cli import cli
 from intarsia.exemplar import REDUCED, Exemplar
 from intarsia.image import Kind, Plane
-from intarsia.rendering.colour import from_linear, to_linear
+from intarsia.rendering import from_linear, to_linear
 from intarsia.rendering.magnification import magnified, reduced
 from intarsia.rendering.mixing import averaged
 from intarsia.rendering.render import render

@@ -13,7 +13,7 @@ from intarsia.errors import CancelledError, InputError, ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, Box, Isometry, Wrap
 from intarsia.image import Kind, Plane, Transfer
-from intarsia.rendering.colour import from_linear, to_linear
+from intarsia.rendering import from_linear, to_linear
 from intarsia.rendering.render import render
 from intarsia.run import Run
 from intarsia.sourcemap import HOLE, SourceMap

@@ -14,12 +14,23 @@ import click
 import pytest
 
 import intarsia
-from intarsia.cli.help import read_argv
+from intarsia.cli.verbs import read_argv
 from intarsia.errors import InputError, ParameterError
 from intarsia.methods import METHODS, method_class
 from intarsia.params import KINDS
-from intarsia.request import FIELDS, Request, fields_of_verb, parameters_of_verb
-from intarsia.request.codecs import from_json, from_recipe, inputs_of, once_more, settings_of, to_argv, to_json
+from intarsia.request import (
+    FIELDS,
+    Request,
+    fields_of_verb,
+    from_json,
+    from_recipe,
+    inputs_of,
+    once_more,
+    parameters_of_verb,
+    settings_of,
+    to_argv,
+    to_json,
+)
 from intarsia.request.field import Field, Kind, Whole
 from intarsia.request.fields import EVERY
 from intarsia.request.python import to_python
@@ -215,11 +226,11 @@ LINE = f'    tint: str | None = asked(Colour(), "--tint", "{TOLD}", {{"grow"}}, 
 SCRIPT = """
 from click.testing import CliRunner
 from intarsia.cli import cli
-from intarsia.cli.help import read_argv
-from intarsia.request.codecs import to_argv, to_line
-from intarsia.request.codecs import from_json, to_json
+from intarsia.cli.verbs import read_argv
+from intarsia.request import to_argv, to_line
+from intarsia.request import from_json, to_json
 from intarsia.request.python import to_python
-from intarsia.request.codecs import from_recipe, inputs_of
+from intarsia.request import from_recipe, inputs_of
 from intarsia.request import Request
 from intarsia.studio import words
 

@@ -19,13 +19,14 @@ from seams.naive_recut import (
 )
 
 import intarsia as ia
+from intarsia import search
 from intarsia.analysis import features
 from intarsia.canvas import Canvas
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
+from intarsia.kernels.maps import Grown
 from intarsia.kernels.maxflow import MOST
-from intarsia.kernels.windows import Grown
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
@@ -34,7 +35,6 @@ from intarsia.seams.recut_kernels import NEVER, Draft
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import NO_USAGE
 from intarsia.seams.worst import CELL, WorstSeams
-from intarsia.search import sizes
 from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.testing import texture
 
@@ -495,7 +495,7 @@ def test_defaults_follow_from_the_texture() -> None:
     """One and a half elements, at most 0.4 of the side; overlap half, overreach a sixth, 3 refinements for 5."""
     e = Exemplar.of(texture(192, 160, 3))
     resolved = ia.Graphcut().resolved([e], Canvas(300, 300))
-    plain = sizes.default_patch([e])
+    plain = search.default_patch([e])
     assert resolved.patch == max(plain, min(3 * plain // 2, 64))
     assert resolved.overlap == resolved.patch // 2
     assert resolved.overreach == resolved.patch // 6

@@ -13,7 +13,7 @@ import numpy as np
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Array
-from intarsia.kernels.windows import Grown
+from intarsia.kernels.maps import Grown
 from intarsia.search import Candidates, PosedExemplars, Prices, Search, posed_exemplars
 from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import noise, texture

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import intarsia as ia
-from intarsia.cli.commands.grow import command_of
+from intarsia.cli.verbs import command_of
 from intarsia.errors import IntarsiaError
 
 ARGS = ["sample:pebbles", "--crop", "0,0,60,50", "--size", "60"]

@@ -14,7 +14,7 @@ from intarsia.analysis import principal_axes
 from intarsia.analysis.features import features
 from intarsia.exemplar import Exemplar
 from intarsia.image import Kind, Plane
-from intarsia.kernels.windows import Grown
+from intarsia.kernels.maps import Grown
 from intarsia.search import Candidates, PosedExemplars, Prices, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.sourcemap import HOLE

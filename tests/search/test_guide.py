@@ -10,11 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.canvas import Canvas
+from intarsia.canvas import Canvas, Guide
 from intarsia.exemplar import Exemplar
-from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
-from intarsia.kernels.windows import Grown
+from intarsia.kernels.maps import Grown
 from intarsia.patches.growth import Growth, PatchSettings, strays
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchScene
 
+from intarsia.canvas import Guide
 from intarsia.geometry import Wrap
-from intarsia.guide import Guide
 from intarsia.image import Kind, Plane
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch

@@ -14,8 +14,8 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
-from intarsia.arguments import OVERLAYS
 from intarsia.cli import cli
+from intarsia.errors import OVERLAYS
 from intarsia.regular.grid import phase_of
 from intarsia.regular.tiling import unlikeness
 from intarsia.segments.segments import segments

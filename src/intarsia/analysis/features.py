@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -21,9 +21,15 @@ from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar, Exemplars, resized
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
-from ..rendering.colour import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
+from ..lazy import lazy
+from ..rendering import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
 from . import block_sums, moving_sums, spreads
-from .oriented import HALF, Lines, Outlines, from_middle, lines_of, outline_distance, outlines_of
+
+if TYPE_CHECKING:
+    from . import oriented
+    from .oriented import Lines, Outlines
+else:  # where outlines and courses count
+    oriented = lazy("intarsia.analysis.oriented")
 
 MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
 
@@ -281,7 +287,8 @@ def _made(
 def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
     """Return the outlines in the base planes of exemplars, looked for once."""
     return plain.memo("outlines", lambda: [
-        outlines_of(p[..., : plain.base], e.usable, e.toroidal) for p, e in zip(plain.pictures, exemplars, strict=True)
+        oriented.outlines_of(p[..., : plain.base], e.usable, e.toroidal)
+        for p, e in zip(plain.pictures, exemplars, strict=True)
     ])  # fmt: skip
 
 
@@ -291,7 +298,7 @@ def course_lines(plain: Features, exemplars: Exemplars) -> list[Lines]:
     def looked() -> list[Lines]:
         found: list[Lines] = []
         for outlined, picture, e in zip(outlines(plain, exemplars), plain.pictures, exemplars, strict=True):
-            lines = lines_of(outlined, picture.shape, e.toroidal)
+            lines = oriented.lines_of(outlined, picture.shape, e.toroidal)
             if lines is None or (found and lines.axis != found[0].axis):
                 return []
             found.append(lines)
@@ -303,9 +310,9 @@ def course_lines(plain: Features, exemplars: Exemplars) -> list[Lines]:
 def _with_courses(feats: Features, exemplars: Exemplars, lines: list[Lines], weight: float) -> Features:
     """Append the channel of courses to features."""
     each = zip(lines, feats.pictures, exemplars, strict=True)
-    far = [from_middle(one, p.shape, e.toroidal)[..., None] for one, p, e in each]
+    far = [oriented.from_middle(one, p.shape, e.toroidal)[..., None] for one, p, e in each]
     own = variance_of([p[..., : feats.base] for p in feats.pictures], exemplars)
-    share = min(weight * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), 2 * RANGE / HALF)
+    share = min(weight * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), 2 * RANGE / oriented.HALF)
     return _appended(
         feats, [times(f, share) for f in far], (), (0,), structure=feats.structure + 1, courses=lines[0].axis
     )
@@ -327,7 +334,7 @@ def _with_structure(feats: Features, plain: Features, exemplars: Exemplars, weig
     """Append the channels of structure that the base plane has to features."""
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
-    far = [outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
+    far = [oriented.outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
     share = min(
         weight * OUTLINES * math.sqrt(variance_of(base, exemplars) / max(variance_of(far, exemplars), 1.0)), RANGE / 8
     )

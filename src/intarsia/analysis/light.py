@@ -13,12 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arguments import expect
 from ..arrays import Floats, Mask
-from ..errors import InputError, ParameterError
+from ..errors import InputError, ParameterError, expect
 from ..exemplar import Exemplar
 from ..image import Kind, Plane
-from ..rendering.colour import from_linear, to_linear
+from ..rendering import from_linear, to_linear
 from .features import LUMINANCE
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow

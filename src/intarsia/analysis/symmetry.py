@@ -16,9 +16,9 @@ from functools import cache, partial
 import numpy as np
 
 from ..arrays import Array, Int64
-from ..draws import below, draw
 from ..exemplar import Exemplar, Exemplars, sampled
 from ..geometry import ISOMETRIES
+from ..run import below, draw
 from . import block_sums, blocks, valid_windows
 from .features import Features, features, pose_array, posed
 

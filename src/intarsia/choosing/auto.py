@@ -11,12 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
-from ..arguments import FEATHER, chosen, expect, whole_within
 from ..blend import Blend, Levelling
-from ..errors import IntarsiaError, ParameterError
+from ..errors import AUTO_METHOD, FEATHER, MOST_TRIALS, By, IntarsiaError, ParameterError, chosen, expect, whole_within
 from ..lazy import lazy
 from ..methods import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
 from ..params import parameters
@@ -30,16 +28,7 @@ else:
     choosing_facts = lazy("intarsia.choosing.facts")
     rules = lazy("intarsia.choosing.rules")
 
-AUTO_METHOD = "auto"
 EVEN = 96  # px to either side of a seam that light is evened out by; 64: steps of slow tone are seen a little more
-MOST_TRIALS = 64  # a limit of time: each is a whole picture
-
-
-class By(StrEnum):
-    """What variants are compared by."""
-
-    SCORE = "score"  # how good people would find them
-    ENERGY = "energy"  # what their seams cost
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,7 @@ from ..lattice.lattice import cell_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice, Lattices, told_by_peaks
 from ..lazy import lazy
 from ..regular.rectify import Straight, improved
-from ..search.sizes import elements
+from ..search import elements
 
 if TYPE_CHECKING:
     from ..regular import grid, tiling, unequal, wall

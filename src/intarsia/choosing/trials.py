@@ -13,16 +13,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..canvas import Canvas
-from ..draws import draw
-from ..errors import CancelledError, MethodError, ParameterError
+from ..errors import By, CancelledError, MethodError, ParameterError
 from ..exemplar import Exemplars
 from ..lazy import lazy
 from ..methods import Method, make
 from ..params import extent, parameters
-from ..run import Run
+from ..run import Run, draw
 from ..seams import energy
 from ..sourcemap import SourceMap
-from .auto import FIXED, By, Choice
+from .auto import FIXED, Choice
 
 if TYPE_CHECKING:
     from ..judging import score

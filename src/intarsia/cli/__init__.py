@@ -196,10 +196,10 @@ COMMANDS = {
     "studio": "Open a page on this machine to see, grow, paint and keep.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",
 }
-"""Name -> what it does, in the order of the help. The module is named alike and holds `command`."""
+"""Name -> what it does, in the order of the help. Of what is not planned a module named alike holds `command`."""
 
 PLANNED = {"grow", "paint", "extend", "heal", "tile"}
-"""What is planned first, all alike by `commands/grow.py`, which says when the work begins."""
+"""What is planned first, all alike by `verbs.py`, which says when the work begins."""
 
 LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
 """What needs next to no memory."""
@@ -215,7 +215,8 @@ class LazyGroup(click.Group):
         if name not in COMMANDS:
             return None
         planned = name in PLANNED
-        module = importlib.import_module(f".commands.{'grow' if planned else name.replace('-', '_')}", __package__)
+        home = ".verbs" if planned else f".commands.{name.replace('-', '_')}"
+        module = importlib.import_module(home, __package__)
         if not planned:
             begun()
         command: click.Command = module.command_of(name) if planned else module.command

@@ -13,15 +13,13 @@ import click
 import numpy as np
 
 from ..disk import check_fits
-from ..disk.depth import dtype_of
 from ..errors import CancelledError, IntarsiaError, QualityError
 from ..files import write, write_bytes
 from ..files.sets import Material
-from ..image import Kind, Plane, Transfer
+from ..image import Kind, Plane, Transfer, dtype_of
 from ..lazy import lazy
 from ..methods import Method, keeps_lattice
-from ..request import FIELDS, Request
-from ..request.codecs import inputs_of, once_more, to_line
+from ..request import FIELDS, Request, inputs_of, once_more, to_line
 from ..run import Probe, Run
 from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, recipe_exemplars

@@ -14,15 +14,14 @@ import numpy as np
 
 from .. import files
 from ..arrays import Mask, Pair
+from ..canvas import Guide, numbered
 from ..errors import InputError, ParameterError
 from ..exemplar import Exemplar
 from ..geometry import Wrap
-from ..guide import Guide, numbered
 from ..image import Kind, Plane
 from ..lazy import lazy
 from ..rendering.mixing import off_unit
-from ..request import Request
-from ..request.codecs import inputs_of
+from ..request import Request, inputs_of
 from ..synthesis import Plan, Scene
 from ..tasks import plan_of, scene_of
 from . import Report

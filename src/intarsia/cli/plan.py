@@ -15,12 +15,12 @@ from ..arrays import Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..disk import taken
-from ..disk.depth import dtype_of
 from ..errors import ParameterError, printable
 from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
+from ..image import dtype_of
 from ..lazy import lazy
 from ..methods import Method, measures_distances, recipe_settings, traits
 from ..rendering.render import check_alike, check_drawable

@@ -14,8 +14,7 @@ from ..files.formats import SUFFIXES
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
 from ..giant.texture import Weave, planned_windows, woven
-from ..request import Request
-from ..request.codecs import once_more, to_line
+from ..request import Request, once_more, to_line
 from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins

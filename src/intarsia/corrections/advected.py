@@ -13,10 +13,9 @@ import numpy as np
 
 from ..analysis import blocks
 from ..arrays import Array, Mask, Pair
-from ..draws import below, draw_many
 from ..exemplar import Exemplar
 from ..lazy import ndimage
-from ..run import Run
+from ..run import Run, below, draw_many
 from .descent import REACH, Corrections, subpass
 from .stack import ExemplarStack
 

@@ -15,11 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..arrays import Array, Pair
-from ..draws import seed_state
 from ..exemplar import Exemplar
 from ..field import Field
 from ..params import functions_of, parameters
-from ..run import Run
+from ..run import Run, seed_state
 from .appearance import painted
 from .correction_kernels import (
     AROUND,

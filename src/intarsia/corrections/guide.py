@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Pair
 from ..canvas import Canvas
-from ..draws import seed_state
+from ..run import seed_state
 from ..search.guide import ONE, codes_of
 from .appearance import BITS, bordered, stack_of, without_gaps
 from .correction_kernels import LevelArrays

@@ -21,7 +21,7 @@ from ..arrays import Array, Int32
 from ..exemplar import Exemplar
 from ..kernels import kd_tree
 from ..lazy import ndimage
-from ..search.sizes import elements
+from ..search import elements
 from .appearance import (
     AXES,
     SAMPLE,

@@ -16,11 +16,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import ALPHAS, MATERIALS, PAINTED, PHOTOS, SAMPLES, channels_of, chosen, expect_path
 from ..arrays import Mask
 from ..disk import DEFAULT_PIXELS, MAX_PIXELS, allowing
 from ..disk.whole import PathLike, check_writable, write_bytes
-from ..errors import InputError, ParameterError, printable, said
+from ..errors import (
+    ALPHAS,
+    MATERIALS,
+    PAINTED,
+    PHOTOS,
+    SAMPLES,
+    InputError,
+    ParameterError,
+    channels_of,
+    chosen,
+    expect_path,
+    printable,
+    said,
+)
 from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decoded

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from ..disk import MAX_CHANNELS, no_room
-from ..disk.depth import DTYPE_OF_DEPTH
 from ..disk.whole import PathLike, ordinary, working_folder
 from ..errors import InputError, ParameterError, ResourceError, printable
+from ..image import DTYPE_OF_DEPTH
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""

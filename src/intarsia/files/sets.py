@@ -9,9 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ..arguments import MATERIALS
 from ..disk.whole import PathLike
-from ..errors import InputError, ParameterError, printable
+from ..errors import MATERIALS, InputError, ParameterError, printable
 from .decode import opened
 from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
 

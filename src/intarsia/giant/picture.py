@@ -18,12 +18,11 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ..arguments import called, expect_path, pair, whole
 from ..arrays import Array, Pair
 from ..blend import Blend
 from ..disk import free_memory
 from ..disk.whole import PathLike
-from ..errors import MissingExtraError, ParameterError, ResourceError, said
+from ..errors import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole
 from ..exemplar import Exemplar
 from ..geometry import Box
 from ..image import Plane

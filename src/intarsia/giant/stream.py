@@ -29,10 +29,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import called
 from ..arrays import Array, Pair
 from ..disk import taken
-from ..errors import InputError, ParameterError, ResourceError, said
+from ..errors import InputError, ParameterError, ResourceError, called, said
 from ..geometry import Box
 from ..methods import Method, traits
 from ..params import functions_of

@@ -9,14 +9,13 @@ from typing import Any, cast
 from ..arrays import Array, Pair
 from ..blend import Blend
 from ..canvas import Canvas
-from ..choosing.auto import AUTO_METHOD, Auto
+from ..choosing.auto import Auto
 from ..disk.whole import PathLike
-from ..draws import check_seed
-from ..errors import ParameterError
+from ..errors import AUTO_METHOD, ParameterError
 from ..exemplar import Exemplar
 from ..methods import METHODS, Ability, Method, WindowMethod, method_class
 from ..rendering.render import check_alike
-from ..run import Run, run_of
+from ..run import Run, check_seed, run_of
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
 from .picture import SIDE, Picture, box_of, check_memory, sides_of
 from .stream import STORES, ExecutorLike, array_of, stream

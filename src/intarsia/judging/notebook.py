@@ -13,10 +13,9 @@ from html import escape
 
 import numpy as np
 
-from ..disk.depth import encoded, looked_at
 from ..errors import IntarsiaError, legible
 from ..exemplar import Exemplar, Exemplars
-from ..image import Plane, Transfer
+from ..image import Plane, Transfer, encoded, looked_at
 from ..sourcemap import HOLE, SourceMap
 from .score import score_map
 from .windows import smaller

@@ -20,9 +20,9 @@ import numpy as np
 
 from ..analysis import spreads
 from ..arrays import Array, Int16, Mask, Pair
-from ..draws import draw
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, find_lattice
+from ..run import draw
 from .windows import ALL, SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px

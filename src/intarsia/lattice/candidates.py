@@ -24,7 +24,7 @@ import numpy as np
 from scipy.fft import dctn, idctn, next_fast_len, rfft2
 
 from ..analysis import spreads
-from ..analysis.correlation import autocorrelation, gaussian
+from ..analysis.elements import autocorrelation, gaussian
 from ..arrays import Array, Floats, Int32, Int64, Mask
 from ..lazy import ndimage
 from .scoring_kernels import top_of

@@ -10,15 +10,13 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from enum import StrEnum
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from ..arguments import called
 from ..blend import Blend
-from ..errors import InputError, ParameterError
-from ..field import Field
+from ..errors import InputError, ParameterError, called
 from ..geometry import Wrap
-from ..params import AUTO, check, extent, param, parameters
+from ..params import AUTO, Parameter, check, extent, param, parameters
 
 if TYPE_CHECKING:
     from ..canvas import Canvas
@@ -105,7 +103,7 @@ def recipe_settings(
         value = getattr(method, p.name)
         if isinstance(value, tuple):
             value = list(reversed(value)) if p.kind == "extent" else list(value)
-        out[p.name] = value.as_recipe if isinstance(value, Field) else value
+        out[p.name] = getattr(value, "as_recipe", value)
     for name, digest in ({} if where is None else traits(method).asked(exemplars, where)).items():
         out[name] |= {"sha256": digest}
     return out
@@ -264,6 +262,22 @@ def method_class(slug: str) -> type[Any]:
     module, name = METHODS[slug]
     cls: type[Any] = getattr(importlib.import_module(f"..{module}", __package__), name)
     return cls
+
+
+def parameters_of(slug: Any) -> dict[str, Parameter]:
+    """The parameters of a method by name; none of the choice among methods, and of what is no method."""
+    known = isinstance(slug, str) and slug in METHODS
+    return {p.name: p for p in parameters(method_class(slug))} if known else {}
+
+
+@cache
+def known_parameters(slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
+    """Every parameter of a method by name, and the methods that have it; of the method `slug` alone, if it is one."""
+    found: dict[str, tuple[Parameter, list[str]]] = {}
+    for one in (slug,) if slug in METHODS else METHODS:
+        for name, p in parameters_of(one).items():
+            found.setdefault(name, (p, []))[1].append(str(one))
+    return found
 
 
 def check_method(given: Any) -> Method:

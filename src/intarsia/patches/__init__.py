@@ -28,13 +28,13 @@ from ..analysis import window_sums
 from ..arrays import Array, Int16, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..blend import Blend
 from ..canvas import Canvas
-from ..draws import below
 from ..exemplar import Exemplars
 from ..geometry import ISOMETRIES, Wrap, apart, spread
-from ..kernels import windows
+from ..kernels import maps
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
 from ..lazy import ndimage
+from ..run import below
 from ..search import Candidates, PosedExemplars, WindowGrid
 from ..sourcemap import HOLE, Source, SourceMap
 
@@ -352,8 +352,8 @@ class GrowingMap:
         self, at: Window, pick: tuple[int, int, int], found: Candidates, layout: WindowGrid, price: SeamPrice
     ) -> None:
         """Cut the patch `pick` (variant, row, column) into the window at `at` along the cheapest seam."""
-        windows.paste(
-            windows.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick,
+        maps.paste(
+            maps.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick,
             found.feats, found.known, price,
         )  # fmt: skip
 
@@ -361,8 +361,8 @@ class GrowingMap:
         self, at: Window, pick: tuple[int, int, int], known: Array, layout: WindowGrid, seam: Pair
     ) -> None:
         """Lay the patch `pick` into the window at `at`, cut straight in the middle of seams of `seam` px."""
-        windows.overlay(
-            windows.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick, known,
+        maps.overlay(
+            maps.Grown(self.variant, self.yx, layout.wraps), self.locked, self.variants.posed, *at, *pick, known,
             seam,
         )  # fmt: skip
 

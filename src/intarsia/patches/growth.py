@@ -17,17 +17,15 @@ from ..analysis import variance
 from ..analysis.features import features
 from ..arrays import Array, Int64, Mask, Pair
 from ..blend import Blend
-from ..canvas import Canvas
-from ..draws import draw_many
+from ..canvas import Canvas, Guide
 from ..errors import MethodError
 from ..exemplar import Exemplars
 from ..geometry import laid
-from ..guide import Guide
 from ..kernels.cuts import SeamPrice
-from ..kernels.windows import Grown
+from ..kernels.maps import Grown
 from ..lazy import lazy, ndimage
 from ..params import Poses, Weights
-from ..run import Run
+from ..run import Run, draw_many
 from ..search import SHORT_LIST, Candidates, PosedExemplars, Search, WindowGrid, isometry_ids, posed_exemplars
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE, SourceMap

@@ -11,8 +11,7 @@ from ..lazy import lazy
 from ..methods.image_quilting import ImageQuilting
 from ..params import AUTO, extent
 from ..run import Run
-from ..search import resolved_isometries
-from ..search.sizes import check_patch, default_patch
+from ..search import check_patch, default_patch, resolved_isometries
 from ..sourcemap import SourceMap
 from .growth import Boundaries, PatchSettings, Repeats, Stages
 
@@ -26,12 +25,14 @@ STAGE = 2002  # keeps this method's draws apart from those of others
 
 def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> ImageQuilting:
     """Decide patch and overlap from the size of the texture's elements."""
-    patch = default_patch(exemplars, canvas.guide) if method.patch is AUTO else method.patch
+    guide, patch = canvas.guide, method.patch
+    if patch is AUTO:
+        patch = default_patch(exemplars) if guide is None else guiding.guided_patch(exemplars, guide)
     rows, columns = extent(patch)
     isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
     check_patch(patch, exemplars, isometries)
-    if canvas.guide is not None:
-        guiding.check_guide(exemplars, canvas.guide, patch)
+    if guide is not None:
+        guiding.check_guide(exemplars, guide, patch)
     third = (rows // 3, columns // 3) if rows != columns else rows // 3
     overlap = third if method.overlap is AUTO else method.overlap
     bounds = resolved_isometries(method.boundary_isometries, exemplars, (rows, columns))

@@ -6,14 +6,12 @@ from dataclasses import replace
 
 from ..analysis.features import features
 from ..canvas import Canvas
-from ..draws import draw
 from ..exemplar import Exemplars
 from ..geometry import spread
 from ..methods.random_tiling import RandomTiling
 from ..params import AUTO, extent
-from ..run import Run
-from ..search import WindowGrid, isometry_ids, posed_exemplars, resolved_isometries
-from ..search.sizes import check_patch, default_patch
+from ..run import Run, draw
+from ..search import WindowGrid, check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
 from ..sourcemap import SourceMap
 from . import GrowingMap, random_patch
 

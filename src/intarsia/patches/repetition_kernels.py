@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Int32, Int64
 from ..kernels.jit import kernel
-from ..kernels.windows import canvas_place
+from ..kernels.maps import canvas_place
 
 
 @kernel

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Array, Int64, Pair
-from ..draws import below, draw
 from ..lattice.candidates import UNIT
+from ..run import below, draw
 from . import wall_kernels
 from .brickwork import Bricks, Brickwork
 from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt

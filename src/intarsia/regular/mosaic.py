@@ -27,14 +27,13 @@ from ..analysis import nearest
 from ..analysis.features import features
 from ..arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..canvas import Canvas
-from ..draws import below, deck, draw
 from ..errors import ParameterError
 from ..exemplar import Exemplar
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import cell_of, unfit
 from ..methods.near_regular import NearRegular
 from ..patches import Continuation
-from ..run import Run
+from ..run import Run, below, deck, draw
 from . import gap_kernels
 from .grid import BlockGrid, Places
 from .places import Continued, grid_and_places

@@ -18,10 +18,10 @@ import numpy as np
 
 from ..arrays import Int64, Pair
 from ..canvas import Canvas
-from ..draws import below, deck, draw
 from ..errors import ParameterError
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import unfit
+from ..run import below, deck, draw
 from .brickwork import Line
 
 DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # levels of draws: of bricks, of courses, of where these begin

@@ -22,7 +22,6 @@ from ..analysis import nearest
 from ..analysis.features import features
 from ..arrays import Array, Int16, Int32, Int64, Laid, Pair
 from ..canvas import Canvas
-from ..draws import below, draw
 from ..errors import MethodError
 from ..exemplar import Exemplar
 from ..kernels import paths
@@ -30,7 +29,7 @@ from ..lattice.candidates import UNIT
 from ..lattice.lattice import Pairs, cell_of
 from ..lazy import ndimage
 from ..params import Weights
-from ..run import Run
+from ..run import Run, below, draw
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains

@@ -1,24 +1,29 @@
 """Drawing a map: colours, mixing at seams, finishing, normals and magnification.
 
-The ground that a map is drawn from: exemplars end to end, how far a pixel is from what is unusable, and the map.
+The ground that a map is drawn from: exemplars end to end, how far a pixel is from what is unusable, and the map. Codes
+become light and codes again by the sRGB curve, exact for integers; matching starts from the same numbers.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Mask, UInt8
+from ..arrays import Array, Floats, Int32, Int64, Mask, UInt8
+from ..blend import Mixing
 from ..errors import InputError
 from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box
-from ..image import Plane
-from ..kernels.pieces_of_maps import HOLE
+from ..image import Kind, Plane, Transfer, from_srgb
+from ..kernels.maps import HOLE
 from ..lazy import ndimage
 from ..sourcemap import SourceMap
-from .vote_kernels import Map, Reach, cut_window
+from .vote_kernels import Map, Reach, cut_window, settle_light
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."
 
@@ -104,3 +109,281 @@ def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[n
     padded = np.pad(usable, edge, mode="wrap") if exemplar.toroidal else np.pad(usable, edge)
     distance = ndimage.distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
     return np.minimum(distance, cap).astype(np.uint16)
+
+
+BITS = 28
+"""Linear light of integer planes is fixed point: white is 1 << BITS."""
+
+_KNEE = (4045, 100_000)  # at or below this share of white the curve is a straight line
+
+
+@dataclass(frozen=True)
+class Curve:
+    """How the codes of one plane become the numbers that are mixed.
+
+    Parameters
+    ----------
+    dtype : numpy dtype
+        Of the codes: uint8, uint16 or a float.
+    srgb : bool
+        True where codes follow the sRGB curve; otherwise they pass through.
+    alpha : bool
+        True where the last channel is opacity, which always passes through.
+    """
+
+    dtype: np.dtype[Any]
+    srgb: bool
+    alpha: bool
+
+    @classmethod
+    def of(cls, plane: Plane, mixing: Mixing = Mixing.MEAN) -> Curve:
+        """Return the curve of a plane: sRGB for colours that say so, unless their codes are to be mixed."""
+        coded = plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB
+        return cls(plane.pixels.dtype, coded and mixing is not Mixing.SOURCE, plane.alpha)
+
+    @property
+    def integer(self) -> bool:
+        """True for uint8 and uint16 codes."""
+        return self.dtype.kind == "u"
+
+    @property
+    def table(self) -> Int32:
+        """Integers only: the light of every code."""
+        return (
+            light_table(self.dtype.itemsize)
+            if self.srgb
+            else np.arange(1 << 8 * self.dtype.itemsize, dtype=np.int32)
+        )
+
+    def linear(self, samples: Array) -> Array:
+        """Return the light of codes (..., C): int32 fixed point, or float64; as they are without a curve.
+
+        Half floats become single ones: kernels know no others.
+        """
+        if samples.dtype == np.float16:
+            samples = samples.astype(np.float32)
+        if not self.srgb:
+            return samples
+        colours = samples.shape[-1] - self.alpha
+        light = np.empty(samples.shape, np.int32 if self.integer else np.float64)
+        light[..., colours:] = samples[..., colours:]
+        if self.integer:
+            light[..., :colours] = self.table[samples[..., :colours]]
+        else:
+            values = samples[..., :colours]
+            with np.errstate(over="ignore"):
+                light[..., :colours] = np.copysign(from_srgb(np.abs(values)), values)
+        return light
+
+    def code(self, light: Array) -> Array:
+        """Return the codes of light (..., C), rounded half up and clipped for integers."""
+        if not self.srgb:
+            return self._stored(light)
+        colours = light.shape[-1] - self.alpha
+        codes = np.empty(light.shape, self.dtype)
+        codes[..., colours:] = self._stored(light[..., colours:])
+        if self.integer:
+            whole = np.fmax(np.fmin(light[..., :colours], 1 << BITS), 0).astype(np.int64)  # no number counts as white
+            codes[..., :colours] = self.divided(whole, np.ones(whole.shape[:2], np.int64))
+        else:
+            codes[..., :colours] = self._stored(_float_from_linear(light[..., :colours].astype(np.float64)))
+        return codes
+
+    def divided(self, total: Array, weight: Array, *base: Array) -> Array:
+        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 by 0 is 0.
+
+        `base`: first, light and samples as in :func:`settle_light`, for sRGB.
+        """
+        codes, size = np.zeros(total.shape, self.dtype), self.dtype.itemsize
+        none = np.zeros(0, np.int32)
+        coding = (code_steps(size), *code_shelf(size)) if self.srgb else (none, none, 0)
+        first, light, samples = base or (None, None, None)
+        settle_light(total, weight, coding, first, light, samples, codes)
+        return codes
+
+    def _stored(self, values: Array) -> Array:
+        if self.integer:
+            if values.dtype.kind == "f":
+                values = np.floor(values + 0.5)
+            values = np.clip(values, 0, np.iinfo(self.dtype).max)
+        with np.errstate(over="ignore", invalid="ignore"):  # what is masked out may hold anything
+            return values.astype(self.dtype)
+
+
+def to_linear(plane: Plane) -> Array:
+    """Return the light of a plane, (H, W, C).
+
+    sRGB colours become int32 fixed point (white 2**28) or float64; all else passes through.
+    """
+    return Curve.of(plane).linear(plane.samples)
+
+
+def from_linear(values: Array, plane: Plane) -> Array:
+    """Return light (H, W, C) in the coding of `plane`: the way back of `to_linear`, exact for integers."""
+    return Curve.of(plane).code(values)
+
+
+@cache
+def light_table(size: int) -> Int32:
+    """Return the fixed-point light of every sRGB code of `size` bytes."""
+    table = _ceiling(np.arange(65536, dtype=np.int64), 65535)
+    return np.ascontiguousarray(table[:: 257 if size == 1 else 1])
+
+
+@cache
+def code_steps(size: int) -> Int32:
+    """Return the light at which codes 1, 2, ... begin: half-way between two codes, as codes go."""
+    top = 256**size - 1
+    return _ceiling(2 * np.arange(top, dtype=np.int64) + 1, 2 * top)
+
+
+@cache
+def code_shelf(size: int) -> tuple[Int32, int]:
+    """Return (codes, shift): ``codes[light >> shift]`` is the code at which to start looking for a light."""
+    shift = BITS - 8 * size - 4 * (size == 1)
+    starts = np.arange((1 << BITS - shift) + 1, dtype=np.int64) << shift
+    return np.searchsorted(code_steps(size), starts, side="right").astype(np.int32), shift
+
+
+def _ceiling(numerator: Int64, denominator: int) -> Int32:
+    """Return the light of numerator / denominator in fixed point, rounded up exactly, on every machine.
+
+    The power 2.4 = 12 / 5 of a machine's library may err in the last bits, so values too close to an integer
+    are settled by whole numbers: light <= r  <=>  z**12 * 2**(5 BITS) <= r**5.
+    """
+    line = -(-(numerator * 25 << BITS) // (323 * denominator))  # v / 12.92
+    z = (1000 * numerator + 55 * denominator, 1055 * denominator)
+    estimate = (z[0] / z[1]) ** 2.4 * (1 << BITS)
+    nearest = np.rint(estimate)
+    power = np.ceil(estimate).astype(np.int64)
+    for i in np.flatnonzero(np.abs(estimate - nearest) < 1e-4):
+        r = int(nearest[i])
+        power[i] = r if int(z[0][i]) ** 12 << 5 * BITS <= r**5 * z[1] ** 12 else r + 1
+    straight = numerator * _KNEE[1] <= _KNEE[0] * denominator
+    return np.where(straight, line, power).astype(np.int32)
+
+
+def _float_from_linear(v: Floats) -> Floats:
+    size = np.abs(v)
+    return np.copysign(np.where(size <= 0.04045 / 12.92, size * 12.92, 1.055 * size ** (1 / 2.4) - 0.055), v)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """In what the numbers of planes are counted, so that they can be compared as whole numbers.
+
+    Attributes
+    ----------
+    origin : float
+        The number that counts 0.
+    exponent : int
+        2**exponent more than that counts ``65535 << bits``.
+    bits : int
+        How much finer than 16 bits is counted.
+    """
+
+    origin: float = 0.0
+    exponent: int = 0
+    bits: int = 0
+
+    @classmethod
+    def of(cls, values: Floats) -> Unit:
+        """Return the unit of floats that may have any range: of their own largest size, as a power of two.
+
+        So heights in metres or millimetres count as those from 0 to 1 do: exactly alike if they are a power of two
+        times as large, and otherwise but for roundings by 2**-23 of the largest size. Whole codes of 8 and 16 bits as
+        floats count multiples of ``1 << bits``, which is as fine as single precision holds them. Where all but one of
+        a thousand values at either end lie closer together than 16 bits of the largest could tell apart, it is these
+        that are counted: from their least, in units of their own range.
+        """
+        size = float(np.abs(values).max(initial=0.0))
+        if not size:
+            return cls(bits=FINE)
+        least, most = inner_range(values)
+        within = min(float(most) - float(least), _GREATEST) or min(float(values.max()) - float(values.min()), _GREATEST)
+        if within and _power(size) - _power(within) > 16:
+            return cls(float(least), _power(within), FINE)
+        return cls(0.0, _power(size), FINE)
+
+    def count(self, values: Floats) -> Int32:
+        """Return floats in this unit, rounded half up and clipped to +-2**24. Not finite ones count as 0 does."""
+        finite = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+        with np.errstate(over="ignore"):  # what is masked out may be of any size
+            whole = np.floor(np.ldexp(finite - self.origin, -self.exponent) * float(65535 << self.bits) + 0.5)
+        return np.clip(whole, -(1 << 24), 1 << 24).astype(np.int32)
+
+
+FINE = 7
+TAIL = 1000
+COUNTED = 1 << 17  # whole numbers that lie closer together are counted, not sorted
+_GREATEST = float(np.finfo(np.float64).max)
+WHITE = Unit()
+"""White, or the top of an integer's range, counts 65535."""
+
+
+def inner_range(values: Array) -> tuple[Any, Any]:
+    """Return the range of numbers without one of a thousand at either end."""
+    flat, k = values.ravel(), values.size // TAIL
+    ends = (k, flat.size - 1 - k)
+    if flat.dtype.kind != "f" and (least := int(flat.min())) > int(flat.max()) - COUNTED:
+        low, high = np.searchsorted(np.cumsum(np.bincount(flat - least)), ends, side="right")
+        return least + low, least + high
+    low, high = np.partition(flat, ends)[list(ends)]
+    return low, high
+
+
+def _power(size: float) -> int:
+    """The least e with size <= 2**e."""
+    share, exponent = math.frexp(size)
+    return exponent - (share == 0.5)
+
+
+def has_own_unit(plane: Plane) -> bool:
+    """True for floats whose range is their own: data and coded colours, but not light, normals or labels."""
+    coded = plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB
+    return plane.is_float and (coded or plane.kind is Kind.DATA)
+
+
+def code_values(plane: Plane, unit: Unit = WHITE) -> Int32:
+    """Return the whole numbers that matching starts from, (H, W, C) int32, equal for equal data of any depth.
+
+    Data and coded colours are counted in `unit`, opacity and normals always in WHITE: there white, or the top of the
+    range, is 65535, and floats are rounded half up. Colours in
+    linear light, integers too, go through a logarithm, straight between powers of two: 0 at 0, about
+    65535 at 1, odd. It is read off the bits of float32(abs(v) + 2**-8), so no rounding of a machine's library
+    decides anything. Labels keep their value (beyond 2**31 they count on from -2**31). What is not finite
+    counts as 0.
+    """
+    samples = plane.samples
+    if plane.kind is Kind.LABEL:
+        whole = np.rint(np.nan_to_num(samples)) if plane.is_float else samples
+        return whole.astype(np.int64).astype(np.int32)
+    values = np.empty(samples.shape, np.int32)
+    colours = samples.shape[2] - plane.alpha
+    if plane.kind is Kind.COLOUR and plane.transfer is Transfer.LINEAR:
+        values[..., :colours] = _logarithm(code_shares(samples[..., :colours]))
+    else:
+        values[..., :colours] = _counted(samples[..., :colours], WHITE if plane.kind is Kind.NORMAL else unit)
+    values[..., colours:] = _counted(samples[..., colours:], WHITE)
+    return values
+
+
+def _counted(samples: Array, unit: Unit) -> Int32:
+    if samples.dtype.kind == "u" and unit is WHITE:  # plainly: unit.count(shares(samples))
+        return samples.astype(np.int32) * np.int32(257 if samples.itemsize == 1 else 1)
+    return unit.count(code_shares(samples))
+
+
+def code_shares(samples: Array) -> Floats:
+    """Return codes as shares of the top of their range."""
+    if samples.dtype.kind == "u":
+        return samples / np.float64(np.iinfo(samples.dtype).max)
+    return np.nan_to_num(samples.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _logarithm(v: Floats) -> Int32:
+    # Down to float32 first: then 8 bits, 16 bits and floats of the same data start from the same number.
+    size = np.minimum(np.abs(v), 1e38).astype(np.float32).astype(np.float64)
+    bits = (size + 2.0**-8).astype(np.float32).view(np.int32)
+    stops = (bits - np.float32(2.0**-8).view(np.int32)) >> 10  # 2**13 a stop
+    return np.where(v < 0, -stops, stops).astype(np.int32)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array, Int32, Int64, Mask
 from ..kernels.jit import kernel
-from ..kernels.pieces_of_maps import HOLE, J
+from ..kernels.maps import HOLE, J
 
 REACH = 8  # px to either side: so far around a seam both pieces are compared
 LEAST = 5  # of 25 places must exist in both, or nothing is known of a step

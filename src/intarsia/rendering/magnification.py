@@ -17,9 +17,8 @@ from math import lcm
 
 import numpy as np
 
-from ..arguments import TIMES, expect, whole_within
 from ..arrays import Array
-from ..errors import InputError, ParameterError
+from ..errors import TIMES, InputError, ParameterError, expect, whole_within
 from ..exemplar import REDUCED, Exemplar
 from .mixing import averaged
 

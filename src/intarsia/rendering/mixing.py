@@ -27,7 +27,7 @@ from ..blend import Blend, Mixing
 from ..geometry import ISOMETRIES
 from ..image import Kind, Plane
 from ..lazy import lazy
-from .colour import Curve
+from . import Curve
 from .vote_kernels import LIMB, Reach, Voters, add_votes, settle_vectors, vote_label
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
-from ..kernels.pieces_of_maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
+from ..kernels.maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 
 Map = tuple[Int32, UInt8, UInt8]
 """What a map shows: pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from ..arrays import Array, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
-from ..kernels.pieces_of_maps import HOLE, J
+from ..kernels.maps import HOLE, J
 from .vote_kernels import Reach
 
 MOST = 4

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from ..arguments import OVERLAYS, channels_of
-from ..draws import SEED_LIMIT
-from ..errors import InputError
+from ..errors import OVERLAYS, InputError, channels_of
+from ..run import SEED_LIMIT
 
 MAX_SEEDS = 10_000
 

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
-from ..arguments import ALPHAS, FEATHER, MOST_PASSES, OVERLAYS, PLANE_WEIGHTS, REACHES, TIMES, WEIGHT, WEIGHTS
-from ..choosing.auto import AUTO_METHOD, MOST_TRIALS, By
 from ..disk import DEFAULT_PIXELS, VARIABLE
+from ..errors import (
+    ALPHAS,
+    AUTO_METHOD,
+    FEATHER,
+    MOST_PASSES,
+    MOST_TRIALS,
+    OVERLAYS,
+    PLANE_WEIGHTS,
+    REACHES,
+    TIMES,
+    WEIGHT,
+    WEIGHTS,
+    By,
+)
 from ..geometry import Wrap
-from ..methods import METHODS, PRESETS, Ability, method_class
-from ..params import Parameter, parameters
+from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
     ENDLESS,
     EXEMPLAR,
@@ -62,22 +73,6 @@ DONE = {"grow": "grown", "paint": "painted", "extend": "extended", "heal": "heal
 def able(verb: str) -> tuple[str, ...]:
     """The methods that a verb offers."""
     return tuple(s for s in METHODS if verb not in ABILITIES or ABILITIES[verb] <= method_class(s).supports)
-
-
-def parameters_of(slug: Any) -> dict[str, Parameter]:
-    """The parameters of a method by name; none of the choice among methods, and of what is no method."""
-    known = isinstance(slug, str) and slug in METHODS
-    return {p.name: p for p in parameters(method_class(slug))} if known else {}
-
-
-@cache
-def known_parameters(slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
-    """Every parameter of a method by name, and the methods that have it; of the method `slug` alone, if it is one."""
-    found: dict[str, tuple[Parameter, list[str]]] = {}
-    for one in (slug,) if slug in METHODS else METHODS:
-        for name, p in parameters_of(one).items():
-            found.setdefault(name, (p, []))[1].append(str(one))
-    return found
 
 
 def usual_parameters(verb: str, slug: str) -> dict[str, Any]:

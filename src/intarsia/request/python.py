@@ -9,10 +9,8 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from ..errors import IntarsiaError
-from ..methods import make, method_class, recipe_settings
-from . import Request
-from .codecs import to_argv, to_json
-from .fields import parameters_of
+from ..methods import make, method_class, parameters_of, recipe_settings
+from . import Request, to_argv, to_json
 
 PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "level", "method", "output"})
 """What the call below says; a parameter of the method is another."""

@@ -9,8 +9,7 @@ import numpy as np
 from ..arrays import Int16, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
-from ..kernels.pieces_of_maps import J, goes_on
-from ..kernels.windows import HOLE, canvas_place
+from ..kernels.maps import HOLE, J, canvas_place, goes_on
 
 
 class Part(NamedTuple):

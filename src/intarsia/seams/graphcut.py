@@ -36,13 +36,13 @@ from ..analysis import window_sums
 from ..analysis.features import pose_array
 from ..analysis.popout import popout
 from ..arrays import Array, Mask, Pair
-from ..draws import draw
 from ..exemplar import Exemplars
-from ..kernels.windows import Grown
+from ..kernels.maps import Grown
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, Vectors, once_around
 from ..patches import Pick, picked, random_patch
 from ..patches.growth import Growth
+from ..run import draw
 from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
 from ..sourcemap import HOLE

@@ -13,9 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
-from ..draws import draw
 from ..patches import Window, waves
-from ..run import Run
+from ..run import Run, draw
 from ..search import Candidates
 from .graphcut import Box, Cut, GraphcutGrowth, middle
 from .worst import WorstSeams

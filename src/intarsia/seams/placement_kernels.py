@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Int32, Int64, Pair
 from ..kernels.jit import kernel
-from ..kernels.windows import HOLE, canvas_place
+from ..kernels.maps import HOLE, canvas_place
 
 
 @kernel

@@ -28,8 +28,8 @@ import numpy as np
 from ..arrays import UInt8
 from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
+from ..kernels.maps import HOLE, canvas_place
 from ..kernels.maxflow import FREE, MOST, NEW, OLD, push_flow
-from ..kernels.windows import HOLE, canvas_place
 from .energy_kernels import beyond, meeting, spot
 from .usage_kernels import price_usage, taken_sum
 

@@ -20,9 +20,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Mask, Pair
-from ..canvas import Canvas
+from ..canvas import Canvas, Guide
 from ..exemplar import Exemplars
-from ..guide import Guide
 from ..params import Poses, Weights
 from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings

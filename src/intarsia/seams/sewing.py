@@ -13,9 +13,8 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..params import AUTO, extent
 from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ..run import Run
-from ..search import resolved_isometries
-from ..search.guide import check_guide
-from ..search.sizes import LEAST, check_patch, default_patch, large_patch
+from ..search import LEAST, check_patch, large_patch, resolved_isometries
+from ..search.guide import check_guide, guided_patch
 from ..sourcemap import SourceMap
 from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import fill, refine
@@ -27,16 +26,14 @@ TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse tha
 
 def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut:
     """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
-    patch, room = method.patch, _room(method, exemplars, canvas)
-    if patch is AUTO and canvas.guide is None:
-        patch = min(large_patch(exemplars), room)
-    elif patch is AUTO:
-        patch = default_patch(exemplars, canvas.guide)
+    guide, patch, room = canvas.guide, method.patch, _room(method, exemplars, canvas)
+    if patch is AUTO:
+        patch = min(large_patch(exemplars), room) if guide is None else guided_patch(exemplars, guide)
     rows, columns = extent(patch)
     isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
     check_patch(patch, exemplars, isometries)
-    if canvas.guide is not None:
-        check_guide(exemplars, canvas.guide, patch)
+    if guide is not None:
+        check_guide(exemplars, guide, patch)
     half = (rows // 2, columns // 2) if rows != columns else rows // 2
     overlap = half if method.overlap is AUTO else method.overlap
     overreach = min(rows, columns) // 6 if method.overreach is AUTO else method.overreach

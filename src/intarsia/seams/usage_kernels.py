@@ -18,8 +18,8 @@ import numpy as np
 
 from ..arrays import Array, Int32
 from ..kernels.jit import kernel
+from ..kernels.maps import HOLE, Grown
 from ..kernels.maxflow import FREE, NEW
-from ..kernels.windows import HOLE, Grown
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
 USUAL, MOST = 256, 8  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most

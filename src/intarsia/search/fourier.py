@@ -21,7 +21,7 @@ from scipy import fft
 from ..analysis import principal_axes
 from ..arrays import Array, Pair
 from ..errors import ParameterError
-from ..kernels.windows import Grown
+from ..kernels.maps import Grown
 from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_kernels, in_one_row
 from .fourier_kernels import Listed
 

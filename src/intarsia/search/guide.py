@@ -12,17 +12,29 @@ from typing import Any
 import numpy as np
 
 from ..analysis import running_sums, valid_windows, window_sums
-from ..analysis.features import counted, ends, pose_array
+from ..analysis.elements import element_size
+from ..analysis.features import counted, ends, features, pose_array
 from ..arrays import Array, Pair
+from ..canvas import MAX_LABELS, Guide
 from ..errors import InputError
 from ..exemplar import Exemplar, Exemplars
 from ..geometry import Wrap
-from ..guide import MAX_LABELS, Guide
 from ..image import Plane
-from ..kernels.windows import Grown
+from ..kernels.maps import Grown
 from ..lazy import ndimage
 from ..params import extent
-from . import Candidates, PosedExemplars, Prices, Search, WindowGrid, fourier_kernels
+from . import (
+    LARGEST_SHARE,
+    LEAST,
+    Candidates,
+    PosedExemplars,
+    Prices,
+    Search,
+    WindowGrid,
+    default_patch,
+    fitting,
+    fourier_kernels,
+)
 from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import FAR
@@ -261,6 +273,25 @@ def check_sources(exemplars: Exemplars, guide: Guide) -> None:
 def pure_patch(exemplars: Exemplars, guide: Guide) -> int:
     """Return the largest side at which every label has a patch wholly inside it; 0: there is none."""
     return min(0 if found is None else found[3] for found in largest_squares(exemplars, guide))
+
+
+def guided_patch(exemplars: Exemplars, guide: Guide) -> int:
+    """Return a patch side in px under a guide: with labels for the elements of all regions, if that is possible.
+
+    Those of a region are measured in the largest square of its label. The patch stays below these squares, so that
+    there is a choice of patches for every label.
+    """
+    if not guide.is_labels:
+        return default_patch(exemplars)
+    check_sources(exemplars, guide)
+    sizes, sides = [], []
+    for found in largest_squares(exemplars, guide):
+        if found is not None:
+            number, y, x, side = found
+            picture = features([exemplars[number]]).pictures[0][y : y + side, x : x + side]
+            sizes.append(fitting(element_size(np.ascontiguousarray(picture), None).size, side))
+            sides.append(max(int(LARGEST_SHARE * side), min(side, 3)))
+    return min(max(sizes), *sides) if sizes else LEAST
 
 
 def largest_squares(exemplars: Exemplars, guide: Guide) -> list[tuple[int, int, int, int] | None]:

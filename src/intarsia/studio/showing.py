@@ -10,10 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..choosing.auto import AUTO_METHOD
-from ..errors import InputError, ParameterError, said
+from ..errors import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
-from ..request.codecs import from_json
+from ..request import from_json
 from .processes import FailedError, Gone, Process
 from .store import Row, Store
 from .uploads import Uploads

@@ -10,8 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..arguments import SAMPLES
-from ..errors import InputError, said
+from ..errors import SAMPLES, InputError, said
 from .processes import FailedError, Process
 from .store import Row, Store, digest
 

@@ -8,9 +8,8 @@ from dataclasses import replace
 
 from starlette.exceptions import HTTPException
 
-from ..choosing.auto import AUTO_METHOD
-from ..errors import InputError, ParameterError
-from ..request.codecs import to_argv, to_line
+from ..errors import AUTO_METHOD, InputError, ParameterError
+from ..request import to_argv, to_line
 from .processes import Gone, Process
 from .showing import WITHIN, Pictures
 from .store import Row, Store, digest

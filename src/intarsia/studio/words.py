@@ -10,13 +10,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ..arguments import SAMPLES
-from ..cli.help import entries
+from ..cli.verbs import entries
 from ..disk import DEFAULT_PIXELS
-from ..errors import InputError, ParameterError, said
+from ..errors import SAMPLES, InputError, ParameterError, said
 from ..params import OVER
-from ..request import Request, fields_of_verb, parameters_of_verb
-from ..request.codecs import from_json, text_of, to_argv, to_line
+from ..request import Request, fields_of_verb, from_json, parameters_of_verb, text_of, to_argv, to_line
 from ..request.field import Field
 from ..request.python import to_python
 from .store import ID, Row, Store

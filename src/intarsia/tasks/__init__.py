@@ -13,17 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Pair
-from ..disk.depth import converted
+from ..canvas import Guide
 from ..disk.whole import PathLike
 from ..errors import InputError, MethodError, ParameterError, printable
 from ..exemplar import Exemplars
 from ..files import read_recipe
 from ..geometry import Wrap
-from ..guide import Guide
-from ..image import Plane, Transfer
+from ..image import Plane, Transfer, converted
 from ..lazy import lazy
-from ..request import Request
-from ..request.codecs import from_recipe
+from ..request import Request, from_recipe
 from ..run import Run, run_of
 from ..sourcemap import SourceMap
 from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_out, check_between, planned

@@ -21,11 +21,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import called, expect, whole_within
 from ..arrays import Floats, Int64
 from ..canvas import Canvas
 from ..corrections import advected, descent, stack
-from ..errors import InputError, IntarsiaError, ParameterError, said
+from ..errors import InputError, IntarsiaError, ParameterError, called, expect, said, whole_within
 from ..field import function_name
 from ..methods import check_start, recipe_settings
 from ..methods.parallel_controllable import ParallelControllable

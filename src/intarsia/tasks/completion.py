@@ -19,12 +19,11 @@ from numpy.typing import ArrayLike
 
 from ..analysis.features import features
 from ..analysis.rim import rim_of
-from ..arguments import MARGIN, chosen, expect, whole_within
 from ..arrays import Mask, marks
 from ..blend import Blend
 from ..canvas import Canvas
-from ..choosing.auto import AUTO_METHOD, Auto
-from ..errors import InputError, IntarsiaError, ParameterError
+from ..choosing.auto import Auto
+from ..errors import AUTO_METHOD, MARGIN, InputError, IntarsiaError, ParameterError, chosen, expect, whole_within
 from ..exemplar import Exemplar, Exemplars, NotFiniteError
 from ..geometry import Wrap
 from ..image import MAX_SIDE
@@ -33,7 +32,7 @@ from ..methods import METHODS, Method, check_abilities, make, method_class, trai
 from ..params import AUTO, parameters
 from ..run import Run, run_of
 from ..seams import seam_total
-from ..search.sizes import element_patch, supplied
+from ..search import element_patch, supplied
 from ..sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled

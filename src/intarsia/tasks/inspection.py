@@ -16,13 +16,12 @@ import numpy as np
 
 from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
-from ..arguments import OVERLAYS
 from ..arrays import Pair
 from ..blend import Blend
 from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
-from ..errors import MethodError, ParameterError, said
+from ..errors import OVERLAYS, MethodError, ParameterError, said
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Kind, Plane

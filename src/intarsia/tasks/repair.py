@@ -10,14 +10,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..analysis import valid_windows
-from ..arguments import MOST_PASSES, PASSES, expect, whole_within
 from ..canvas import Canvas
-from ..errors import InputError, ParameterError
+from ..errors import MOST_PASSES, PASSES, InputError, ParameterError, expect, whole_within
 from ..exemplar import Exemplar
 from ..lazy import lazy
 from ..methods import Method, check_start, keeps_lattice, traits
 from ..run import Run, run_of
-from ..search.sizes import default_patch
+from ..search import default_patch
 from ..synthesis import Synthesis
 
 if TYPE_CHECKING:

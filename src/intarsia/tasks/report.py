@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import expect
-from ..errors import InputError, legible
+from ..errors import InputError, expect, legible
 from ..files.png import encode_png
 from ..files.write import lettered
 from ..image import Plane

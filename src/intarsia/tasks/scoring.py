@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..arguments import chosen
 from ..arrays import Pair
-from ..errors import InputError, ParameterError, QualityError
+from ..errors import InputError, ParameterError, QualityError, chosen
 from ..exemplar import Exemplar
 from ..geometry import Wrap
 from ..image import Plane

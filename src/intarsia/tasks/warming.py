@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import expect
 from ..blend import Levelling
-from ..choosing.auto import AUTO_METHOD
+from ..errors import AUTO_METHOD, expect
 from ..exemplar import Exemplar
 from ..methods import METHODS, make, method_class
 from ..run import Run, run_of

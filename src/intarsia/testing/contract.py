@@ -15,11 +15,10 @@ from hypothesis.strategies import SearchStrategy
 
 from ..arrays import Mask, Pair
 from ..blend import Blend, Levelling
-from ..canvas import Canvas
+from ..canvas import Canvas, Guide
 from ..errors import CancelledError, ParameterError
 from ..exemplar import Exemplar, Exemplars
 from ..geometry import Box, Wrap
-from ..guide import Guide
 from ..image import Kind, Plane, Transfer
 from ..methods import Ability, Method, make
 from ..params import extent

@@ -11,8 +11,8 @@ import numpy as np
 from naive import all_distances, posed
 from numpy.typing import NDArray
 
-from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
+from intarsia.run import below, draw
 
 STAGE = 2003
 

@@ -16,7 +16,7 @@ from intarsia.canvas import Canvas
 from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, laid
-from intarsia.kernels.windows import Grown
+from intarsia.kernels.maps import Grown
 from intarsia.patches.growth import Growth
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.pyramid import Drawn, DrawnPyramid

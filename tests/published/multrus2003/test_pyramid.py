@@ -13,7 +13,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.errors import ParameterError
 from intarsia.exemplar import Exemplar
-from intarsia.kernels.windows import Grown
+from intarsia.kernels.maps import Grown
 from intarsia.published.multrus2003.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
 from intarsia.search import Prices, isometry_ids, posed_exemplars
 from intarsia.sourcemap import HOLE

@@ -13,9 +13,9 @@ import numpy as np
 from naive import Posed, posed
 from numpy.typing import NDArray
 
-from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.geometry import Wrap
+from intarsia.run import below, draw
 
 Pixel = tuple[int, int, int]  # variant, row, column of a posed exemplar
 Tap = tuple[int, int]

@@ -11,10 +11,10 @@ from published.pixels.naive_pixels import NaiveScan
 
 import intarsia as ia
 from intarsia.canvas import Canvas
-from intarsia.draws import below, draw
 from intarsia.exemplar import Exemplar
 from intarsia.published.pixels import raster_kernels
 from intarsia.published.pixels.raster_scan import Scan, tree_of
+from intarsia.run import below, draw
 from intarsia.sourcemap import HOLE, identity
 
 STAGE = ia.WeiLevoy.stage

@@ -8,8 +8,7 @@ from ...errors import ParameterError
 from ...params import written
 from ...request import Request
 from .. import Report, say, tell
-from ..help import HelpfulCommand
-from .grow import check_stdout
+from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
     from ...tasks.inspection import Findings

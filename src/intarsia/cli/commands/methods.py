@@ -9,7 +9,7 @@ import click
 from ...methods import METHODS, method_class
 from ...params import parameters
 from .. import say, say_json
-from ..help import entries
+from ..verbs import entries
 
 
 @click.command(name="methods")

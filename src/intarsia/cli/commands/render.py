@@ -6,12 +6,10 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ...arguments import MAX_PIXELS
-from ...errors import InputError, ParameterError
+from ...errors import MAX_PIXELS, InputError, ParameterError
 from ...request import Request
 from .. import CANCEL, Report
-from ..help import HelpfulCommand
-from .grow import check_stdout
+from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
     from ...exemplar import Exemplar

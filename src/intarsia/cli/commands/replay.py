@@ -10,16 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...errors import InputError, IntarsiaError, ParameterError
-from ...request import Request
-from ...request.pictures import asked_pictures, with_pictures
+from ...request import Request, asked_pictures, with_pictures
 from ...version import VERSION
 from .. import Report
-from ..help import HelpfulCommand
-from .grow import check_stdout
+from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
+    from ...canvas import Guide
     from ...exemplar import Exemplar
-    from ...guide import Guide
     from ...synthesis import Scene
 
 
@@ -39,7 +37,7 @@ def replay(request: Request, report: Report) -> None:
     """
     check_stdout(request, report)
     from ... import files
-    from ...request.codecs import from_recipe
+    from ...request import from_recipe
     from ..batch import Batch
 
     picture = request.picture or ""
@@ -189,7 +187,7 @@ class Neighbours:
 
     def alike(self, recipe: dict[str, Any], request: Request) -> tuple[str, ...]:
         """The first picture that is the exemplar of a recipe if it is read and used as that says; of some alone."""
-        from ...request.codecs import from_recipe
+        from ...request import from_recipe
         from ..exemplars import Shelf, sets_of
 
         report = Report(quiet=True)

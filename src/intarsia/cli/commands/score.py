@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...errors import InputError
 from ...request import Request
 from .. import CANCEL, Report, say
-from ..help import HelpfulCommand
+from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...exemplar import Exemplars

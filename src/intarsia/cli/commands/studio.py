@@ -9,7 +9,7 @@ import click
 
 from ...errors import ResourceError
 from .. import Interrupted, one_line, tell
-from ..help import FILE
+from ..verbs import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
 """What the server is made with: the module, and how it is installed."""

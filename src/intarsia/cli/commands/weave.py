@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...request import Request
 from .. import Report
-from ..help import HelpfulCommand
+from ..verbs import HelpfulCommand
 
 
 def weave(request: Request, report: Report) -> None:

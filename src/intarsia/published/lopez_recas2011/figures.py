@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ...analysis.correlation import autocorrelation
+from ...analysis.elements import autocorrelation
 from ...analysis.features import features
 from ...arrays import Array
 from ...exemplar import Exemplar

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...analysis import factor_for, reduced
-from ...analysis.correlation import autocorrelation
+from ...analysis.elements import autocorrelation
 from ...analysis.features import features
 from ...arrays import Floats, Int16, Int32, Int64
 from ...errors import MethodError

@@ -19,7 +19,6 @@ from ...analysis import valid_windows
 from ...analysis.features import features
 from ...arrays import Array, Int16, Int32, Laid, Mask, Pair
 from ...canvas import Canvas
-from ...draws import below, draw
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars
 from ...geometry import Box
@@ -28,7 +27,7 @@ from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
 from ...params import AUTO
 from ...patches import drafted
 from ...regular.mosaic import STRAIN, beside, returning
-from ...run import Run
+from ...run import Run, below, draw
 from ...sourcemap import SourceMap
 from . import sampling_kernels as kernels
 from .gap_filling import GapFilling

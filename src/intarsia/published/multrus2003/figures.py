@@ -15,8 +15,8 @@ from scipy.signal import fftconvolve
 
 from ...analysis.features import pose_array
 from ...arrays import Array
+from ...canvas import Guide
 from ...exemplar import Exemplar
-from ...guide import Guide
 from ...image import Kind, Plane
 from ...tasks.completion import Margins, extended
 from ..figures import Figure, Panel, Way, cropped, given, grown, plotted, row, shaded

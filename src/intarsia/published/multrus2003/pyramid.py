@@ -14,10 +14,10 @@ import numpy as np
 
 from ...analysis.features import Features
 from ...arrays import Array, Int16, Int64, Mask, Pair
-from ...draws import below, draw
 from ...errors import ParameterError
-from ...kernels.windows import Grown
+from ...kernels.maps import Grown
 from ...lazy import ndimage
+from ...run import below, draw
 from ...search import SHORT_LIST, Candidates, PosedExemplars, Prices, fourier_kernels, in_one_row
 from ...search.fourier_kernels import Listed
 from . import pyramid_kernels

@@ -15,17 +15,24 @@ import numpy as np
 from ...analysis.features import features
 from ...arrays import Array, Pair
 from ...canvas import Canvas
-from ...draws import below
 from ...exemplar import Exemplars
 from ...params import AUTO, extent
 from ...patches import Pick, Window
 from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ...patches.repetition import Repetition, Table
-from ...run import Run
-from ...search import Candidates, PosedExemplars, Search, fourier_kernels, nearest, resolved_isometries
+from ...run import Run, below
+from ...search import (
+    Candidates,
+    PosedExemplars,
+    Search,
+    check_patch,
+    default_patch,
+    fourier_kernels,
+    nearest,
+    resolved_isometries,
+)
 from ...search.fourier_kernels import FAR
-from ...search.guide import check_guide
-from ...search.sizes import check_patch, default_patch
+from ...search.guide import check_guide, guided_patch
 from ...sourcemap import SourceMap
 from .guided import GuidedByRoots
 from .patch_sampling import PatchSampling
@@ -43,7 +50,7 @@ def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> Pat
     """Decide patch and seam from the size of the texture's elements."""
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
-        whole = default_patch(exemplars, canvas.guide)
+        whole = default_patch(exemplars) if canvas.guide is None else guided_patch(exemplars, canvas.guide)
         if overlap is AUTO:  # where there is room for seams on both sides
             overlap = min(max(1, whole // 6), (whole - 1) // 2)
         patch = max(1, whole - 2 * max(extent(overlap)))

@@ -13,8 +13,7 @@ from ...arrays import Int16, Int64, Mask, Pair
 from ...errors import MethodError, ParameterError
 from ...exemplar import Exemplar, Exemplars
 from ...params import AUTO, extent, words
-from ...search import PosedExemplars
-from ...search.sizes import elements
+from ...search import PosedExemplars, elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 
 Reach = tuple[int, int, int, int]

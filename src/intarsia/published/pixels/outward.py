@@ -11,12 +11,11 @@ from ...analysis import moving_sums
 from ...analysis.features import features
 from ...arrays import Array, Pair
 from ...canvas import Canvas
-from ...draws import below, draw, draw_many
 from ...exemplar import Exemplars
-from ...kernels.windows import Grown
+from ...kernels.maps import Grown
 from ...params import extent
 from ...patches import GrowingMap
-from ...run import Run
+from ...run import Run, below, draw, draw_many
 from ...search import isometry_ids, posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from .efros_leung import EfrosLeung

@@ -9,7 +9,7 @@ import numpy as np
 from ...kernels.draws import below, draw
 from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR
-from ...kernels.windows import HOLE, canvas_place
+from ...kernels.maps import HOLE, canvas_place
 from .neighbourhood_kernels import (
     aim,
     find_nearest,

@@ -12,7 +12,6 @@ from ...analysis.features import features
 from ...arrays import Int16, Int64, Mask, Pair
 from ...blend import Blend
 from ...canvas import Canvas
-from ...draws import below, draw_many
 from ...errors import MethodError
 from ...exemplar import Exemplars
 from ...kernels import kd_tree
@@ -20,6 +19,7 @@ from ...kernels.kd_tree import LEAF, Tree
 from ...lazy import ndimage
 from ...params import words
 from ...patches import GrowingMap
+from ...run import below, draw_many
 from ...search import posed_exemplars
 from ...sourcemap import HOLE, SourceMap
 from . import raster_kernels

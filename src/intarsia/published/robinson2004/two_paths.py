@@ -14,11 +14,10 @@ from ...analysis import valid_windows
 from ...analysis.features import features
 from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
-from ...draws import below, draw
 from ...exemplar import Exemplars
 from ...params import AUTO, extent
-from ...run import Run
-from ...search.sizes import check_patch, default_patch
+from ...run import Run, below, draw
+from ...search import check_patch, default_patch
 from ...sourcemap import HOLE, SourceMap
 from .raster_quilting import RasterQuilting
 from .two_paths_kernels import norms, overlap_sums

@@ -7,7 +7,7 @@ from typing import Any
 
 from ...exemplar import Exemplar
 from ...image import Plane
-from ...search.sizes import elements
+from ...search import elements
 from ...tasks.drawings import segment_overlay
 from ..figures import Figure, Panel, Way, given, grown
 from .laying import published_segments

@@ -17,16 +17,14 @@ from ...analysis import factor_for, reduced, running_sums
 from ...analysis.features import contrast, features
 from ...arrays import Array, Int64, Mask, Pair
 from ...canvas import Canvas
-from ...draws import below, draw_many
 from ...exemplar import Exemplar, Exemplars
-from ...kernels.windows import Grown
+from ...kernels.maps import Grown
 from ...params import AUTO, extent
 from ...patches import Pick
 from ...patches.growth import Growth, PatchSettings, Repeats
-from ...run import Run
-from ...search import Candidates, PosedExemplars, Prices, fourier_kernels, nearest
+from ...run import Run, below, draw_many
+from ...search import Candidates, PosedExemplars, Prices, check_patch, fourier_kernels, nearest, supplied
 from ...search.fourier_kernels import FAR
-from ...search.sizes import check_patch, supplied
 from ...segments.feature_group import DISC, FINE, Group
 from ...segments.felzenszwalb import even_colours
 from ...segments.segments import Segments, candidates_at, fallback, of_group, scales, segments

@@ -12,11 +12,10 @@ import numpy as np
 
 from ... import files
 from ...arrays import UInt8
-from ...disk.depth import looked_at
 from ...errors import InputError
 from ...exemplar import Exemplar
 from ...files.png import encode_png
-from ...image import Kind, Plane, Transfer
+from ...image import Kind, Plane, Transfer, looked_at
 from ...sourcemap import SourceMap
 from .worker import Answer, Tell
 

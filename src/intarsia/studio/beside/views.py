@@ -18,8 +18,8 @@ from ...canvas import Canvas
 from ...choosing.facts import Facts
 from ...cli import Report
 from ...cli.exemplars import Shelf, cropped, sets_of
-from ...cli.help import read_argv
 from ...cli.outputs import usual_ending
+from ...cli.verbs import read_argv
 from ...errors import InputError
 from ...exemplar import Exemplar
 from ...geometry import Wrap

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import uniform_filter
 
-from ...cli.help import read_argv
+from ...cli.verbs import read_argv
 from ...corrections.parallel_controllable import coarse
 from ...errors import InputError, MethodError
 from ...exemplar import Exemplar
