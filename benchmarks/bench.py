@@ -429,10 +429,10 @@ def case_best_tile() -> list[Result]:
 
 def case_parallel() -> list[Result]:
     """From a ready analysis, rendering included; then the finest level of a map that is known down to it."""
-    from intarsia.canvas import Canvas
     from intarsia.corrections.descent import Corrections, Descent
     from intarsia.corrections.span import Span
     from intarsia.corrections.stack import Look, exemplar_stack
+    from intarsia.model.canvas import Canvas
 
     exemplar, method = ia.Exemplar.of(pixels()), ia.ParallelControllable()
     method = method.resolved((exemplar,), Canvas(1024, 1024))

@@ -36,7 +36,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.analysis.popout import rarity
-from intarsia.geometry import ISOMETRIES
+from intarsia.foundation.geometry import ISOMETRIES
 from intarsia.patches import growth, repetition
 
 SIDE, SEEDS, STEP, BAND, NEAR = 384, (1, 2, 3), 4, 24, 3

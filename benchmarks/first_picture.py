@@ -18,7 +18,7 @@ from typing import Any
 
 import intarsia as ia
 from bench import Result, child_cpu, pixels, table, unit_r
-from intarsia.errors import SAMPLES
+from intarsia.foundation import SAMPLES
 
 REPEATS = 3
 PYTHON = (sys.executable, "-m", "intarsia")
@@ -104,7 +104,7 @@ def child(name: str, cache: Path) -> dict[str, float]:
 
 def child_loading() -> dict[str, float]:
     """Grow a small texture twice with a full cache: what the first takes longer is loading, and more."""
-    from intarsia.run import Run
+    from intarsia.foundation.run import Run
 
     took = []
     for _ in range(2):

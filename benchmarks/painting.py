@@ -19,7 +19,7 @@ from scipy.ndimage import distance_transform_edt
 
 import intarsia as ia
 from intarsia import files
-from intarsia.geometry import ISOMETRIES
+from intarsia.foundation.geometry import ISOMETRIES
 
 SIDE, BAND = 384, 24
 

@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intarsia.analysis.features import features
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
 from intarsia.judging.parts import mean_step, sources_of
 from intarsia.judging.score import drawn, known_of
 from intarsia.judging.sources import ASKED, STEP, Level
 from intarsia.judging.windows import nearest
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import SourceMap
 from intarsia.seams import seam_total
-from intarsia.sourcemap import SourceMap
 
 RARE = 9, 10  # nine of ten windows are nearer to their like: farther is strange
 SIZES = 2  # of windows: the smallest

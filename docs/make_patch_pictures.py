@@ -7,7 +7,7 @@ from make_pictures import FOLDER, beside, grown, rgb, sample
 from PIL import Image
 
 import intarsia as ia
-from intarsia.run import Probe
+from intarsia.foundation.run import Probe
 
 
 def joins() -> np.ndarray:

@@ -18,8 +18,8 @@ import click
 from intarsia.choosing.rules import RULES
 from intarsia.cli import COMMANDS, cli
 from intarsia.cli.verbs import ParameterOption, parameters_of
+from intarsia.foundation.params import parameters
 from intarsia.methods import METHODS, method_class
-from intarsia.params import parameters
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from intarsia.analysis.features import Features, features
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, Wrap, spread
+from intarsia.foundation.geometry import ISOMETRIES, Wrap, spread
+from intarsia.foundation.run import below, draw
 from intarsia.kernels.cuts import PLAIN, min_cut, seam_costs
-from intarsia.run import below, draw
-from intarsia.sourcemap import HOLE, SourceMap
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 
 OLD, FREE, NEW = 0, 1, 2
 

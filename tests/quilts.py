@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.sourcemap import HOLE, SourceMap
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.testing import noise
 
 

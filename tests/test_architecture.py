@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +13,7 @@ from types import CodeType, FrameType
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from house import FILES, FLOOR, ROOT, files_in, is_package, links, own, room_of, told, tree
+from house import FILES, FLOOR, ROOT, files_in, is_package, links, name_of, own, room_of, told, tree
 from regular.test_wall import exemplar_of
 from test_docs import load
 
@@ -143,6 +144,29 @@ def test_with_image_quilting_it_goes_this_way(tmp_path: Path) -> None:
     assert not set(left_out) & set(made)
     rest = [step for step in usual if step not in left_out]
     assert [step for step in made if step in rest] == rest
+
+
+MOST_MODULES, MOST_ENTERED, MOST_ROOMS = 60, 60, 16
+"""What one picture by image quilting may import, and the files and rooms that it may enter: a house that one can hold."""
+
+
+def test_a_picture_meets_a_small_part_of_the_house(tmp_path: Path) -> None:
+    ia.write(tmp_path / "brick.png", np.asarray(ia.read("sample:stones").base.pixels)[:160, :160])
+    steps = grown(tmp_path, "--method", "image-quilting")
+    entered = {place for place, name in steps if name != "<module>"} | {"__main__.py"}  # which `called` does without
+    assert len(entered) <= MOST_ENTERED
+    assert len({room_of(name_of(ROOT / place)) for place in entered}) <= MOST_ROOMS
+    script = """
+import sys
+from intarsia.__main__ import main
+try:
+    main()
+finally:
+    print(sum(name.partition(".")[0] == "intarsia" for name in sys.modules), file=sys.stderr)
+"""
+    words = ["grow", tmp_path / "brick.png", "-m", "image-quilting", "-o", tmp_path / "alone.png", "--quiet"]
+    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True, check=True)
+    assert int(done.stderr.split()[-1]) <= MOST_MODULES
 
 
 def test_bricks_go_this_way(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ import pytest
 from PIL import Image
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.params import parameters
+from intarsia.foundation.params import parameters
+from intarsia.model.exemplar import Exemplar
 from intarsia.tasks.completion import grown_hole
 from intarsia.testing.cases import texture
 
@@ -448,7 +448,7 @@ def test_a_flow_that_fails_is_named_in_one_line(error: Exception) -> None:
 
 
 def test_what_is_said_of_something_is_one_short_line() -> None:
-    from intarsia.errors import said
+    from intarsia.foundation import said
 
     class Broken:
         def __str__(self) -> str:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from intarsia.errors import ParameterError
-from intarsia.run import MASK, below, check_seed, draw, draw_many
+from intarsia.foundation import ParameterError
+from intarsia.foundation.run import MASK, below, check_seed, draw, draw_many
 
 WORD = st.integers(-(2**63), 2**63 - 1)
 

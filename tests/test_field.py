@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.field import Field
+from intarsia.foundation.field import Field
+from intarsia.foundation.params import AUTO, check, check_sizes, param, parameters, parse
 from intarsia.methods import recipe_settings
-from intarsia.params import AUTO, check, check_sizes, param, parameters, parse
 
 
 @dataclass(frozen=True)

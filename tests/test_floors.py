@@ -36,7 +36,7 @@ PUBLIC = {
 
 HOMES = {
     "OpenImageIO": {"files"},
-    "PIL": {"files", "image"},
+    "PIL": {"files", "model"},
     "click": {"cli", "studio"},
     "rich": {"cli"},
     "starlette": {"studio"},
@@ -52,7 +52,10 @@ HOMES = {
 """The only packages that may import a library. numba is for kernels alone."""
 
 TYPES = {"Array", "Mask", "UInt8", "Int16", "Int32", "Int64", "Float32", "Floats", "Pair"}
-"""All that kernels may have of `arrays`: names of types, which nothing calls."""
+"""All that kernels may have of `foundation.arrays`: names of types, which nothing calls."""
+
+SHARED = {"foundation.geometry", "foundation.arrays"}
+"""What kernels may import that are no kernels."""
 
 HIDING = {"kernels/compiling.py": {"pickle"}}
 """What compiled kernels are kept as; opened after its place, its length and its digest are found right."""
@@ -128,8 +131,8 @@ def test_kernels_of_a_room_use_its_own_and_the_shared_ones_alone(path: Path) -> 
     """What else they call would not be in the digest that compiled kernels are kept by."""
     for other in own(path):
         mine = is_kernel(FILES[other]) and room_of(name_of(path)) in (LEAF, room_of(other))  # the leaf stands on all
-        assert mine or room_of(other) in ("kernels", "geometry", "arrays"), f"{named(path)} imports {other}"
-    assert {p[2] for p in imports(path) if p[:2] == ("intarsia", "arrays")} <= TYPES
+        assert mine or room_of(other) == "kernels" or other in SHARED, f"{named(path)} imports {other}"
+    assert {p[3] for p in imports(path) if p[:3] == ("intarsia", "foundation", "arrays")} <= TYPES
     known = {"__future__", "collections", "intarsia", "math", "numba", "numpy", "typing"}
     assert {p[0] for p in imports(path)} <= known
 
@@ -170,10 +173,8 @@ def test_methods_do_not_import_one_another(path: Path) -> None:
     assert not {o for o in own(path) & others if room_of(name_of(path)) != LEAF or room_of(o) == LEAF}
 
 
-LIGHT = {
-    "blend", "canvas", "errors", "exemplar", "field", "geometry", "methods", "params", "run", "sourcemap"
-}  # fmt: skip
-"""What parameters are made of; exemplar, canvas, run and map for their types alone."""
+LIGHT = {"foundation", "methods", "model"}
+"""What parameters are made of; the model for its types alone."""
 
 
 def is_light(module: str) -> bool:

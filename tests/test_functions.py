@@ -15,10 +15,10 @@ import pytest
 from giant.giants import files_below, needs
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.field import Field
-from intarsia.geometry import Box
+from intarsia.foundation.field import Field
+from intarsia.foundation.geometry import Box
 from intarsia.methods import recipe_settings
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing.cases import texture
 
 GRID = 16  # px: whoever tries functions at every 16th px only takes these two for the same

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from naive import lay_down, shown_pixel
 
 from intarsia.analysis.features import pose_array
-from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, apart, spread
+from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, apart, spread
 from intarsia.search import isometry_ids
 
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, Method
+from intarsia.model.exemplar import Exemplar
 from intarsia.regular.rectify import rectified_for
 from intarsia.testing import MethodContract, as_depth, texture
 from intarsia.testing.cases import Case

@@ -103,9 +103,9 @@ def test_texts_of_headers_are_told_legibly(tmp_path: Path) -> None:
 
 
 def test_every_error_of_the_library_is_legible() -> None:
-    from intarsia import errors
+    from intarsia import foundation
 
-    for kind in [errors.IntarsiaError, *errors.IntarsiaError.__subclasses__()]:
+    for kind in [foundation.IntarsiaError, *foundation.IntarsiaError.__subclasses__()]:
         assert legible(str(kind(f"{HARM} is wrong")))
         assert str(kind("木目 naïve é 😀 e\u0301")) == "木目 naïve é 😀 e\u0301"
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.image import Kind
-from intarsia.sourcemap import HOLE
+from intarsia.model import Kind
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE
 from intarsia.testing import noise
 
 OPTIONS = {

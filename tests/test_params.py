@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from intarsia.errors import ParameterError
-from intarsia.params import AUTO, Parameter, check, extent, param, parameters, parse
+from intarsia.foundation import ParameterError
+from intarsia.foundation.params import AUTO, Parameter, check, extent, param, parameters, parse
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,9 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia import params
-from intarsia.errors import IntarsiaError
-from intarsia.image import Plane
+from intarsia.foundation import IntarsiaError, params
 from intarsia.methods import METHODS, Ability, make, method_class, recipe_settings
+from intarsia.model import Plane
 
 A = Ability
 
@@ -85,7 +84,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
     code = """
 import sys, intarsia
 intarsia.Box, intarsia.Run, intarsia.IntarsiaError, intarsia.Wrap
-from intarsia import params
+from intarsia.foundation import params
 from intarsia.methods import METHODS, make, method_class
 for slug in METHODS:
     params.parameters(method_class(slug)); make(slug, {})
@@ -166,9 +165,10 @@ def test_patch_methods_tell_pitch_and_footprint() -> None:
 
 def test_errors_are_one_tree_with_fixed_exit_codes() -> None:
     """One hierarchy, drawn at the top of its file; codes are those of the command line."""
-    from intarsia import errors
+    from intarsia import foundation
 
-    tree = {c.__name__: c.exit_code for c in vars(errors).values() if inspect.isclass(c) and issubclass(c, Exception)}
+    classes = filter(inspect.isclass, vars(foundation).values())
+    tree = {c.__name__: c.exit_code for c in classes if issubclass(c, Exception)}
     assert tree == {
         "IntarsiaError": 1,
         "ParameterError": 2,
@@ -180,8 +180,8 @@ def test_errors_are_one_tree_with_fixed_exit_codes() -> None:
         "CancelledError": 130,
     }
     for name in tree:
-        assert issubclass(getattr(errors, name), IntarsiaError)
-        assert name in (errors.__doc__ or "")
+        assert issubclass(getattr(foundation, name), IntarsiaError)
+        assert name in (foundation.__doc__ or "")
 
 
 def test_an_unknown_method_or_parameter_is_refused() -> None:

@@ -21,10 +21,10 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
 from intarsia.files import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import lattices_of, vectors_of
+from intarsia.model.exemplar import Exemplar
 from intarsia.search import elements
 from intarsia.testing import noise
 from unweighed import beside

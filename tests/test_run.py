@@ -8,7 +8,7 @@ import time
 import pytest
 
 import intarsia as ia
-from intarsia.run import cores
+from intarsia.foundation.run import cores
 from intarsia.testing import texture
 
 

@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import intarsia as ia
-from intarsia.blend import Blend, Mixing
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box, Wrap
-from intarsia.sourcemap import HOLE, Source, SourceMap, identity
+from intarsia.foundation.blend import Blend, Mixing
+from intarsia.foundation.geometry import Box, Wrap
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, Source, SourceMap, identity
 from intarsia.testing import noise, texture
 
 SOURCES = (Source("a", 9, 11, "0" * 64), Source("b", 5, 30, "1" * 64))

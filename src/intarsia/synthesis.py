@@ -14,19 +14,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Array, Pair
-from .blend import Blend, Finish
-from .canvas import Canvas, Guide
-from .errors import AUTO_METHOD, InputError, MethodError, ParameterError, chosen, expect, size_of
-from .exemplar import Exemplar
-from .geometry import Box, Wrap, laid, shared
-from .image import Plane
-from .lazy import lazy
+from .foundation import AUTO_METHOD, InputError, MethodError, ParameterError, chosen, expect, lazy, size_of
+from .foundation.arrays import Array, Pair
+from .foundation.blend import Blend, Finish
+from .foundation.geometry import Box, Wrap, laid, shared
+from .foundation.run import Run, check_seed, run_of
 from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
+from .model import Plane
+from .model.canvas import Canvas, Guide
+from .model.exemplar import Exemplar
+from .model.sourcemap import HOLE, SourceMap
 from .rendering.render import check_blend, render
-from .run import Run, check_seed, run_of
 from .seams import energy
-from .sourcemap import HOLE, SourceMap
 from .version import VERSION
 
 if TYPE_CHECKING:

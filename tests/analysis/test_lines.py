@@ -9,8 +9,8 @@ import pytest
 import intarsia as ia
 from intarsia.analysis.features import course_lines, features, variance_of
 from intarsia.analysis.oriented import HALF, Lines, from_middle
-from intarsia.exemplar import Exemplar
 from intarsia.kernels.paths import surest_line
+from intarsia.model.exemplar import Exemplar
 
 BEDS = (20, 52, 75, 117, 140)
 

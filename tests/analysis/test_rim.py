@@ -13,7 +13,7 @@ from scipy.ndimage import binary_dilation
 import intarsia as ia
 from intarsia.analysis import features, rim
 from intarsia.cli import cli
-from intarsia.run import draw
+from intarsia.foundation.run import draw
 from intarsia.tasks.completion import grown_hole
 
 Mask = NDArray[np.bool_]

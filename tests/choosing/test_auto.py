@@ -22,14 +22,14 @@ from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli import cli
-from intarsia.exemplar import Exemplar
 from intarsia.files import sample
 from intarsia.judging.score import score_map
 from intarsia.lattice.lattice import vectors_of
 from intarsia.lattice.verdict import Lattice
 from intarsia.methods import METHODS, method_class
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.request import Request, parameter_words, settings_of
-from intarsia.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
 
 CANVAS = ia.Canvas(200, 200)
@@ -601,7 +601,7 @@ def test_the_page_lists_every_rule() -> None:
 
 
 def test_options_give_the_same_method() -> None:
-    from intarsia.params import parameters, parse
+    from intarsia.foundation.params import parameters, parse
 
     for slug in METHODS:
         cls = method_class(slug)

@@ -40,7 +40,7 @@ from files import corpus_maps
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import COMMANDS, cli
-from intarsia.errors import InputError
+from intarsia.foundation import InputError
 from intarsia.testing import texture
 
 EVERYTHING = os.environ.get("INTARSIA_HYPOTHESIS") == "thorough"

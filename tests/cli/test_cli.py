@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import COMMANDS, cli
-from intarsia.errors import SAMPLES
-from intarsia.image import Transfer
+from intarsia.foundation import SAMPLES
 from intarsia.methods import METHODS
+from intarsia.model import Transfer
 
 
 def run(*args: object, code: int = 0, data: bytes | None = None) -> Result:

@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 import intarsia as ia
-from intarsia import errors, files
+from intarsia import files, foundation
 from intarsia.cli import Interrupted, cli
-from intarsia.image import Transfer
+from intarsia.model import Transfer
 
 
 def run(*args: object, data: bytes | None = None) -> Result:
@@ -262,7 +262,7 @@ def test_nothing_of_a_set_is_left_when_one_file_fails(corpus: Path, monkeypatch:
     def failing(*args: Any, **more: Any) -> None:
         calls.append(args)
         if len(calls) == 2:
-            raise errors.ResourceError("there is no room for out_ao.png; free some space.")
+            raise foundation.ResourceError("there is no room for out_ao.png; free some space.")
         kept(*args, **more)
 
     monkeypatch.setattr("intarsia.cli.batch.write", failing)
@@ -306,9 +306,9 @@ def _raises(error: BaseException) -> Callable[..., Any]:
         (PermissionError(13, "Permission denied", "out.png"), 1, "intarsia: out.png: permission denied;"),
         (KeyboardInterrupt(), 130, "intarsia: stopped;"),
         (Interrupted(), 130, "intarsia: stopped;"),
-        (errors.CancelledError("cancelled; nothing was written."), 130, "intarsia: cancelled;"),
-        (errors.QualityError("too bad"), 4, "intarsia: too bad"),
-        (errors.MissingExtraError("zarr is missing"), 5, "intarsia: zarr is missing"),
+        (foundation.CancelledError("cancelled; nothing was written."), 130, "intarsia: cancelled;"),
+        (foundation.QualityError("too bad"), 4, "intarsia: too bad"),
+        (foundation.MissingExtraError("zarr is missing"), 5, "intarsia: zarr is missing"),
         (BrokenPipeError(), 1, ""),
     ],
 )

@@ -10,8 +10,8 @@ from click.testing import CliRunner
 
 from intarsia.cli import COMMANDS, cli
 from intarsia.cli.verbs import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
+from intarsia.foundation.params import parameters
 from intarsia.methods import METHODS, method_class
-from intarsia.params import parameters
 from intarsia.request import FIELDS
 from intarsia.request.field import HEADINGS
 

@@ -17,7 +17,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.errors import InputError, ParameterError
+from intarsia.foundation import InputError, ParameterError
 from intarsia.testing import texture
 
 ALBEDOS = ("brick_albedo.png", "slate_col.png")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from intarsia.errors import ResourceError
+from intarsia.foundation import ResourceError
 
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="address spaces and /proc as of Linux")
 

@@ -11,7 +11,7 @@ from typing import Any
 from corrections.naive_correction import NaiveLevel
 
 from intarsia.corrections.advected import AROUND, SQUARE, STAGE
-from intarsia.run import below, draw
+from intarsia.foundation.run import below, draw
 
 Pixel = tuple[int, int]
 Map = dict[Pixel, Pixel]

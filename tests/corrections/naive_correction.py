@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from intarsia.run import draw
+from intarsia.foundation.run import draw
 
 Pixel = tuple[int, int]
 Matrix = tuple[int, int, int, int]  # J in 1 / 4096: y from y, y from x, x from y, x from x

@@ -7,9 +7,9 @@ import pytest
 
 import intarsia as ia
 from intarsia.corrections.parallel_controllable import coarse
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box
-from intarsia.run import Run
+from intarsia.foundation.geometry import Box
+from intarsia.foundation.run import Run
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing import texture
 
 EXEMPLAR = Exemplar.of(texture(40, 44, 3))

@@ -13,7 +13,6 @@ from scipy.ndimage import distance_transform_edt
 from search.test_guide import agreement, disc, got, labels, painted, regions
 
 import intarsia as ia
-from intarsia.canvas import Canvas, Guide
 from intarsia.corrections import guide as wanted
 from intarsia.corrections.appearance import bordered, stack_of, without_gaps
 from intarsia.corrections.descent import Corrections, Descent
@@ -21,8 +20,9 @@ from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.parallel_controllable import STAGE, decided
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import Look, exemplar_stack
-from intarsia.exemplar import Exemplar
-from intarsia.image import Plane
+from intarsia.model import Plane
+from intarsia.model.canvas import Canvas, Guide
+from intarsia.model.exemplar import Exemplar
 from intarsia.search.guide import codes_of
 from intarsia.testing.cases import noise, same_map, texture
 

@@ -19,9 +19,9 @@ from intarsia import files
 from intarsia.cli import cli
 from intarsia.corrections.correction_kernels import Axis
 from intarsia.corrections.descent import spread_over
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box
-from intarsia.run import Run
+from intarsia.foundation.geometry import Box
+from intarsia.foundation.run import Run
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing.cases import texture
 
 ONE = Run(threads=1)

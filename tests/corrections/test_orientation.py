@@ -14,11 +14,11 @@ import intarsia as ia
 from intarsia.corrections.correction_kernels import remainders
 from intarsia.corrections.descent import Corrections
 from intarsia.corrections.span import SINES, Orientation
-from intarsia.exemplar import Exemplar
-from intarsia.field import Field
-from intarsia.geometry import Box
-from intarsia.image import Kind, Plane
-from intarsia.run import Run
+from intarsia.foundation.field import Field
+from intarsia.foundation.geometry import Box
+from intarsia.foundation.run import Run
+from intarsia.model import Kind, Plane
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing.cases import texture
 
 

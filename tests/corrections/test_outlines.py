@@ -10,8 +10,8 @@ import pytest
 
 from intarsia.analysis.features import features
 from intarsia.corrections.appearance import FAR, Outlines, edges, outline_distances
-from intarsia.exemplar import Exemplar
-from intarsia.field import Field
+from intarsia.foundation.field import Field
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing.cases import texture
 
 

@@ -24,8 +24,8 @@ from PIL import Image
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.errors import InputError, ParameterError, ResourceError
-from intarsia.sourcemap import Source, SourceMap
+from intarsia.foundation import InputError, ParameterError, ResourceError
+from intarsia.model.sourcemap import Source, SourceMap
 
 
 def run(*args: object) -> Result:

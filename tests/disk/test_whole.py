@@ -16,8 +16,8 @@ from corpus import pillow
 
 import intarsia as ia
 from intarsia.cli import cli
-from intarsia.errors import InputError, ParameterError
 from intarsia.files import formats, read_plane, write
+from intarsia.foundation import InputError, ParameterError
 from intarsia.testing import texture
 
 PICTURE = texture(20, 24, 3, 1)

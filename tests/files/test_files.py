@@ -17,7 +17,6 @@ import pytest
 from corpus import picture, pillow, tiff
 from PIL import Image, ImageCms
 
-from intarsia.errors import InputError, ParameterError, ResourceError
 from intarsia.files import (
     check_depth,
     check_writable,
@@ -36,7 +35,8 @@ from intarsia.files import (
 )
 from intarsia.files.formats import FORMATS, Format
 from intarsia.files.write import convert
-from intarsia.image import Kind, Plane, Transfer
+from intarsia.foundation import InputError, ParameterError, ResourceError
+from intarsia.model import Kind, Plane, Transfer
 
 RECIPE = json.dumps({"seed": 7, "method": "image-quilting", "note": 'ä \U0001f9f6 \\ "x"'})
 LOSSY = ("jpeg", "hdr")

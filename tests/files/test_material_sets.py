@@ -16,8 +16,8 @@ import intarsia as ia
 from intarsia import Kind, Plane, files
 from intarsia.analysis.features import features
 from intarsia.cli import cli
-from intarsia.errors import InputError, ParameterError
-from intarsia.geometry import ISOMETRIES
+from intarsia.foundation import InputError, ParameterError
+from intarsia.foundation.geometry import ISOMETRIES
 
 
 def run(line: str, code: int = 0) -> Result:

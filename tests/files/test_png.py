@@ -12,7 +12,7 @@ from corpus import chunk
 from pictures import CHANNELS, flat_png, png_of, samples_of
 
 from intarsia import files
-from intarsia.errors import InputError
+from intarsia.foundation import InputError
 
 KINDS = [
     *((0, depth) for depth in (1, 2, 4, 8, 16)), *((3, depth) for depth in (1, 4, 8)),

@@ -15,9 +15,9 @@ from paint_setts import DEEP, SIDE
 from PIL import Image
 
 from intarsia import read
-from intarsia.errors import MATERIALS, PAINTED, InputError
 from intarsia.files import FOLDER, group, read_plane, sample
-from intarsia.image import Kind
+from intarsia.foundation import MATERIALS, PAINTED, InputError
+from intarsia.model import Kind
 from intarsia.rendering.mixing import off_unit
 
 SUMS = {

@@ -15,7 +15,7 @@ from pathlib import Path
 from giant.giants import files_below, small
 
 import intarsia as ia
-from intarsia.run import below, draw
+from intarsia.foundation.run import below, draw
 
 SIZE, FORMATS = (150, 170), ("zarr", "tiff", "tiles")
 

@@ -14,9 +14,9 @@ import pytest
 from giant.giants import needs
 
 import intarsia as ia
-from intarsia.errors import IntarsiaError, ParameterError
 from intarsia.files import read_plane, read_recipe, recipe_path
-from intarsia.geometry import Box
+from intarsia.foundation import IntarsiaError, ParameterError
+from intarsia.foundation.geometry import Box
 from intarsia.giant import exports, zarrays
 from intarsia.giant.picture import Cell, Store
 from intarsia.giant.stream import STORES, stream

@@ -16,10 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import intarsia as ia
-from intarsia.errors import InputError, ParameterError, ResourceError
 from intarsia.files import read_plane, read_recipe
 from intarsia.files.png import decode_png, encode_png
-from intarsia.geometry import Box
+from intarsia.foundation import InputError, ParameterError, ResourceError
+from intarsia.foundation.geometry import Box
 from intarsia.giant import exports, picture, zarrays
 from intarsia.giant.picture import Grid
 from intarsia.testing import as_depth, texture

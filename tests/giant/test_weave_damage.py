@@ -12,7 +12,7 @@ import pytest
 from giant.giants import SMALL, files_below, needs
 
 import intarsia as ia
-from intarsia.errors import InputError, IntarsiaError, ParameterError
+from intarsia.foundation import InputError, IntarsiaError, ParameterError
 from intarsia.giant import exports, zarrays
 from intarsia.giant.picture import Results
 from intarsia.giant.stream import STORES, stream

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from long import but_some
 
 import intarsia as ia
-from intarsia.errors import InputError, MissingExtraError, ParameterError, ResourceError
+from intarsia.foundation import InputError, MissingExtraError, ParameterError, ResourceError
 from intarsia.giant import zarrays
 from intarsia.giant.picture import Grid
 from intarsia.giant.stream import Cluster, Processes, Threads, executor_of

@@ -77,7 +77,7 @@ def _described(corpus: object, name: str, channels: int = 3) -> bytes:
     from corpus import picture
 
     from intarsia.files import encode
-    from intarsia.image import Plane
+    from intarsia.model import Plane
 
     pixels = picture(9, 8, channels if name != "hdr" else 3)
     return encode(Plane(pixels / np.float32(255) if name in ("exr", "hdr") else pixels), name, '{"seed": 1}')
@@ -129,7 +129,7 @@ def worker(name: str, count: int, seed: int, keep: Path) -> None:
     """Try the mutants of one format; print a line of JSON at the end, and whenever one fails."""
     import intarsia as ia
     from intarsia import files
-    from intarsia.errors import InputError, ResourceError
+    from intarsia.foundation import InputError, ResourceError
 
     voice = os.dup(1)
     spoken = tempfile.TemporaryFile()  # noqa: SIM115

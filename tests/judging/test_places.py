@@ -7,9 +7,9 @@ import pytest
 from judging.naive_windows import blobs
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
 from intarsia.judging.score import Judged, joins_at, judge, too_often, usage_of
+from intarsia.model.exemplar import Exemplar
 
 STONES = (blobs(128, 128, 1) // 4).astype(np.uint8)
 SIZE = STONES.shape[:2]

@@ -18,8 +18,8 @@ from intarsia.cli import cli
 from intarsia.judging.parts import PARTS, TEXTURE
 from intarsia.judging.score import Score, Worth
 from intarsia.judging.sources import Reference
+from intarsia.model.sourcemap import HOLE
 from intarsia.seams import energy
-from intarsia.sourcemap import HOLE
 from intarsia.tasks.scoring import outcome_of
 from unweighed import beside, meeting, of_picture
 

@@ -11,12 +11,12 @@ from PIL import Image
 from torture import LATTICES, TORTURE, byte
 
 from intarsia.analysis.features import features
-from intarsia.errors import ParameterError
-from intarsia.exemplar import Exemplar
+from intarsia.foundation import ParameterError
 from intarsia.lattice.candidates import candidates, canonical, correlation_map, pictures, waves_of
 from intarsia.lattice.lattice import find_lattice
 from intarsia.lattice.scoring_kernels import lattice_mean
 from intarsia.lattice.verdict import Lattice, RowPitch, _ends, one_vector
+from intarsia.model.exemplar import Exemplar
 
 WITHOUT = ["dots_random", "noise_white", "noise_pink", "noise_band", "jpeg_blocky", "grapes", "marbling", "fur"]
 WITHOUT += ["discs_sparse", "cracks", "wires", "red_cluster", "two_level", "labels", "ramp_16bit", "one_pixel"]

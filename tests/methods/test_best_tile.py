@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from regular.naive_tiles import naive_shown
 
 import intarsia as ia
-from intarsia.canvas import Canvas
+from intarsia.model.canvas import Canvas
 from intarsia.regular.tiling import STRAIN, TileLayout, Tiling, periods_along, read_offsets
 from intarsia.testing import texture
 from intarsia.testing.cases import noise

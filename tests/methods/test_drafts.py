@@ -9,7 +9,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.methods import make
-from intarsia.sourcemap import SourceMap
+from intarsia.model.sourcemap import SourceMap
 
 CASES = [
     ("near-regular", "brick", {}, "none"), ("near-regular", "brick", {}, "both"), ("near-regular", "tiles", {}, "both"),

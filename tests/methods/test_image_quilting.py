@@ -19,16 +19,16 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.canvas import Canvas
 from intarsia.cli import cli
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap, spread
+from intarsia.foundation.geometry import Wrap, spread
+from intarsia.foundation.params import extent
 from intarsia.methods import make
-from intarsia.params import extent
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import SourceMap, identity
 from intarsia.patches import waves
 from intarsia.seams import seam_total
 from intarsia.search import WindowGrid
-from intarsia.sourcemap import SourceMap, identity
 from intarsia.testing import noise, texture
 
 # ---- the algorithm, against a slow twin ---------------------------------------------------------------------------

@@ -9,7 +9,6 @@ import pytest
 from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 
 import intarsia as ia
-from intarsia.canvas import Canvas, Guide
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
 from intarsia.corrections.descent import DRAWN, Corrections, Descent
@@ -25,11 +24,12 @@ from intarsia.corrections.stack import (
     px_apart,
     similar_places,
 )
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box, Wrap
-from intarsia.image import Kind, Plane
-from intarsia.params import parameters, parse
-from intarsia.run import Run
+from intarsia.foundation.geometry import Box, Wrap
+from intarsia.foundation.params import parameters, parse
+from intarsia.foundation.run import Run
+from intarsia.model import Kind, Plane
+from intarsia.model.canvas import Canvas, Guide
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing.cases import noise, texture
 
 ONE = Run(threads=1)

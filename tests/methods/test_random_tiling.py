@@ -7,8 +7,8 @@ import pytest
 from naive import unbroken
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import spread
+from intarsia.foundation.geometry import spread
+from intarsia.model.exemplar import Exemplar
 from intarsia.testing import texture
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
-from intarsia.sourcemap import HOLE, identity
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.testing import texture
 
 

@@ -10,11 +10,11 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.canvas import Canvas
 from intarsia.cli import cli
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
+from intarsia.foundation.run import draw
+from intarsia.model.canvas import Canvas
 from intarsia.patches import Continuation, depth_of
-from intarsia.run import draw
 from intarsia.tasks.completion import Margins, extension, scene_to_heal
 from intarsia.testing.cases import noise
 

@@ -10,14 +10,14 @@ import pytest
 from search.test_guide import BOTH, Scene, agreement, disc, got, labels, painted, regions
 
 import intarsia as ia
-from intarsia.canvas import Canvas, Guide
-from intarsia.exemplar import Exemplar
-from intarsia.image import Plane
 from intarsia.methods import engine_of
+from intarsia.model import Plane
+from intarsia.model.canvas import Canvas, Guide
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.patches.growth import Growth, PatchSettings, Repeats
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of
-from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.completion import with_hole
 from intarsia.testing.cases import texture
 

@@ -10,16 +10,16 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import spread
+from intarsia.foundation.geometry import spread
 from intarsia.methods import engine_of
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking
 from intarsia.patches.repetition_kernels import axis_distance
 from intarsia.search import WindowGrid, posed_exemplars
 from intarsia.search.fourier import PatchSearch
-from intarsia.sourcemap import SourceMap
 from intarsia.testing import texture
 
 

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia.cli import cli
+from intarsia.foundation.params import parameters, parse
 from intarsia.methods import PRESETS, method_class, preset
-from intarsia.params import parameters, parse
 from intarsia.testing import texture
 
 

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from torture import TORTURE
 
 from intarsia.analysis.features import features
-from intarsia.canvas import Canvas
-from intarsia.errors import MethodError, ParameterError
-from intarsia.exemplar import Exemplar
+from intarsia.foundation import MethodError, ParameterError
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
 from intarsia.regular.tiling import Tile, TileLayout, best_tile
 
 

@@ -11,12 +11,12 @@ import pytest
 from regular.test_wall import CASES
 
 import intarsia as ia
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box
+from intarsia.foundation.geometry import Box
+from intarsia.foundation.run import Run
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
 from intarsia.regular import near_regular
 from intarsia.regular.wall import Lately, Wall
-from intarsia.run import Run
 
 PLACES = [(0, 0), (0, 64), (64, 64), (-64, 64), (0, 0), (2**40, -(2**40)), (64, 0), (2**40, 64 - 2**40)]
 

@@ -11,10 +11,10 @@ import torture
 from long import but_some
 
 import intarsia as ia
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Box
+from intarsia.foundation.geometry import Box
 from intarsia.lattice.candidates import UNIT
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
 from intarsia.regular.grid import BlockGrid
 from intarsia.regular.mosaic import Mosaic
 from intarsia.testing.cases import noise

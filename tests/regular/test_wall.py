@@ -13,9 +13,9 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
 from intarsia.kernels import paths
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
 from intarsia.regular import wall_kernels
 from intarsia.regular.brickwork import bricks_of, brickwork_of
 from intarsia.regular.wall import Wall, courses_of

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES
-from intarsia.image import Plane
+from intarsia.foundation.geometry import ISOMETRIES
+from intarsia.model import Plane
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import SourceMap
 from intarsia.rendering.finish import potential
-from intarsia.sourcemap import SourceMap
 
 
 def weight_of(plane: Plane, code: Any) -> int:

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from intarsia.blend import Mixing
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES
-from intarsia.image import Kind, Plane
+from intarsia.foundation.blend import Mixing
+from intarsia.foundation.geometry import ISOMETRIES
+from intarsia.model import Kind, Plane
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering import from_linear, to_linear
-from intarsia.sourcemap import HOLE, SourceMap
 
 Vote = tuple[int, int, int, int, int]  # exemplar, pose, row, column, weight
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from rendering.naive_votes import clearance, decode, encode
 
-from intarsia.blend import Mixing
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES
-from intarsia.image import Kind
+from intarsia.foundation.blend import Mixing
+from intarsia.foundation.geometry import ISOMETRIES
+from intarsia.model import Kind
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering import from_linear, to_linear
-from intarsia.sourcemap import HOLE, SourceMap
 
 Frame = tuple[tuple[float, float], tuple[float, float]]
 Place = tuple[float, float]

@@ -16,14 +16,14 @@ from rendering.test_render import cut_map, laid, noise_map, pixels_of
 from rendering.test_votes import scene
 
 import intarsia as ia
-from intarsia.blend import Blend, Levelling
 from intarsia.cli import cli
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, Box, Wrap
-from intarsia.image import Kind, Plane
+from intarsia.foundation.blend import Blend, Levelling
+from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
+from intarsia.foundation.run import Run
+from intarsia.model import Kind, Plane
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering.render import render
-from intarsia.run import Run
-from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing.cases import texture
 
 ONE = Run(1)

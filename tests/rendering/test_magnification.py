@@ -17,15 +17,15 @@ from rendering.naive_votes import clearance
 
 import intarsia as ia
 from intarsia import files
-from intarsia.blend import Blend
 from intarsia.cli import cli
-from intarsia.exemplar import REDUCED, Exemplar
-from intarsia.image import Kind, Plane
+from intarsia.foundation.blend import Blend
+from intarsia.model import Kind, Plane
+from intarsia.model.exemplar import REDUCED, Exemplar
+from intarsia.model.sourcemap import SourceMap
 from intarsia.rendering import from_linear, to_linear
 from intarsia.rendering.magnification import magnified, reduced
 from intarsia.rendering.mixing import averaged
 from intarsia.rendering.render import render
-from intarsia.sourcemap import SourceMap
 from intarsia.testing import as_depth, texture
 
 

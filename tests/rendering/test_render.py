@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from intarsia.blend import Blend, Mixing
-from intarsia.errors import CancelledError, InputError, ParameterError
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, Box, Isometry, Wrap
-from intarsia.image import Kind, Plane, Transfer
+from intarsia.foundation import CancelledError, InputError, ParameterError
+from intarsia.foundation.blend import Blend, Mixing
+from intarsia.foundation.geometry import ISOMETRIES, Box, Isometry, Wrap
+from intarsia.foundation.run import Run
+from intarsia.model import Kind, Plane, Transfer
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering import from_linear, to_linear
 from intarsia.rendering.render import render
-from intarsia.run import Run
-from intarsia.sourcemap import HOLE, SourceMap
 
 DTYPES = ["uint8", "uint16", "float16", "float32", "float64"]
 

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rendering.naive_votes import NaiveRenderer, pieces
 
-from intarsia.blend import Blend, Mixing
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, Box, Wrap
-from intarsia.image import Kind, Plane, Transfer
+from intarsia.foundation.blend import Blend, Mixing
+from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
+from intarsia.foundation.run import Run
+from intarsia.model import Kind, Plane, Transfer
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering.render import render
-from intarsia.run import Run
-from intarsia.sourcemap import HOLE, SourceMap
 
 ONE = Run(threads=1)
 

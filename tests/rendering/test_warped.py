@@ -18,16 +18,16 @@ from rendering.test_render import DTYPES, laid, noise_map, pixels_of
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
-from intarsia.blend import Blend, Levelling, Mixing
 from intarsia.cli import cli
-from intarsia.errors import InputError, ParameterError
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, Box, Wrap
-from intarsia.image import Kind, Plane
+from intarsia.foundation import InputError, ParameterError
+from intarsia.foundation.blend import Blend, Levelling, Mixing
+from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
+from intarsia.foundation.run import Run
+from intarsia.model import Kind, Plane
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering.render import render
-from intarsia.run import Run
 from intarsia.seams import seam_total
-from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.tasks.completion import with_hole
 
 J = np.array([i.j for i in ISOMETRIES], np.float32)
@@ -159,7 +159,7 @@ def test_frames_that_are_isometries_are_exact(dtype: str, kind: Kind) -> None:
 
 @pytest.mark.parametrize("isometry", ISOMETRIES, ids=lambda i: i.name)
 @pytest.mark.parametrize("s", [2, 3])
-def test_larger_planes_of_isometries_are_exact(isometry: ia.geometry.Isometry, s: int) -> None:
+def test_larger_planes_of_isometries_are_exact(isometry: ia.foundation.geometry.Isometry, s: int) -> None:
     planes = {"albedo": pixels_of("uint8", (8, 6)), "fine": pixels_of("uint8", (8 * s, 6 * s, 3))}
     planes |= {"normal": pixels_of("uint16", (8 * s, 6 * s, 3))}
     exemplar, smap = Exemplar.of(planes), laid(isometry, 8, 6)

@@ -15,9 +15,9 @@ import pytest
 
 import intarsia
 from intarsia.cli.verbs import read_argv
-from intarsia.errors import InputError, ParameterError
+from intarsia.foundation import InputError, ParameterError
+from intarsia.foundation.params import KINDS
 from intarsia.methods import METHODS, method_class
-from intarsia.params import KINDS
 from intarsia.request import (
     FIELDS,
     Request,

@@ -7,14 +7,14 @@ from itertools import product
 import numpy as np
 import pytest
 
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.seams import graphcut, placement_kernels
 from intarsia.seams.placement_kernels import ONE
 from intarsia.search import Candidates
-from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
 
 Box = tuple[int, int, int, int]

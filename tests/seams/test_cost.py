@@ -10,11 +10,11 @@ import pytest
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, Wrap
+from intarsia.foundation.geometry import ISOMETRIES, Wrap
 from intarsia.methods import METHODS, make
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import SourceMap, identity
 from intarsia.seams import energy, seam_total
-from intarsia.sourcemap import SourceMap, identity
 from intarsia.testing import noise, texture
 
 

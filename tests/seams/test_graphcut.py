@@ -21,12 +21,13 @@ from seams.naive_recut import (
 import intarsia as ia
 from intarsia import search
 from intarsia.analysis import features
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.maps import Grown
 from intarsia.kernels.maxflow import MOST
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
@@ -35,7 +36,6 @@ from intarsia.seams.recut_kernels import NEVER, Draft
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import NO_USAGE
 from intarsia.seams.worst import CELL, WorstSeams
-from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.testing import texture
 
 PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(knee=11), SeamPrice(knee=1))

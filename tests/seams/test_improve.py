@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap, apart
+from intarsia.foundation.geometry import Wrap, apart
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches import waves
 from intarsia.patches.growth import Growth
 from intarsia.seams import improve
 from intarsia.seams.graphcut import Cut, GraphcutGrowth
 from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 
 METHOD = ia.Graphcut(patch=24, overlap=10, refinements=20)

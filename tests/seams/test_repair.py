@@ -16,15 +16,15 @@ from seams.naive_recut import NaiveMap
 
 import intarsia as ia
 from intarsia.analysis import features, variance
-from intarsia.canvas import Canvas
 from intarsia.cli import cli
-from intarsia.exemplar import Exemplar
 from intarsia.methods import METHODS, keeps_lattice, make
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings, knee_of
 from intarsia.seams.repair import Constraints, Repair, Repairing, kept, repaired
 from intarsia.seams.worst import WorstSeams
-from intarsia.sourcemap import HOLE, SourceMap, identity
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import mended, repair_of
 from intarsia.testing import looked_up, replayed, texture

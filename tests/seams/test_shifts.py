@@ -7,14 +7,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
+from intarsia.foundation.run import Run
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings
-from intarsia.run import Run
 from intarsia.seams import graphcut, improve
 from intarsia.seams.graphcut import shifts_around
-from intarsia.sourcemap import HOLE
 from intarsia.testing import texture
 
 SIZES = ((7, 9), (5, 6))  # of two exemplars, the second continues in itself

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
 from intarsia.lattice import lattice
 from intarsia.methods import keeps_lattice
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.seams import graphcut
 from intarsia.seams.improve import fill
 from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 
 from .naive_steps import in_step

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
 from intarsia.kernels.maxflow import FREE, NEW, OLD
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
 from intarsia.patches.growth import Growth
 from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import Cut, GraphcutGrowth

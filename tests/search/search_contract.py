@@ -11,11 +11,11 @@ from typing import ClassVar
 import numpy as np
 
 from intarsia.analysis.features import features
-from intarsia.exemplar import Exemplar
-from intarsia.image import Array
 from intarsia.kernels.maps import Grown
+from intarsia.model import Array
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE
 from intarsia.search import Candidates, PosedExemplars, Prices, Search, posed_exemplars
-from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import noise, texture
 
 Patch = tuple[int, int, int]

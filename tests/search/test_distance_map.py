@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia.cli.verbs import command_of
-from intarsia.errors import IntarsiaError
+from intarsia.foundation import IntarsiaError
 
 ARGS = ["sample:pebbles", "--crop", "0,0,60,50", "--size", "60"]
 ARGS += ["-m", "patch-sampling", "--patch", "9", "--overlap", "4"]

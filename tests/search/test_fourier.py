@@ -12,12 +12,12 @@ from torture import TORTURE
 
 from intarsia.analysis import principal_axes
 from intarsia.analysis.features import features
-from intarsia.exemplar import Exemplar
-from intarsia.image import Kind, Plane
 from intarsia.kernels.maps import Grown
+from intarsia.model import Kind, Plane
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE
 from intarsia.search import Candidates, PosedExemplars, Prices, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch
-from intarsia.sourcemap import HOLE
 
 
 @dataclass

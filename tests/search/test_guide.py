@@ -10,15 +10,15 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.canvas import Canvas, Guide
-from intarsia.exemplar import Exemplar
-from intarsia.image import Kind, Plane
 from intarsia.kernels.maps import Grown
+from intarsia.model import Kind, Plane
+from intarsia.model.canvas import Canvas, Guide
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings, strays
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
-from intarsia.sourcemap import HOLE
 from intarsia.testing.cases import texture
 
 Pixels = NDArray[Any]

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchScene
 
-from intarsia.canvas import Guide
-from intarsia.geometry import Wrap
-from intarsia.image import Kind, Plane
+from intarsia.foundation.geometry import Wrap
+from intarsia.model import Kind, Plane
+from intarsia.model.canvas import Guide
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.published.segments.laying import SegmentSearch

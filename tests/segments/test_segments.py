@@ -12,7 +12,7 @@ from torture import TORTURE
 
 from intarsia.analysis.elements import element_size
 from intarsia.analysis.features import features
-from intarsia.exemplar import Exemplar
+from intarsia.model.exemplar import Exemplar
 from intarsia.segments import segments as segmentation
 from intarsia.segments.feature_group import (
     DISC,

@@ -19,8 +19,8 @@ from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia import files
-from intarsia.canvas import numbered
 from intarsia.cli import cli
+from intarsia.model.canvas import numbered
 
 Files = dict[str, bytes]
 

@@ -17,7 +17,7 @@ import roles
 from corpus import CASES, OK, REFUSED
 from studio.served import QUICK, Served, children, pixels, png, studio
 
-from intarsia.params import OVER
+from intarsia.foundation.params import OVER
 from intarsia.studio import uploads, words
 
 

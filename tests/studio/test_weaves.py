@@ -16,7 +16,7 @@ import pytest
 from studio.served import Served, opened, pixels, png
 
 import intarsia as ia
-from intarsia.field import Field
+from intarsia.foundation.field import Field
 from intarsia.studio.processes import FailedError, Process
 from intarsia.studio.showing import Pictures
 from intarsia.studio.weaves import Weaves

@@ -15,7 +15,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.cli import cli
-from intarsia.errors import OVERLAYS
+from intarsia.foundation import OVERLAYS
 from intarsia.regular.grid import phase_of
 from intarsia.regular.tiling import unlikeness
 from intarsia.segments.segments import segments

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.patches import fill_order, levels, waves
 from intarsia.search import WindowGrid
-from intarsia.sourcemap import HOLE, identity
 from intarsia.tasks.completion import Margins, extended, extension, grown_hole, scene_to_heal, with_hole
 from intarsia.testing.cases import noise, texture
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.geometry import Wrap
+from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, method_class
 from intarsia.tasks.tileable import _fine_grained, closing_size, half_shifted, repeated, scene_to_tile
 from intarsia.testing.cases import as_depth, looked_up, texture

@@ -12,9 +12,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Int16, Int64, Mask, Pair
-from ..errors import MethodError
-from ..lazy import ndimage
+from ..foundation import MethodError, ndimage
+from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
 
 WORK_SIDE = 512  # px: what is slow is looked at on copies no larger,
 LEAST_SHORT = 64  # px: but a long thin exemplar is not reduced below this

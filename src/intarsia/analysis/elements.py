@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.fft import dctn, idctn
 
-from ..arrays import Array, Floats, Int16, Mask, Pair
+from ..foundation.arrays import Array, Floats, Int16, Mask, Pair
 from . import factor_for, principal_axes, reduced, running_sums
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each

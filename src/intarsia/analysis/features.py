@@ -16,12 +16,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
-from ..arrays import Array, Int16, Int32, Mask, Pair, UInt8
-from ..errors import InputError, ParameterError
-from ..exemplar import Exemplar, Exemplars, resized
-from ..geometry import ISOMETRIES
-from ..image import Kind, Plane
-from ..lazy import lazy
+from ..foundation import InputError, ParameterError, lazy
+from ..foundation.arrays import Array, Int16, Int32, Mask, Pair, UInt8
+from ..foundation.geometry import ISOMETRIES
+from ..model import Kind, Plane
+from ..model.exemplar import Exemplar, Exemplars, resized
 from ..rendering import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
 from . import block_sums, moving_sums, spreads
 

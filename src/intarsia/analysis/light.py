@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Floats, Mask
-from ..errors import InputError, ParameterError, expect
-from ..exemplar import Exemplar
-from ..image import Kind, Plane
+from ..foundation import InputError, ParameterError, expect
+from ..foundation.arrays import Floats, Mask
+from ..model import Kind, Plane
+from ..model.exemplar import Exemplar
 from ..rendering import from_linear, to_linear
 from .features import LUMINANCE
 

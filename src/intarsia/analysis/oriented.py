@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ..arrays import Array, Int16, Int32, Int64, Mask
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int16, Int32, Int64, Mask
 from ..kernels.paths import surest_line
-from ..lazy import ndimage
 from . import block_sums, enlarged, factor_for
 
 DIRECTIONS = 12

@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Int16, Int32, Mask, Pair
-from ..lazy import ndimage
-from ..run import draw_many
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int16, Int32, Mask, Pair
+from ..foundation.run import draw_many
 from . import FINE, block_sums, enlarged, factor_for, popout_kernels, reduced, running_sums
 
 USUAL = 256  # what the median spot has

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array, Int16, Mask
-from ..lazy import ndimage
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int16, Mask
 
 # Halved and doubled on 24 textures with painted and darkened discs: of 288 rims of 2 to 9 px 167 are seen and covered,
 # by 6 px too many, and none is told of beside 96 holes without a defect.

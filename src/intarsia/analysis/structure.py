@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Int16, Mask
+from ..foundation.arrays import Array, Int16, Mask
 
 SEAMLESS = 1.3  # the step over the border may be so many times that between neighbours inside
 

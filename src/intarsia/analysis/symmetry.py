@@ -15,10 +15,10 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..arrays import Array, Int64
-from ..exemplar import Exemplar, Exemplars, sampled
-from ..geometry import ISOMETRIES
-from ..run import below, draw
+from ..foundation.arrays import Array, Int64
+from ..foundation.geometry import ISOMETRIES
+from ..foundation.run import below, draw
+from ..model.exemplar import Exemplar, Exemplars, sampled
 from . import block_sums, blocks, valid_windows
 from .features import Features, features, pose_array, posed
 

@@ -13,15 +13,25 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from ..blend import Blend, Levelling
-from ..errors import AUTO_METHOD, FEATHER, MOST_TRIALS, By, IntarsiaError, ParameterError, chosen, expect, whole_within
-from ..lazy import lazy
+from ..foundation import (
+    AUTO_METHOD,
+    FEATHER,
+    MOST_TRIALS,
+    By,
+    IntarsiaError,
+    ParameterError,
+    chosen,
+    expect,
+    lazy,
+    whole_within,
+)
+from ..foundation.blend import Blend, Levelling
+from ..foundation.params import parameters
 from ..methods import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
-from ..params import parameters
 
 if TYPE_CHECKING:
-    from ..canvas import Canvas
-    from ..exemplar import Exemplars
+    from ..model.canvas import Canvas
+    from ..model.exemplar import Exemplars
     from . import facts as choosing_facts
     from . import rules
 else:

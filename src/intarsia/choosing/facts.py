@@ -21,15 +21,14 @@ from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.symmetry import allowed_isometries, refused
-from ..arrays import Int16
-from ..canvas import Canvas
-from ..errors import MethodError
-from ..exemplar import Exemplar, Exemplars, sampled
-from ..image import Kind
+from ..foundation import MethodError, lazy
+from ..foundation.arrays import Int16
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import cell_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice, Lattices, told_by_peaks
-from ..lazy import lazy
+from ..model import Kind
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars, sampled
 from ..regular.rectify import Straight, improved
 from ..search import elements
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..geometry import Wrap
+from ..foundation.geometry import Wrap
 from ..lattice.lattice import vectors_of
 from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, SEEN, STEPPED, Facts
 

@@ -12,15 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..canvas import Canvas
-from ..errors import By, CancelledError, MethodError, ParameterError
-from ..exemplar import Exemplars
-from ..lazy import lazy
+from ..foundation import By, CancelledError, MethodError, ParameterError, lazy
+from ..foundation.params import extent, parameters
+from ..foundation.run import Run, draw
 from ..methods import Method, make
-from ..params import extent, parameters
-from ..run import Run, draw
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap
 from ..seams import energy
-from ..sourcemap import SourceMap
 from .auto import FIXED, Choice
 
 if TYPE_CHECKING:

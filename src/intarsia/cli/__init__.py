@@ -22,8 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from ..disk import make_room
-from ..errors import IntarsiaError, ResourceError, legible
-from ..lazy import lazy
+from ..foundation import IntarsiaError, ResourceError, lazy, legible
 from ..version import VERSION
 
 if TYPE_CHECKING:
@@ -430,7 +429,7 @@ def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) ->
 
 
 def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
-    from ..params import written
+    from ..foundation.params import written
 
     auto = about["auto"]
     lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
@@ -450,8 +449,8 @@ def _tried(auto: dict[str, Any]) -> list[str]:
 
 
 def _set(about: dict[str, Any]) -> list[tuple[str, Any]]:
+    from ..foundation.params import parameters
     from ..methods import method_class
-    from ..params import parameters
 
     usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
     found = [(k, v) for k, v in about["parameters"].items() if v != usual[k]]

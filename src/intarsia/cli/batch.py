@@ -13,15 +13,14 @@ import click
 import numpy as np
 
 from ..disk import check_fits
-from ..errors import CancelledError, IntarsiaError, QualityError
 from ..files import write, write_bytes
 from ..files.sets import Material
-from ..image import Kind, Plane, Transfer, dtype_of
-from ..lazy import lazy
+from ..foundation import CancelledError, IntarsiaError, QualityError, lazy
+from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
+from ..model import Kind, Plane, Transfer, dtype_of
+from ..model.sourcemap import SourceMap
 from ..request import FIELDS, Request, inputs_of, once_more, to_line
-from ..run import Probe, Run
-from ..sourcemap import SourceMap
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
 from . import CANCEL, Meter, Report, Step, as_json, explain, judge, one_line

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import files
-from ..arrays import Mask, Pair
-from ..canvas import Guide, numbered
-from ..errors import InputError, ParameterError
-from ..exemplar import Exemplar
-from ..geometry import Wrap
-from ..image import Kind, Plane
-from ..lazy import lazy
+from ..foundation import InputError, ParameterError, lazy
+from ..foundation.arrays import Mask, Pair
+from ..foundation.geometry import Wrap
+from ..model import Kind, Plane
+from ..model.canvas import Guide, numbered
+from ..model.exemplar import Exemplar
 from ..rendering.mixing import off_unit
 from ..request import Request, inputs_of
 from ..synthesis import Plan, Scene

@@ -12,12 +12,11 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from .. import files
-from ..arrays import Pair
 from ..disk import whole
-from ..errors import ParameterError, ResourceError, printable
-from ..exemplar import Exemplar
-from ..image import Plane
-from ..lazy import lazy
+from ..foundation import ParameterError, ResourceError, lazy, printable
+from ..foundation.arrays import Pair
+from ..model import Plane
+from ..model.exemplar import Exemplar
 from ..request import Request
 from . import reason_of, unbroken
 from .exemplars import Set, stem_of

@@ -11,18 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import files
-from ..arrays import Pair
-from ..blend import Blend
-from ..canvas import Canvas
 from ..disk import taken
-from ..errors import ParameterError, printable
-from ..exemplar import Exemplar
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
-from ..image import dtype_of
-from ..lazy import lazy
+from ..foundation import ParameterError, lazy, printable
+from ..foundation.arrays import Pair
+from ..foundation.blend import Blend
 from ..methods import Method, measures_distances, recipe_settings, traits
+from ..model import dtype_of
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
 from ..rendering.render import check_alike, check_drawable
 from ..request import Request
 from ..request.fields import DONE

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..disk import allowing
-from ..errors import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
+from ..foundation import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
+from ..foundation.params import KINDS, Parameter, parameters
 from ..methods import METHODS, method_class, preset
-from ..params import KINDS, Parameter, parameters
 from ..request import FIELDS, Request, fields_of_verb, parameter_values, parameters_of_verb
 from ..request.field import FLAG, HEADINGS, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import able

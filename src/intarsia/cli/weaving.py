@@ -7,15 +7,15 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..arrays import Pair
 from ..disk import check_fits
-from ..errors import CancelledError, ParameterError
 from ..files.formats import SUFFIXES
+from ..foundation import CancelledError, ParameterError
+from ..foundation.arrays import Pair
+from ..foundation.run import Run
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
 from ..giant.texture import Weave, planned_windows, woven
 from ..request import Request, once_more, to_line
-from ..run import Run
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins
 from . import CANCEL, Interrupted, Report, as_json, explain, unbroken

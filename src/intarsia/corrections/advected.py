@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 
 from ..analysis import blocks
-from ..arrays import Array, Mask, Pair
-from ..exemplar import Exemplar
-from ..lazy import ndimage
-from ..run import Run, below, draw_many
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Mask, Pair
+from ..foundation.run import Run, below, draw_many
+from ..model.exemplar import Exemplar
 from .descent import REACH, Corrections, subpass
 from .stack import ExemplarStack
 

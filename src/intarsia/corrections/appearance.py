@@ -19,11 +19,10 @@ import numpy as np
 
 from ..analysis import nearest, principal_axes, spreads
 from ..analysis.features import RANGE
-from ..arrays import Array
-from ..errors import InputError
-from ..exemplar import Exemplar
-from ..field import Field
-from ..lazy import ndimage
+from ..foundation import InputError, ndimage
+from ..foundation.arrays import Array
+from ..foundation.field import Field
+from ..model.exemplar import Exemplar
 from . import appearance_kernels as kernels
 from .correction_kernels import MIDDLE
 

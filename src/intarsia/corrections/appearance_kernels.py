@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int16, Int64, Mask
+from ..foundation.arrays import Int16, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.kd_tree import FAR, ask_apart, asking_room, pixels_apart
 

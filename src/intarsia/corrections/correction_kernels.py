@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Int16, Int32, Int64, UInt8
+from ..foundation.arrays import Int16, Int32, Int64, UInt8
 from ..kernels.draws import STEP, mixed
 from ..kernels.jit import kernel
 

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Pair
-from ..exemplar import Exemplar
-from ..field import Field
-from ..params import functions_of, parameters
-from ..run import Run, seed_state
+from ..foundation.arrays import Array, Pair
+from ..foundation.field import Field
+from ..foundation.params import functions_of, parameters
+from ..foundation.run import Run, seed_state
+from ..model.exemplar import Exemplar
 from .appearance import painted
 from .correction_kernels import (
     AROUND,

@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from ..arrays import Array, Pair
-from ..canvas import Canvas
-from ..run import seed_state
+from ..foundation.arrays import Array, Pair
+from ..foundation.run import seed_state
+from ..model.canvas import Canvas
 from ..search.guide import ONE, codes_of
 from .appearance import BITS, bordered, stack_of, without_gaps
 from .correction_kernels import LevelArrays

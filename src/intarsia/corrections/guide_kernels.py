@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int16, Int32, Int64, UInt8
+from ..foundation.arrays import Int16, Int32, Int64, UInt8
 from ..kernels.draws import STEP, below, mixed
 from ..kernels.jit import kernel
 from .correction_kernels import snapped

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..analysis.features import features
-from ..arrays import Int32
-from ..canvas import Canvas
-from ..errors import ParameterError
-from ..exemplar import Exemplar, Exemplars
-from ..field import Field
-from ..geometry import Box, Wrap
+from ..foundation import ParameterError
+from ..foundation.arrays import Int32
+from ..foundation.field import Field
+from ..foundation.geometry import Box, Wrap
+from ..foundation.params import AUTO, check_sizes
+from ..foundation.run import Run
 from ..lattice.lattice import check_lattice, lattice_of, lattices_of
 from ..methods.parallel_controllable import ParallelControllable
-from ..params import AUTO, check_sizes
-from ..run import Run
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
-from ..sourcemap import SourceMap
 from .appearance import Outlines, marked
 from .descent import Corrections, Descent, hashes
 from .guide import StackGuide

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array
-from ..field import Field
+from ..foundation.arrays import Array
+from ..foundation.field import Field
 from .correction_kernels import UNIT, Axis
 
 TURN = 5760  # steps of a full turn, 16 a degree

@@ -17,10 +17,10 @@ import numpy as np
 
 from ..analysis import nearest, principal_axes, spreads
 from ..analysis.features import features
-from ..arrays import Array, Int32
-from ..exemplar import Exemplar
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int32
 from ..kernels import kd_tree
-from ..lazy import ndimage
+from ..model.exemplar import Exemplar
 from ..search import elements
 from .appearance import (
     AXES,

@@ -13,8 +13,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from typing import TYPE_CHECKING
 
-from ..errors import InputError, ParameterError, ResourceError
-from ..lazy import lazy
+from ..foundation import InputError, ParameterError, ResourceError, lazy
 
 if TYPE_CHECKING:
     import pathlib

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, IntarsiaError, ParameterError, legible, printable
+from ..foundation import InputError, IntarsiaError, ParameterError, legible, printable
 from . import check_cost, no_room
 from .whole import ordinary
 

@@ -23,7 +23,7 @@ from functools import cache
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from ..errors import InputError, ParameterError, ResourceError, printable
+from ..foundation import InputError, ParameterError, ResourceError, printable
 
 PathLike = str | os.PathLike[str]
 

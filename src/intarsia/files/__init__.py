@@ -16,10 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Mask
 from ..disk import DEFAULT_PIXELS, MAX_PIXELS, allowing
 from ..disk.whole import PathLike, check_writable, write_bytes
-from ..errors import (
+from ..foundation import (
     ALPHAS,
     MATERIALS,
     PAINTED,
@@ -33,8 +32,9 @@ from ..errors import (
     printable,
     said,
 )
-from ..exemplar import KIND_OF_NAME, Exemplar, check_size, finite
-from ..image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
+from ..foundation.arrays import Mask
+from ..model import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
+from ..model.exemplar import KIND_OF_NAME, Exemplar, check_size, finite
 from .decode import decoded
 from .formats import LAYER, Format, format_of, look, split_layer
 from .sets import describe, group, layered, materials, name_of, uses_directx

@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arrays import Array
 from ..disk import check_cost, check_size, most_pixels, no_room
-from ..errors import InputError, IntarsiaError
-from ..lazy import lazy
+from ..foundation import InputError, IntarsiaError, lazy
+from ..foundation.arrays import Array
 from . import png
 from .formats import PictureFile, channels_in, damaged
 

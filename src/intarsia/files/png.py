@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import Array, Pair
 from ..disk import check_size
-from ..errors import InputError
+from ..foundation import InputError
+from ..foundation.arrays import Array, Pair
 from .formats import PNG_SIDE, damaged
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"

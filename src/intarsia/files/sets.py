@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..disk.whole import PathLike
-from ..errors import MATERIALS, InputError, ParameterError, printable
+from ..foundation import MATERIALS, InputError, ParameterError, printable
 from .decode import opened
 from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
 

@@ -21,16 +21,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ..arrays import Array, Pair
 from ..disk import whole
 from ..disk.whole import PathLike, check_writable
-from ..errors import InputError, ParameterError, ResourceError, printable
 from ..files.formats import format_of
 from ..files.png import decode_png, encode_png
 from ..files.write import MARK, check_depth, encode, holds_recipe, recipe_path, write
-from ..image import Kind, Plane
+from ..foundation import InputError, ParameterError, ResourceError, printable
+from ..foundation.arrays import Array, Pair
+from ..foundation.run import Run
+from ..model import Kind, Plane
 from ..rendering.mixing import averaged
-from ..run import Run
 from .picture import SIDE, Cell, Grid, Packer, Picture, Results, Store, check_side, extra
 
 _N = "(0|[1-9][0-9]*)"

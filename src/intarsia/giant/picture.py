@@ -18,18 +18,18 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ..arrays import Array, Pair
-from ..blend import Blend
 from ..disk import free_memory
 from ..disk.whole import PathLike
-from ..errors import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole
-from ..exemplar import Exemplar
-from ..geometry import Box
-from ..image import Plane
+from ..foundation import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole
+from ..foundation.arrays import Array, Pair
+from ..foundation.blend import Blend
+from ..foundation.geometry import Box
+from ..foundation.run import Run
 from ..methods import FARTHEST, WindowMethod, recipe_settings
+from ..model import Plane
+from ..model.exemplar import Exemplar
+from ..model.sourcemap import SourceMap
 from ..rendering.render import render
-from ..run import Run
-from ..sourcemap import SourceMap
 from ..synthesis import recipe_exemplars
 from ..version import VERSION
 

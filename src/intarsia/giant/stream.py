@@ -29,13 +29,13 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Pair
 from ..disk import taken
-from ..errors import InputError, ParameterError, ResourceError, called, said
-from ..geometry import Box
+from ..foundation import InputError, ParameterError, ResourceError, called, said
+from ..foundation.arrays import Array, Pair
+from ..foundation.geometry import Box
+from ..foundation.params import functions_of
+from ..foundation.run import Run
 from ..methods import Method, traits
-from ..params import functions_of
-from ..run import Run
 from .exports import HeldStore, TiffStore, TileStore
 from .picture import Cell, Packer, Picture, Results, Store, checked, extra
 from .zarrays import ZarrStore

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
-from ..arrays import Array, Pair
-from ..blend import Blend
-from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..disk.whole import PathLike
-from ..errors import AUTO_METHOD, ParameterError
-from ..exemplar import Exemplar
+from ..foundation import AUTO_METHOD, ParameterError
+from ..foundation.arrays import Array, Pair
+from ..foundation.blend import Blend
+from ..foundation.run import Run, check_seed, run_of
 from ..methods import METHODS, Ability, Method, WindowMethod, method_class
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
 from ..rendering.render import check_alike
-from ..run import Run, check_seed, run_of
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
 from .picture import SIDE, Picture, box_of, check_memory, sides_of
 from .stream import STORES, ExecutorLike, array_of, stream

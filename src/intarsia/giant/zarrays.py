@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ..arrays import Array, Pair
 from ..disk import whole
 from ..disk.whole import PathLike
-from ..errors import InputError, ParameterError
-from ..run import Run
+from ..foundation import InputError, ParameterError
+from ..foundation.arrays import Array, Pair
+from ..foundation.run import Run
 from .exports import check_place
 from .picture import SIDE, Cell, Grid, Picture, Results, Store, check_side, extra
 

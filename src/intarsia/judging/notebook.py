@@ -13,10 +13,10 @@ from html import escape
 
 import numpy as np
 
-from ..errors import IntarsiaError, legible
-from ..exemplar import Exemplar, Exemplars
-from ..image import Plane, Transfer, encoded, looked_at
-from ..sourcemap import HOLE, SourceMap
+from ..foundation import IntarsiaError, legible
+from ..model import Plane, Transfer, encoded, looked_at
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import HOLE, SourceMap
 from .score import score_map
 from .windows import smaller
 

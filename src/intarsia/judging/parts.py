@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..analysis import moving_sums, window_sums
-from ..arrays import Array, Int16, Mask
+from ..foundation.arrays import Array, Int16, Mask
 from .sources import NEXT, STEP, Reference, Sources, continued
 from .windows import poses
 

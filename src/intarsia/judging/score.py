@@ -25,12 +25,11 @@ import numpy as np
 
 from ..analysis import block_sums, factor_for, window_sums
 from ..analysis.features import features
-from ..arrays import Array, Int16, Pair
-from ..errors import InputError
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Wrap
-from ..lazy import ndimage
-from ..sourcemap import SourceMap
+from ..foundation import InputError, ndimage
+from ..foundation.arrays import Array, Int16, Pair
+from ..foundation.geometry import Wrap
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_side
 from .sources import STEP, Reference, Sources
 from .windows import SIDE, smaller

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from ..analysis import block_sums, blocks
-from ..arrays import Array, Int32, Mask
+from ..foundation.arrays import Array, Int32, Mask
 
 SIDE = 8  # px of a window, in the reduced picture
 COSINES = 4  # the lowest along each axis, those whose orders add up to less: ten of each channel

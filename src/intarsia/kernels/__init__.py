@@ -154,7 +154,7 @@ def _flaw(found: os.stat_result) -> str | None:
 def sources() -> tuple[Path, ...]:
     """Return the files that kernels are made of: those that rooms share, each room's own, and the isometries."""
     shared, own = (ROOT / "kernels").glob("*.py"), ROOT.rglob("*_kernels.py")
-    return (ROOT / "geometry.py", *sorted(shared), *sorted(own))
+    return (ROOT / "foundation/geometry.py", *sorted(shared), *sorted(own))
 
 
 @functools.cache

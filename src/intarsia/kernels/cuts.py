@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int16, Int32, Int64, UInt8
+from ..foundation.arrays import Int16, Int32, Int64, UInt8
 from .jit import kernel
 from .maxflow import FREE, NEW, OLD, grid_min_cut
 

@@ -1,4 +1,4 @@
-"""The draws of :mod:`intarsia.run`, for kernels: the same bits for the same five numbers."""
+"""The draws of :mod:`intarsia.foundation.run`, for kernels: the same bits for the same five numbers."""
 
 from __future__ import annotations
 

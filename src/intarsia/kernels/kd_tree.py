@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int32, Int64
+from ..foundation.arrays import Int32, Int64
 from .jit import kernel
 
 FAR = np.int64(1) << 62

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Floats, Int16, Int32, Int64, UInt8
-from ..geometry import ISOMETRIES
+from ..foundation.arrays import Floats, Int16, Int32, Int64, UInt8
+from ..foundation.geometry import ISOMETRIES
 from .cuts import find_root, join, min_cut, seam_costs
 from .jit import kernel
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Int32, Int64, UInt8
+from ..foundation.arrays import Int32, Int64, UInt8
 from .jit import kernel
 
 OLD = 0

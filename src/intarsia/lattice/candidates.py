@@ -25,8 +25,8 @@ from scipy.fft import dctn, idctn, next_fast_len, rfft2
 
 from ..analysis import spreads
 from ..analysis.elements import autocorrelation, gaussian
-from ..arrays import Array, Floats, Int32, Int64, Mask
-from ..lazy import ndimage
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Floats, Int32, Int64, Mask
 from .scoring_kernels import top_of
 
 MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below

@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
-from ..lazy import ndimage
+from ..foundation import ndimage
+from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from .candidates import UNIT, CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
 

@@ -25,10 +25,10 @@ import numpy as np
 
 from ..analysis import factor_for, reduced
 from ..analysis.features import features
-from ..arrays import Int16, Int64, Mask
-from ..errors import MethodError, ParameterError
-from ..exemplar import Exemplar
-from ..params import Steps, Weights
+from ..foundation import MethodError, ParameterError
+from ..foundation.arrays import Int16, Int64, Mask
+from ..foundation.params import Steps, Weights
+from ..model.exemplar import Exemplar
 from .candidates import (
     UNIT,
     CorrelatedPictures,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Floats, Int16, Int32, Int64, Mask, Pair
+from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from ..kernels.jit import kernel
 
 

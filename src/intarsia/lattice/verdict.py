@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ..arrays import Floats, Int64, Mask, Pair
+from ..foundation.arrays import Floats, Int64, Mask, Pair
 from .candidates import MILLION, SHORTEST, UNIT, CorrelatedPictures, CorrelationMap
 from .fit import ENOUGH, Fit, Scored, regularity
 from .scoring_kernels import course_profile, pitch_contrasts, top_of

@@ -13,17 +13,17 @@ from enum import StrEnum
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from ..blend import Blend
-from ..errors import InputError, ParameterError, called
-from ..geometry import Wrap
-from ..params import AUTO, Parameter, check, extent, param, parameters
+from ..foundation import InputError, ParameterError, called
+from ..foundation.blend import Blend
+from ..foundation.geometry import Wrap
+from ..foundation.params import AUTO, Parameter, check, extent, param, parameters
 
 if TYPE_CHECKING:
-    from ..canvas import Canvas
-    from ..exemplar import Exemplar, Exemplars
-    from ..geometry import Box
-    from ..run import Run
-    from ..sourcemap import SourceMap
+    from ..foundation.geometry import Box
+    from ..foundation.run import Run
+    from ..model.canvas import Canvas
+    from ..model.exemplar import Exemplar, Exemplars
+    from ..model.sourcemap import SourceMap
 
 FARTHEST = 1 << 40
 """Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
@@ -65,7 +65,7 @@ class Traits(NamedTuple):
 
     exact : its maps name whole pixels, neither scaled nor turned by fractions.
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
-    hangs : how patches lie at the borders, as :func:`intarsia.geometry.laid` has it.
+    hangs : how patches lie at the borders, as :func:`intarsia.foundation.geometry.laid` has it.
     channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
     asked : returns, for parameters that are functions, a hash of all that they say over a canvas or a box.
     """

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .. import methods
-from ..params import param
+from ..foundation.params import param
 from . import Ability, EndlessBase
 
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .. import methods
-from ..params import AUTO, param
+from ..foundation.params import AUTO, param
 from . import Ability
 
 LARGEST = 1 << 16  # px, of a window

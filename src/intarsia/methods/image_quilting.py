@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .. import methods
-from ..params import AUTO, param
+from ..foundation.params import AUTO, param
 from . import Ability
 
 

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .. import methods
-from ..blend import Blend
-from ..params import AUTO, param
+from ..foundation.blend import Blend
+from ..foundation.params import AUTO, param
 from . import Ability, EndlessBase
 
 

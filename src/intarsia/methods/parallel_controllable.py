@@ -21,15 +21,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from .. import methods
-from ..errors import ParameterError
-from ..field import Field
-from ..params import AUTO, functions_of, param
+from ..foundation import ParameterError
+from ..foundation.field import Field
+from ..foundation.params import AUTO, functions_of, param
 from . import Ability, EndlessBase, engine_of
 
 if TYPE_CHECKING:
-    from ..canvas import Canvas
-    from ..exemplar import Exemplars
-    from ..geometry import Box
+    from ..foundation.geometry import Box
+    from ..model.canvas import Canvas
+    from ..model.exemplar import Exemplars
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .. import methods
-from ..params import extent
+from ..foundation.params import extent
 from . import Ability, MethodBase
 
 

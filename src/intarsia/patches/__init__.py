@@ -25,18 +25,18 @@ from typing import Any
 import numpy as np
 
 from ..analysis import window_sums
-from ..arrays import Array, Int16, Int32, Int64, Laid, Mask, Pair, UInt8
-from ..blend import Blend
-from ..canvas import Canvas
-from ..exemplar import Exemplars
-from ..geometry import ISOMETRIES, Wrap, apart, spread
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Mask, Pair, UInt8
+from ..foundation.blend import Blend
+from ..foundation.geometry import ISOMETRIES, Wrap, apart, spread
+from ..foundation.run import below
 from ..kernels import maps
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
-from ..lazy import ndimage
-from ..run import below
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import HOLE, Source, SourceMap
 from ..search import Candidates, PosedExemplars, WindowGrid
-from ..sourcemap import HOLE, Source, SourceMap
 
 Wraps = tuple[bool, bool]
 

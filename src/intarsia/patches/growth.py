@@ -15,20 +15,19 @@ import numpy as np
 
 from ..analysis import variance
 from ..analysis.features import features
-from ..arrays import Array, Int64, Mask, Pair
-from ..blend import Blend
-from ..canvas import Canvas, Guide
-from ..errors import MethodError
-from ..exemplar import Exemplars
-from ..geometry import laid
+from ..foundation import MethodError, lazy, ndimage
+from ..foundation.arrays import Array, Int64, Mask, Pair
+from ..foundation.blend import Blend
+from ..foundation.geometry import laid
+from ..foundation.params import Poses, Weights
+from ..foundation.run import Run, draw_many
 from ..kernels.cuts import SeamPrice
 from ..kernels.maps import Grown
-from ..lazy import lazy, ndimage
-from ..params import Poses, Weights
-from ..run import Run, draw_many
+from ..model.canvas import Canvas, Guide
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import HOLE, SourceMap
 from ..search import SHORT_LIST, Candidates, PosedExemplars, Search, WindowGrid, isometry_ids, posed_exemplars
 from ..search.fourier import PatchSearch
-from ..sourcemap import HOLE, SourceMap
 from . import GrowingMap, Pick, Window, fill_order, random_patch, waves
 from .repetition import Repetition, striking
 from .repetition_kernels import weigh_edge

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..canvas import Canvas
-from ..exemplar import Exemplars
-from ..lazy import lazy
+from ..foundation import lazy
+from ..foundation.params import AUTO, extent
+from ..foundation.run import Run
 from ..methods.image_quilting import ImageQuilting
-from ..params import AUTO, extent
-from ..run import Run
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap
 from ..search import check_patch, default_patch, resolved_isometries
-from ..sourcemap import SourceMap
 from .growth import Boundaries, PatchSettings, Repeats, Stages
 
 if TYPE_CHECKING:

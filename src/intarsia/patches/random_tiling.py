@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..analysis.features import features
-from ..canvas import Canvas
-from ..exemplar import Exemplars
-from ..geometry import spread
+from ..foundation.geometry import spread
+from ..foundation.params import AUTO, extent
+from ..foundation.run import Run, draw
 from ..methods.random_tiling import RandomTiling
-from ..params import AUTO, extent
-from ..run import Run, draw
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap
 from ..search import WindowGrid, check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
-from ..sourcemap import SourceMap
 from . import GrowingMap, random_patch
 
 STAGE = 2000

@@ -27,7 +27,8 @@ import numpy as np
 
 from ..analysis.features import Features
 from ..analysis.popout import rarity
-from ..arrays import Array, Int32, Pair, UInt8
+from ..foundation.arrays import Array, Int32, Pair, UInt8
+from ..model.sourcemap import HOLE
 from ..search import (
     SHORT_LIST,
     Candidates,
@@ -41,7 +42,6 @@ from ..search import (
 )
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
-from ..sourcemap import HOLE
 from . import Pick, frame_of, picked, repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
 

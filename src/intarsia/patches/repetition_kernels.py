@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int32, Int64
+from ..foundation.arrays import Int32, Int64
 from ..kernels.jit import kernel
 from ..kernels.maps import canvas_place
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import files
-from ..errors import IntarsiaError, legible
+from ..foundation import IntarsiaError, legible
 from .figures import write
 
 DOCUMENTS = {

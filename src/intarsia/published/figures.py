@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import files
-from ..arrays import Array, Pair
 from ..disk import whole
-from ..exemplar import Exemplar
 from ..files.write import lettered
-from ..image import Plane
+from ..foundation.arrays import Array, Pair
 from ..methods import make
+from ..model import Plane
+from ..model.exemplar import Exemplar
 from ..synthesis import Synthesis, synthesize
 
 SEED = 1

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..canvas import Canvas
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Box
+from ..foundation.geometry import Box
+from ..foundation.params import AUTO
+from ..foundation.run import Run
 from ..lattice.lattice import check_lattice, lattice_of
 from ..methods.best_tile import BestTile
-from ..params import AUTO
-from ..run import Run
-from ..sourcemap import SourceMap
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 from .tiling import TileLayout, Tiling
 
 

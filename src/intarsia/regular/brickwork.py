@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..analysis.features import Features
-from ..arrays import Array, Int16, Int64, Mask, Pair
-from ..errors import MethodError
-from ..exemplar import Exemplar
+from ..foundation import MethodError, ndimage
+from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
 from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector
-from ..lazy import ndimage
+from ..model.exemplar import Exemplar
 from .wall_kernels import FACE as CUT
 
 

@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Int64, Pair
+from ..foundation.arrays import Array, Int64, Pair
+from ..foundation.run import below, draw
 from ..lattice.candidates import UNIT
-from ..run import below, draw
 from . import wall_kernels
 from .brickwork import Bricks, Brickwork
 from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Floats, Int16, Int64, Mask, Pair
+from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
 from ..kernels.lattice_points import lattice_points
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, Vectors

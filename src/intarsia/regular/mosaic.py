@@ -25,15 +25,15 @@ from numpy.typing import NDArray
 
 from ..analysis import nearest
 from ..analysis.features import features
-from ..arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
-from ..canvas import Canvas
-from ..errors import ParameterError
-from ..exemplar import Exemplar
+from ..foundation import ParameterError
+from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
+from ..foundation.run import Run, below, deck, draw
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import cell_of, unfit
 from ..methods.near_regular import NearRegular
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
 from ..patches import Continuation
-from ..run import Run, below, deck, draw
 from . import gap_kernels
 from .grid import BlockGrid, Places
 from .places import Continued, grid_and_places

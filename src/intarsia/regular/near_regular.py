@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..analysis.features import features
-from ..arrays import Laid
-from ..canvas import Canvas
-from ..errors import ParameterError
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Box
+from ..foundation import ParameterError
+from ..foundation.arrays import Laid
+from ..foundation.geometry import Box
+from ..foundation.params import AUTO
+from ..foundation.run import Run
 from ..methods.near_regular import NearRegular
-from ..params import AUTO
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 from ..patches import Continuation, drafted
-from ..run import Run
-from ..sourcemap import SourceMap
 from .mosaic import Mosaic
 from .places import FewPlaces
 from .rectify import Rectified, rectified_for

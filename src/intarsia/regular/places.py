@@ -16,8 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Array, Int16, Int32, Int64, Mask, Pair
-from ..errors import MethodError
+from ..foundation import MethodError
+from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..kernels import paths
 from ..kernels.paths import BARRED
 from ..lattice.candidates import UNIT

@@ -23,14 +23,14 @@ from scipy.fft import fft, rfft
 
 from ..analysis import factor_for, reduced
 from ..analysis.features import features
-from ..arrays import Array, Floats, Int32, Int64, Mask, Pair
-from ..exemplar import Exemplar
-from ..image import Plane
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
+from ..foundation.params import Steps, Weights
 from ..lattice.candidates import CorrelatedPictures, pictures
 from ..lattice.lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice
-from ..lazy import ndimage
-from ..params import Steps, Weights
+from ..model import Plane
+from ..model.exemplar import Exemplar
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""

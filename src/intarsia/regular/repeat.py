@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Int32
-from ..canvas import Canvas
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Box
+from ..foundation.arrays import Int32
+from ..foundation.geometry import Box
+from ..foundation.run import Run
 from ..methods.repeat import Repeat
-from ..run import Run
-from ..sourcemap import SourceMap
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 
 
 def resolved(method: Repeat, exemplars: Exemplars, canvas: Canvas) -> Repeat:

@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int64, Pair
-from ..canvas import Canvas
-from ..errors import ParameterError
+from ..foundation import ParameterError
+from ..foundation.arrays import Int64, Pair
+from ..foundation.run import below, deck, draw
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import unfit
-from ..run import below, deck, draw
+from ..model.canvas import Canvas
 from .brickwork import Line
 
 DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # levels of draws: of bricks, of courses, of where these begin

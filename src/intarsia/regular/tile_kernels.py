@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Int16, Int32, Int64, Mask
+from ..foundation.arrays import Int16, Int32, Int64, Mask
 from ..kernels.jit import kernel
 
 

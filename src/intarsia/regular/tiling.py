@@ -24,14 +24,14 @@ from fractions import Fraction
 import numpy as np
 
 from ..analysis.features import features
-from ..arrays import Int16, Int32, Int64, Mask, Pair
-from ..canvas import Canvas
-from ..errors import MethodError, ParameterError
-from ..exemplar import Exemplar
+from ..foundation import MethodError, ParameterError
+from ..foundation.arrays import Int16, Int32, Int64, Mask, Pair
+from ..foundation.params import Weights
+from ..foundation.run import Run
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Pairs, Vector, Vectors, cell_of
-from ..params import Weights
-from ..run import Run
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
 from .tile_kernels import band_costs, lay_tile, squared_steps
 
 Rates = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]

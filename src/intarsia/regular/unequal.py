@@ -14,13 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..analysis.features import course_lines, features
-from ..arrays import Array, Int16, Int64, Mask
-from ..errors import MethodError
-from ..exemplar import Exemplar
+from ..foundation import MethodError, ndimage
+from ..foundation.arrays import Array, Int16, Int64, Mask
+from ..foundation.params import Weights
 from ..kernels import paths
 from ..lattice.candidates import UNIT
-from ..lazy import ndimage
-from ..params import Weights
+from ..model.exemplar import Exemplar
 from .brickwork import (
     FACE,
     FINDING,

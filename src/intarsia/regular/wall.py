@@ -20,16 +20,15 @@ from numpy.typing import NDArray
 
 from ..analysis import nearest
 from ..analysis.features import features
-from ..arrays import Array, Int16, Int32, Int64, Laid, Pair
-from ..canvas import Canvas
-from ..errors import MethodError
-from ..exemplar import Exemplar
+from ..foundation import MethodError, ndimage
+from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Pair
+from ..foundation.params import Weights
+from ..foundation.run import Run, below, draw
 from ..kernels import paths
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Pairs, cell_of
-from ..lazy import ndimage
-from ..params import Weights
-from ..run import Run, below, draw
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains

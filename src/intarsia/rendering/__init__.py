@@ -14,15 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Floats, Int32, Int64, Mask, UInt8
-from ..blend import Mixing
-from ..errors import InputError
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Box
-from ..image import Kind, Plane, Transfer, from_srgb
+from ..foundation import InputError, ndimage
+from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, UInt8
+from ..foundation.blend import Mixing
+from ..foundation.geometry import Box
 from ..kernels.maps import HOLE
-from ..lazy import ndimage
-from ..sourcemap import SourceMap
+from ..model import Kind, Plane, Transfer, from_srgb
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 from .vote_kernels import Map, Reach, cut_window, settle_light
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."

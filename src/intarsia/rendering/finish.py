@@ -23,12 +23,11 @@ from functools import lru_cache
 import numpy as np
 from scipy import fft
 
-from ..arrays import Array, Floats, Int32, Int64
-from ..blend import Finish, Levelling
-from ..errors import ParameterError
-from ..geometry import Box
-from ..lazy import ndimage
-from ..run import Run
+from ..foundation import ParameterError, ndimage
+from ..foundation.arrays import Array, Floats, Int32, Int64
+from ..foundation.blend import Finish, Levelling
+from ..foundation.geometry import Box
+from ..foundation.run import Run
 from . import Ground
 from .finish_kernels import Surroundings, seam_steps
 

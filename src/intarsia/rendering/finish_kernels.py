@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Int32, Int64, Mask
+from ..foundation.arrays import Array, Int32, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, J
 

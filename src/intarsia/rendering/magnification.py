@@ -17,9 +17,9 @@ from math import lcm
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import TIMES, InputError, ParameterError, expect, whole_within
-from ..exemplar import REDUCED, Exemplar
+from ..foundation import TIMES, InputError, ParameterError, expect, whole_within
+from ..foundation.arrays import Array
+from ..model.exemplar import REDUCED, Exemplar
 from .mixing import averaged
 
 

@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Int32, Int64, Mask, Pair
-from ..arrays import Floats as Float64
-from ..blend import Blend, Mixing
-from ..geometry import ISOMETRIES
-from ..image import Kind, Plane
-from ..lazy import lazy
+from ..foundation import lazy
+from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
+from ..foundation.arrays import Floats as Float64
+from ..foundation.blend import Blend, Mixing
+from ..foundation.geometry import ISOMETRIES
+from ..model import Kind, Plane
 from . import Curve
 from .vote_kernels import LIMB, Reach, Voters, add_votes, settle_vectors, vote_label
 

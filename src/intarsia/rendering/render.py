@@ -18,15 +18,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Array
-from ..blend import Blend, Mixing
-from ..errors import InputError, ParameterError, said
-from ..exemplar import Exemplars
-from ..geometry import Box
-from ..image import Kind, Plane
-from ..lazy import lazy
-from ..run import Run
-from ..sourcemap import SourceMap, check_stretch
+from ..foundation import InputError, ParameterError, lazy, said
+from ..foundation.arrays import Array
+from ..foundation.blend import Blend, Mixing
+from ..foundation.geometry import Box
+from ..foundation.run import Run
+from ..model import Kind, Plane
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap, check_stretch
 from . import Ground
 from .mixing import Mixer, Normals, mixer_of
 from .vote_kernels import copy_cell, make_plan

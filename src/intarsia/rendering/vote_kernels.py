@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Float32, Floats, Int32, Int64, Mask, Pair, UInt8
+from ..foundation.arrays import Array, Float32, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 

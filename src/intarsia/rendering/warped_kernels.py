@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Array, Floats, Int32, Int64, Mask, Pair, UInt8
+from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, J
 from .vote_kernels import Reach

@@ -15,18 +15,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ..blend import Blend, Finish, Levelling
-from ..errors import AUTO_METHOD, MARGIN, By, InputError, ParameterError, whole
-from ..geometry import Wrap
-from ..lazy import lazy
+from ..foundation import AUTO_METHOD, MARGIN, By, InputError, ParameterError, lazy, whole
+from ..foundation.blend import Blend, Finish, Levelling
+from ..foundation.geometry import Wrap
+from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
 from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of
-from ..params import KINDS, OVER, Parameter, parameters, parse
 from .field import FLAG, Field, Pair, fields_of
 from .fields import BEGUN, MADE, Asked, able, usual_parameters
 
 if TYPE_CHECKING:
-    from .. import field as varying
     from ..choosing import auto
+    from ..foundation import field as varying
 else:  # where no method is named
     auto = lazy("intarsia.choosing.auto")
 
@@ -203,9 +202,9 @@ def picture_of(p: Parameter, path: str) -> varying.Field:
     """Read a gray picture of any depth as a field of a parameter; InputError where it is none."""
     import numpy as np
 
-    from .. import field as varying
     from .. import files
-    from ..image import Kind
+    from ..foundation import field as varying
+    from ..model import Kind
 
     if not path or "\0" in path:
         raise InputError(f"{p.name}: {path!r} is no name of a file; choose another.")
@@ -322,9 +321,9 @@ def settings_of(method: Method) -> dict[str, Any]:
 
 
 if TYPE_CHECKING:
-    from .. import canvas
+    from ..model import canvas
 else:  # only recipes need it
-    canvas = lazy("intarsia.canvas")
+    canvas = lazy("intarsia.model.canvas")
 
 MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
 """Parameters that parallel-controllable had before they were those of correction-2008, and what it does instead."""

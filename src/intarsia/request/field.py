@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from ..errors import OVERLAYS, InputError, channels_of
-from ..run import SEED_LIMIT
+from ..foundation import OVERLAYS, InputError, channels_of
+from ..foundation.run import SEED_LIMIT
 
 MAX_SEEDS = 10_000
 

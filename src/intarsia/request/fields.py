@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..disk import DEFAULT_PIXELS, VARIABLE
-from ..errors import (
+from ..foundation import (
     ALPHAS,
     AUTO_METHOD,
     FEATHER,
@@ -21,7 +21,7 @@ from ..errors import (
     WEIGHTS,
     By,
 )
-from ..geometry import Wrap
+from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
     ENDLESS,

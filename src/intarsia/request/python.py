@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import PurePosixPath
 from typing import Any
 
-from ..errors import IntarsiaError
+from ..foundation import IntarsiaError
 from ..methods import make, method_class, parameters_of, recipe_settings
 from . import Request, to_argv, to_json
 

@@ -12,12 +12,12 @@ import numpy as np
 
 from ..analysis import variance
 from ..analysis.features import Features, features, pose_array
-from ..arrays import Array, Pair
-from ..exemplar import Exemplars
-from ..geometry import ISOMETRIES, Box
+from ..foundation.arrays import Array, Pair
+from ..foundation.geometry import ISOMETRIES, Box
 from ..kernels.cuts import SeamPrice
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap, matrices, positions
 from ..patches.growth import knee_of
-from ..sourcemap import SourceMap, matrices, positions
 from .energy_kernels import Part, Pieces, exact_energy, warped_energy
 
 # Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int16, Int32, Int64, Mask, Pair, UInt8
+from ..foundation.arrays import Int16, Int32, Int64, Mask, Pair, UInt8
 from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, J, canvas_place, goes_on

@@ -35,17 +35,17 @@ import numpy as np
 from ..analysis import window_sums
 from ..analysis.features import pose_array
 from ..analysis.popout import popout
-from ..arrays import Array, Mask, Pair
-from ..exemplar import Exemplars
+from ..foundation.arrays import Array, Mask, Pair
+from ..foundation.run import draw
 from ..kernels.maps import Grown
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import Vector, Vectors, once_around
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import HOLE
 from ..patches import Pick, picked, random_patch
 from ..patches.growth import Growth
-from ..run import draw
 from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
-from ..sourcemap import HOLE
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look, Samples, mark_steps

@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
+from ..foundation.run import Run, draw
 from ..patches import Window, waves
-from ..run import Run, draw
 from ..search import Candidates
 from .graphcut import Box, Cut, GraphcutGrowth, middle
 from .worst import WorstSeams

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Int32, Int64, Pair
+from ..foundation.arrays import Int32, Int64, Pair
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import UInt8
+from ..foundation.arrays import UInt8
 from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place

@@ -19,16 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Mask, Pair
-from ..canvas import Canvas, Guide
-from ..exemplar import Exemplars
-from ..params import Poses, Weights
+from ..foundation.arrays import Array, Mask, Pair
+from ..foundation.params import Poses, Weights
+from ..foundation.run import Run
+from ..model.canvas import Canvas, Guide
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings
-from ..run import Run
 from ..search import Candidates, Prices
 from ..search.fourier import PatchSearch
-from ..sourcemap import HOLE, SourceMap
 from .graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
 from .improve import improve
 from .worst import WorstSeams

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..canvas import Canvas
-from ..errors import ParameterError
-from ..exemplar import Exemplars
+from ..foundation import ParameterError
+from ..foundation.params import AUTO, extent
+from ..foundation.run import Run
 from ..lattice.lattice import Vectors, cell_of, check_lattice
 from ..methods.graphcut import LARGEST, Graphcut
-from ..params import AUTO, extent
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap
 from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
-from ..run import Run
 from ..search import LEAST, check_patch, large_patch, resolved_isometries
 from ..search.guide import check_guide, guided_patch
-from ..sourcemap import SourceMap
 from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import fill, refine
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Int32
+from ..foundation.arrays import Array, Int32
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, Grown
 from ..kernels.maxflow import FREE, NEW

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..analysis import window_sums
-from ..arrays import Array, Pair
+from ..foundation.arrays import Array, Pair
 
 CELL = 8  # seams are added up in cells of so many px: half of the smallest automatic patch
 

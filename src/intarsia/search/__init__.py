@@ -16,14 +16,13 @@ import numpy as np
 from ..analysis import valid_windows, without_patch
 from ..analysis.elements import ElementSize, element_size
 from ..analysis.features import Features, features, pose_array
-from ..arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
-from ..errors import ParameterError
-from ..exemplar import Exemplar, Exemplars, sampled
-from ..geometry import ISOMETRIES, ISOMETRY_SETS
+from ..foundation import ParameterError, lazy
+from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
+from ..foundation.geometry import ISOMETRIES, ISOMETRY_SETS
+from ..foundation.params import extent, words
 from ..kernels.maps import Grown, Posed, gather_all
-from ..lazy import lazy
-from ..params import extent, words
-from ..sourcemap import HOLE
+from ..model.exemplar import Exemplar, Exemplars, sampled
+from ..model.sourcemap import HOLE
 from .fourier_kernels import Correlated
 
 if TYPE_CHECKING:

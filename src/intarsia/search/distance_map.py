@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.features import RANGE, channel_shares, pose_array
-from ..arrays import Float32, Pair
-from ..exemplar import Exemplar
-from ..geometry import ISOMETRIES
-from ..image import Kind
+from ..foundation.arrays import Float32, Pair
+from ..foundation.geometry import ISOMETRIES
+from ..model import Kind
+from ..model.exemplar import Exemplar
 from . import Candidates, PosedExemplars, fourier_kernels
 from .fourier_kernels import FAR as FARTHEST
 

@@ -19,8 +19,8 @@ import numpy as np
 from scipy import fft
 
 from ..analysis import principal_axes
-from ..arrays import Array, Pair
-from ..errors import ParameterError
+from ..foundation import ParameterError
+from ..foundation.arrays import Array, Pair
 from ..kernels.maps import Grown
 from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_kernels, in_one_row
 from .fourier_kernels import Listed

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Int32, Int64, Mask, UInt8
+from ..foundation.arrays import Int32, Int64, Mask, UInt8
 from ..kernels.jit import kernel
 
 

@@ -14,15 +14,14 @@ import numpy as np
 from ..analysis import running_sums, valid_windows, window_sums
 from ..analysis.elements import element_size
 from ..analysis.features import counted, ends, features, pose_array
-from ..arrays import Array, Pair
-from ..canvas import MAX_LABELS, Guide
-from ..errors import InputError
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Wrap
-from ..image import Plane
+from ..foundation import InputError, ndimage
+from ..foundation.arrays import Array, Pair
+from ..foundation.geometry import Wrap
+from ..foundation.params import extent
 from ..kernels.maps import Grown
-from ..lazy import ndimage
-from ..params import extent
+from ..model import Plane
+from ..model.canvas import MAX_LABELS, Guide
+from ..model.exemplar import Exemplar, Exemplars
 from . import (
     LARGEST_SHARE,
     LEAST,

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import Array, Int32, Int64, Mask, Pair
-from ..lazy import ndimage
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
 from .felzenszwalb import LEAST_PIXELS
 
 FINE = 16  # centroids are kept in 1/16 px: a unit; 8 and 32: no size differs by a tenth

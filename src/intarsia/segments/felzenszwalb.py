@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..analysis import spreads
-from ..arrays import Array, Int32, Mask
+from ..foundation.arrays import Array, Int32, Mask
 from .felzenszwalb_kernels import join_edges, smooth
 
 # Halved and doubled on 24 textures (docs/design/012): how many sizes of elements differ by a tenth.

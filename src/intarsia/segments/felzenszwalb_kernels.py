@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Int32, Int64
+from ..foundation.arrays import Int32, Int64
 from ..kernels.cuts import find_root
 from ..kernels.jit import kernel
 

@@ -27,9 +27,9 @@ import numpy as np
 from ..analysis import factor_for, reduced
 from ..analysis.elements import element_size
 from ..analysis.features import features
-from ..arrays import Array, Int16, Int32, Int64, Mask, Pair
-from ..exemplar import Exemplar
-from ..lazy import ndimage
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
+from ..model.exemplar import Exemplar
 from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, sums, zone
 from .felzenszwalb import DEVIATION, NOWHERE, PixelGraph, even_colours, smoothed
 

@@ -20,7 +20,7 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
-from ..errors import SAMPLES, IntarsiaError, ParameterError
+from ..foundation import SAMPLES, IntarsiaError, ParameterError
 from . import uploads
 from .jobs import Jobs
 from .processes import Process

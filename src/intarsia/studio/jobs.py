@@ -12,7 +12,7 @@ from typing import Any
 
 from starlette.exceptions import HTTPException
 
-from ..errors import IntarsiaError, ParameterError
+from ..foundation import IntarsiaError, ParameterError
 from .processes import FailedError, Process
 from .store import OPEN, Events, Row, Store, digest
 from .words import LIMITS, Words, exemplar_words, plain, result_of, words_of

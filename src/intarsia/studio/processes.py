@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
-from ..errors import IntarsiaError
+from ..foundation import IntarsiaError
 
 Heard = Callable[[dict[str, Any], bytes], None]
 

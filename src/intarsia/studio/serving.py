@@ -17,7 +17,7 @@ import h11
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from ..errors import InputError, ResourceError, printable
+from ..foundation import InputError, ResourceError, printable
 from .app import Studio, app_of
 from .safety import HEADERS, Safety
 from .store import AUTHORIZATION

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..errors import AUTO_METHOD, InputError, ParameterError, said
+from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process

@@ -21,7 +21,7 @@ from typing import Any
 
 from starlette.exceptions import HTTPException
 
-from ..errors import ParameterError, ResourceError, printable
+from ..foundation import ParameterError, ResourceError, printable
 
 Row = dict[str, Any]
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..errors import SAMPLES, InputError, said
+from ..foundation import SAMPLES, InputError, said
 from .processes import FailedError, Process
 from .store import Row, Store, digest
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from starlette.exceptions import HTTPException
 
-from ..errors import AUTO_METHOD, InputError, ParameterError
+from ..foundation import AUTO_METHOD, InputError, ParameterError
 from ..request import to_argv, to_line
 from .processes import Gone, Process
 from .showing import WITHIN, Pictures

@@ -12,8 +12,8 @@ from typing import Any
 
 from ..cli.verbs import entries
 from ..disk import DEFAULT_PIXELS
-from ..errors import SAMPLES, InputError, ParameterError, said
-from ..params import OVER
+from ..foundation import SAMPLES, InputError, ParameterError, said
+from ..foundation.params import OVER
 from ..request import Request, fields_of_verb, from_json, parameters_of_verb, text_of, to_argv, to_line
 from ..request.field import Field
 from ..request.python import to_python

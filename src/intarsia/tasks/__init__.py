@@ -12,18 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Pair
-from ..canvas import Guide
 from ..disk.whole import PathLike
-from ..errors import InputError, MethodError, ParameterError, printable
-from ..exemplar import Exemplars
 from ..files import read_recipe
-from ..geometry import Wrap
-from ..image import Plane, Transfer, converted
-from ..lazy import lazy
+from ..foundation import InputError, MethodError, ParameterError, lazy, printable
+from ..foundation.arrays import Pair
+from ..foundation.geometry import Wrap
+from ..foundation.run import Run, run_of
+from ..model import Plane, Transfer, converted
+from ..model.canvas import Guide
+from ..model.exemplar import Exemplars
+from ..model.sourcemap import SourceMap
 from ..request import Request, from_recipe
-from ..run import Run, run_of
-from ..sourcemap import SourceMap
 from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_out, check_between, planned
 
 if TYPE_CHECKING:

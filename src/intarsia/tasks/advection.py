@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import Floats, Int64
-from ..canvas import Canvas
 from ..corrections import advected, descent, stack
-from ..errors import InputError, IntarsiaError, ParameterError, called, expect, said, whole_within
-from ..field import function_name
+from ..foundation import InputError, IntarsiaError, ParameterError, called, expect, said, whole_within
+from ..foundation.arrays import Floats, Int64
+from ..foundation.field import function_name
+from ..foundation.run import Run, run_of
 from ..methods import check_start, recipe_settings
 from ..methods.parallel_controllable import ParallelControllable
-from ..run import Run, run_of
+from ..model.canvas import Canvas
 from ..synthesis import Synthesis
 
 FARTHEST = 1 << 24  # px

@@ -19,21 +19,30 @@ from numpy.typing import ArrayLike
 
 from ..analysis.features import features
 from ..analysis.rim import rim_of
-from ..arrays import Mask, marks
-from ..blend import Blend
-from ..canvas import Canvas
 from ..choosing.auto import Auto
-from ..errors import AUTO_METHOD, MARGIN, InputError, IntarsiaError, ParameterError, chosen, expect, whole_within
-from ..exemplar import Exemplar, Exemplars, NotFiniteError
-from ..geometry import Wrap
-from ..image import MAX_SIDE
-from ..lazy import ndimage
+from ..foundation import (
+    AUTO_METHOD,
+    MARGIN,
+    InputError,
+    IntarsiaError,
+    ParameterError,
+    chosen,
+    expect,
+    ndimage,
+    whole_within,
+)
+from ..foundation.arrays import Mask, marks
+from ..foundation.blend import Blend
+from ..foundation.geometry import Wrap
+from ..foundation.params import AUTO, parameters
+from ..foundation.run import Run, run_of
 from ..methods import METHODS, Method, check_abilities, make, method_class, traits
-from ..params import AUTO, parameters
-from ..run import Run, run_of
+from ..model import MAX_SIDE
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars, NotFiniteError
+from ..model.sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..seams import seam_total
 from ..search import element_patch, supplied
-from ..sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
 

@@ -10,14 +10,14 @@ import numpy as np
 
 from .. import files
 from ..analysis.features import features
-from ..arrays import Array, Mask, Pair, UInt8
-from ..exemplar import Exemplar
-from ..geometry import Wrap
-from ..image import Plane
+from ..foundation import ndimage
+from ..foundation.arrays import Array, Mask, Pair, UInt8
+from ..foundation.geometry import Wrap
 from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice
-from ..lazy import ndimage
+from ..model import Plane
+from ..model.exemplar import Exemplar
 from ..regular.grid import phase_of
 from ..rendering.mixing import averaged
 from ..segments.segments import Segments, segments

@@ -16,24 +16,24 @@ import numpy as np
 
 from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
-from ..arrays import Pair
-from ..blend import Blend
-from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
-from ..errors import OVERLAYS, MethodError, ParameterError, said
-from ..exemplar import Exemplar
-from ..geometry import Wrap
-from ..image import Kind, Plane
+from ..foundation import OVERLAYS, MethodError, ParameterError, said
+from ..foundation.arrays import Pair
+from ..foundation.blend import Blend
+from ..foundation.geometry import Wrap
+from ..foundation.run import Run
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice, Lattices
 from ..methods import make
+from ..model import Kind, Plane
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
+from ..model.sourcemap import SourceMap
 from ..regular.rectify import Straight
 from ..regular.tiling import BAND, Tiling, periods_along, read_offsets
 from ..rendering.render import render
-from ..run import Run
 from ..segments.segments import Segments, segments
-from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, as_exemplars
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle

@@ -10,12 +10,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..analysis import valid_windows
-from ..canvas import Canvas
-from ..errors import MOST_PASSES, PASSES, InputError, ParameterError, expect, whole_within
-from ..exemplar import Exemplar
-from ..lazy import lazy
+from ..foundation import MOST_PASSES, PASSES, InputError, ParameterError, expect, lazy, whole_within
+from ..foundation.run import Run, run_of
 from ..methods import Method, check_start, keeps_lattice, traits
-from ..run import Run, run_of
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar
 from ..search import default_patch
 from ..synthesis import Synthesis
 

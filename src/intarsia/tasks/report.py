@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, expect, legible
 from ..files.png import encode_png
 from ..files.write import lettered
-from ..image import Plane
+from ..foundation import InputError, expect, legible
 from ..judging.score import Score, Worth
+from ..model import Plane
 from ..rendering.mixing import averaged
 from ..synthesis import Synthesis
 from .drawings import Drawn, Pixels, in_rows, lay, looked, pictures_of, stretched

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..arrays import Pair
-from ..errors import InputError, ParameterError, QualityError, chosen
-from ..exemplar import Exemplar
-from ..geometry import Wrap
-from ..image import Plane
+from ..foundation import InputError, ParameterError, QualityError, chosen
+from ..foundation.arrays import Pair
+from ..foundation.geometry import Wrap
 from ..judging.parts import PARTS
 from ..judging.score import Judged, Score, judge
 from ..methods import check_start
+from ..model import Plane
+from ..model.exemplar import Exemplar
+from ..model.sourcemap import SourceMap
 from ..seams import energy
-from ..sourcemap import SourceMap
 from ..synthesis import ExemplarLike, Synthesis, as_exemplars
 
 

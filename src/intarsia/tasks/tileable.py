@@ -17,22 +17,22 @@ import numpy as np
 from ..analysis import block_sums, spreads
 from ..analysis.features import features
 from ..analysis.structure import SEAMLESS, border_of
-from ..arrays import Int16, Mask, Pair
-from ..blend import Blend, Levelling
-from ..canvas import Canvas
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
-from ..errors import AUTO_METHOD, InputError, ParameterError, called, chosen, size_of, whole_within
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Wrap
-from ..image import Plane
+from ..foundation import AUTO_METHOD, InputError, ParameterError, called, chosen, size_of, whole_within
+from ..foundation.arrays import Int16, Mask, Pair
+from ..foundation.blend import Blend, Levelling
+from ..foundation.geometry import Wrap
+from ..foundation.params import AUTO, extent, parameters
+from ..foundation.run import Run, run_of
 from ..lattice.candidates import UNIT
 from ..lattice.lattice import allowed, closing_length
 from ..methods import Method, make, traits
-from ..params import AUTO, extent, parameters
-from ..run import Run, run_of
+from ..model import Plane
+from ..model.canvas import Canvas
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import identity
 from ..search import element_patch, supplied
-from ..sourcemap import identity
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
 from .completion import donors_of, least_seams, planned_for_holes, shelf_of, with_hole
 

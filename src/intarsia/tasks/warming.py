@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..blend import Levelling
-from ..errors import AUTO_METHOD, expect
-from ..exemplar import Exemplar
+from ..foundation import AUTO_METHOD, expect
+from ..foundation.blend import Levelling
+from ..foundation.run import Run, run_of
 from ..methods import METHODS, make, method_class
-from ..run import Run, run_of
+from ..model.exemplar import Exemplar
 from ..synthesis import synthesize
 from .completion import heal
 from .tileable import tile

@@ -12,13 +12,13 @@ from hypothesis.strategies import DrawFn
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from ..arrays import Array, Int32, Mask, Pair, UInt8
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Wrap
-from ..image import Plane
+from ..foundation.arrays import Array, Int32, Mask, Pair, UInt8
+from ..foundation.geometry import Wrap
+from ..foundation.run import Run
 from ..methods import Ability, Method
-from ..run import Run
-from ..sourcemap import SourceMap
+from ..model import Plane
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
 from ..tasks import replayed as made_again
 

@@ -13,18 +13,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis.strategies import SearchStrategy
 
-from ..arrays import Mask, Pair
-from ..blend import Blend, Levelling
-from ..canvas import Canvas, Guide
-from ..errors import CancelledError, ParameterError
-from ..exemplar import Exemplar, Exemplars
-from ..geometry import Box, Wrap
-from ..image import Kind, Plane, Transfer
+from ..foundation import CancelledError, ParameterError
+from ..foundation.arrays import Mask, Pair
+from ..foundation.blend import Blend, Levelling
+from ..foundation.geometry import Box, Wrap
+from ..foundation.params import extent
+from ..foundation.run import Run
 from ..methods import Ability, Method, make
-from ..params import extent
+from ..model import Kind, Plane, Transfer
+from ..model.canvas import Canvas, Guide
+from ..model.exemplar import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap, identity
 from ..rendering.render import render
-from ..run import Run
-from ..sourcemap import SourceMap, identity
 from ..synthesis import Synthesis, synthesize
 from ..tasks.completion import with_hole
 from .cases import (

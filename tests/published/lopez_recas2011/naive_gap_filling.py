@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from intarsia.run import below, draw
+from intarsia.foundation.run import below, draw
 
 STAGE = 20110
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from intarsia.run import below, draw
+from intarsia.foundation.run import below, draw
 
 STAGE = 2003
 UNKNOWN, OUTSIDE = -1, -2

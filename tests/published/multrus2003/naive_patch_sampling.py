@@ -11,8 +11,8 @@ import numpy as np
 from naive import all_distances, posed
 from numpy.typing import NDArray
 
-from intarsia.exemplar import Exemplar
-from intarsia.run import below, draw
+from intarsia.foundation.run import below, draw
+from intarsia.model.exemplar import Exemplar
 
 STAGE = 2003
 

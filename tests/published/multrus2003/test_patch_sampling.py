@@ -12,19 +12,19 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.canvas import Canvas
-from intarsia.errors import ParameterError
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import ISOMETRIES, ISOMETRY_SETS, laid
+from intarsia.foundation import ParameterError
+from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, laid
+from intarsia.foundation.run import Probe
 from intarsia.kernels.maps import Grown
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.pyramid import Drawn, DrawnPyramid
 from intarsia.published.multrus2003.sampling import choose, join_in, settings_of
 from intarsia.rendering.render import render
-from intarsia.run import Probe
 from intarsia.search import posed_exemplars
-from intarsia.sourcemap import HOLE, SourceMap
 from intarsia.testing import texture
 
 PLAIN = {"repetition": "none", "search": "exact"}

@@ -13,9 +13,9 @@ import numpy as np
 from naive import Posed, posed
 from numpy.typing import NDArray
 
-from intarsia.exemplar import Exemplar
-from intarsia.geometry import Wrap
-from intarsia.run import below, draw
+from intarsia.foundation.geometry import Wrap
+from intarsia.foundation.run import below, draw
+from intarsia.model.exemplar import Exemplar
 
 Pixel = tuple[int, int, int]  # variant, row, column of a posed exemplar
 Tap = tuple[int, int]

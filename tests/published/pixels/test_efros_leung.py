@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from published.pixels.naive_pixels import NaiveEfrosLeung
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.published.pixels.outward import _taps
-from intarsia.sourcemap import HOLE, identity
 
 RNG = np.random.default_rng(5)
 GRAY = RNG.integers(0, 256, (14, 16), dtype=np.uint8)

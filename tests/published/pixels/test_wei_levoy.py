@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from published.pixels.naive_pixels import NaiveScan
 
 import intarsia as ia
-from intarsia.canvas import Canvas
-from intarsia.exemplar import Exemplar
+from intarsia.foundation.run import below, draw
+from intarsia.model.canvas import Canvas
+from intarsia.model.exemplar import Exemplar
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.published.pixels import raster_kernels
 from intarsia.published.pixels.raster_scan import Scan, tree_of
-from intarsia.run import below, draw
-from intarsia.sourcemap import HOLE, identity
 
 STAGE = ia.WeiLevoy.stage
 

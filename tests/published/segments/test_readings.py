@@ -8,7 +8,7 @@ from segments.test_segments import dots
 from torture import TORTURE
 
 import intarsia as ia
-from intarsia.exemplar import Exemplar
+from intarsia.model.exemplar import Exemplar
 from intarsia.published.segments.laying import ENERGIES, published_segments
 from intarsia.segments.feature_group import DISC, Group
 from intarsia.segments.segments import SizeRule

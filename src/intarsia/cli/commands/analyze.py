@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...errors import ParameterError
-from ...params import written
+from ...foundation import ParameterError
+from ...foundation.params import written
 from ...request import Request
 from .. import Report, say, tell
 from ..verbs import HelpfulCommand, check_stdout

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
+from ...foundation.params import parameters
 from ...methods import METHODS, method_class
-from ...params import parameters
 from .. import say, say_json
 from ..verbs import entries
 

@@ -6,14 +6,14 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ...errors import MAX_PIXELS, InputError, ParameterError
+from ...foundation import MAX_PIXELS, InputError, ParameterError
 from ...request import Request
 from .. import CANCEL, Report
 from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
-    from ...exemplar import Exemplar
-    from ...sourcemap import SourceMap
+    from ...model.exemplar import Exemplar
+    from ...model.sourcemap import SourceMap
 
 
 def draw(request: Request, report: Report) -> None:
@@ -21,7 +21,7 @@ def draw(request: Request, report: Report) -> None:
     check_stdout(request, report)
     if request.saved is None or request.saved == "-":
         raise ParameterError("a map is read from a file; give the name of a .npz.")
-    from ...sourcemap import SourceMap
+    from ...model.sourcemap import SourceMap
 
     smap, times = SourceMap.load(request.saved), request.magnify
     smap.check_sources()
@@ -63,9 +63,9 @@ def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]
 def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     """Read the exemplars, check them against the map, and draw all of their planes."""
     from ... import files
-    from ...geometry import Box
+    from ...foundation.geometry import Box
+    from ...foundation.run import Run
     from ...rendering.render import check_drawable, render
-    from ...run import Run
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import Staging, by_file, check_all, check_depths, filled_name, layer_files, plane_files
 

@@ -9,15 +9,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...errors import InputError, IntarsiaError, ParameterError
+from ...foundation import InputError, IntarsiaError, ParameterError
 from ...request import Request, asked_pictures, with_pictures
 from ...version import VERSION
 from .. import Report
 from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
-    from ...canvas import Guide
-    from ...exemplar import Exemplar
+    from ...model.canvas import Guide
+    from ...model.exemplar import Exemplar
     from ...synthesis import Scene
 
 

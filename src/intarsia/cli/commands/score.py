@@ -5,16 +5,16 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from ...errors import InputError
+from ...foundation import InputError
 from ...request import Request
 from .. import CANCEL, Report, say
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
-    from ...exemplar import Exemplars
-    from ...image import Plane
     from ...judging.score import Score
-    from ...sourcemap import SourceMap
+    from ...model import Plane
+    from ...model.exemplar import Exemplars
+    from ...model.sourcemap import SourceMap
     from ...tasks.scoring import Outcome
 
 
@@ -35,7 +35,7 @@ def judge(request: Request, report: Report) -> None:
     """
     assert request.output is not None
     from ... import files
-    from ...sourcemap import SourceMap
+    from ...model.sourcemap import SourceMap
     from ...tasks.scoring import check_gates, gated, misses, outcome_of
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import check_all, filled_name
@@ -65,7 +65,7 @@ def judge(request: Request, report: Report) -> None:
 
 def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) -> SourceMap | None:
     """Return the map that the recipe of an output makes again; where it makes none, say why, and go on without."""
-    from ...run import Run
+    from ...foundation.run import Run
     from ...tasks import recipe_map
 
     try:

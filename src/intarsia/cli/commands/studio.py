@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import click
 
-from ...errors import ResourceError
+from ...foundation import ResourceError
 from .. import Interrupted, one_line, tell
 from ..verbs import FILE
 

@@ -19,7 +19,7 @@ from .. import CANCEL, Report, begun
 def command(threads: int | None, quiet: bool) -> None:
     """Compile everything for this computer now, so that the first picture comes at once."""
     began, report = time.perf_counter(), Report(quiet=quiet)
-    from ...run import Run
+    from ...foundation.run import Run
     from ...tasks.warming import warm_up
 
     begun()

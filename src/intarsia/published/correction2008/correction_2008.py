@@ -15,9 +15,9 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...errors import ParameterError
+from ...foundation import ParameterError
+from ...foundation.params import AUTO, param
 from ...methods.parallel_controllable import ParallelControllable
-from ...params import AUTO, param
 
 
 @dataclass(frozen=True)

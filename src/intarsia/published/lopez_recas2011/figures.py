@@ -9,9 +9,9 @@ from scipy.ndimage import binary_dilation
 
 from ...analysis.elements import autocorrelation
 from ...analysis.features import features
-from ...arrays import Array
-from ...exemplar import Exemplar
-from ...image import Plane
+from ...foundation.arrays import Array
+from ...model import Plane
+from ...model.exemplar import Exemplar
 from ...regular.tiling import best_tile
 from ..figures import Figure, Panel, Way, given, grown, row, shaded
 from .goodness import lattice_by_goodness

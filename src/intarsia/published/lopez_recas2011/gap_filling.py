@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ... import methods
-from ...blend import Blend
+from ...foundation.blend import Blend
+from ...foundation.params import AUTO, param
 from ...methods import Ability, EndlessBase
-from ...params import AUTO, param
 
 
 @dataclass(frozen=True)

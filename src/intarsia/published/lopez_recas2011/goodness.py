@@ -14,9 +14,9 @@ import numpy as np
 from ...analysis import factor_for, reduced
 from ...analysis.elements import autocorrelation
 from ...analysis.features import features
-from ...arrays import Floats, Int16, Int32, Int64
-from ...errors import MethodError
-from ...exemplar import Exemplar
+from ...foundation import MethodError
+from ...foundation.arrays import Floats, Int16, Int32, Int64
+from ...model.exemplar import Exemplar
 from .goodness_kernels import MILLION, best_pair
 
 

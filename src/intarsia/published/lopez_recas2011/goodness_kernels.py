@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Pair
+from ...foundation.arrays import Pair
 from ...kernels.jit import kernel
 
 MILLION = 1_000_000  # correlations are kept in millionths

@@ -17,18 +17,18 @@ from scipy.fft import irfft2, next_fast_len, rfft2
 
 from ...analysis import valid_windows
 from ...analysis.features import features
-from ...arrays import Array, Int16, Int32, Laid, Mask, Pair
-from ...canvas import Canvas
-from ...errors import MethodError, ParameterError
-from ...exemplar import Exemplar, Exemplars
-from ...geometry import Box
+from ...foundation import MethodError, ParameterError
+from ...foundation.arrays import Array, Int16, Int32, Laid, Mask, Pair
+from ...foundation.geometry import Box
+from ...foundation.params import AUTO
+from ...foundation.run import Run, below, draw
 from ...kernels.lattice_points import UNIT, lattice_points
 from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
-from ...params import AUTO
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplar, Exemplars
+from ...model.sourcemap import SourceMap
 from ...patches import drafted
 from ...regular.mosaic import STRAIN, beside, returning
-from ...run import Run, below, draw
-from ...sourcemap import SourceMap
 from . import sampling_kernels as kernels
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness

@@ -14,10 +14,10 @@ from scipy.ndimage import minimum_filter
 from scipy.signal import fftconvolve
 
 from ...analysis.features import pose_array
-from ...arrays import Array
-from ...canvas import Guide
-from ...exemplar import Exemplar
-from ...image import Kind, Plane
+from ...foundation.arrays import Array
+from ...model import Kind, Plane
+from ...model.canvas import Guide
+from ...model.exemplar import Exemplar
 from ...tasks.completion import Margins, extended
 from ..figures import Figure, Panel, Way, cropped, given, grown, plotted, row, shaded
 

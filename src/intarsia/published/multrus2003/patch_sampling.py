@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ... import methods
-from ...blend import Blend
+from ...foundation.blend import Blend
+from ...foundation.params import AUTO, extent, param
 from ...methods import Ability, MethodBase
-from ...params import AUTO, extent, param
 
 
 @dataclass(frozen=True)

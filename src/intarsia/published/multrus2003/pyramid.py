@@ -13,11 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...analysis.features import Features
-from ...arrays import Array, Int16, Int64, Mask, Pair
-from ...errors import ParameterError
+from ...foundation import ParameterError, ndimage
+from ...foundation.arrays import Array, Int16, Int64, Mask, Pair
+from ...foundation.run import below, draw
 from ...kernels.maps import Grown
-from ...lazy import ndimage
-from ...run import below, draw
 from ...search import SHORT_LIST, Candidates, PosedExemplars, Prices, fourier_kernels, in_one_row
 from ...search.fourier_kernels import Listed
 from . import pyramid_kernels

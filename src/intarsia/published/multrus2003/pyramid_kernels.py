@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Int16, Int32, Int64, Mask
+from ...foundation.arrays import Int16, Int32, Int64, Mask
 from ...kernels.jit import kernel
 from ...search.fourier_kernels import FAR, insert, row_spans, window_distance
 

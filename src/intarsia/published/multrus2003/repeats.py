@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...arrays import Array
+from ...foundation.arrays import Array
 from ...patches.repetition import Repetition
 from ...patches.repetition_kernels import ONE, placement
 from ...search import Candidates, Prices, Search, WindowGrid

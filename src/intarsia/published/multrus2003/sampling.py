@@ -13,14 +13,15 @@ from functools import partial
 import numpy as np
 
 from ...analysis.features import features
-from ...arrays import Array, Pair
-from ...canvas import Canvas
-from ...exemplar import Exemplars
-from ...params import AUTO, extent
+from ...foundation.arrays import Array, Pair
+from ...foundation.params import AUTO, extent
+from ...foundation.run import Run, below
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplars
+from ...model.sourcemap import SourceMap
 from ...patches import Pick, Window
 from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ...patches.repetition import Repetition, Table
-from ...run import Run, below
 from ...search import (
     Candidates,
     PosedExemplars,
@@ -33,7 +34,6 @@ from ...search import (
 )
 from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide, guided_patch
-from ...sourcemap import SourceMap
 from .guided import GuidedByRoots
 from .patch_sampling import PatchSampling
 from .pyramid import Drawn, DrawnPyramid, GuidedPyramid, PyramidSearch, check_pyramid

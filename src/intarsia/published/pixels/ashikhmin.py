@@ -16,8 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ...foundation.params import param
 from ...methods import Ability
-from ...params import param
 from .raster_window import RasterWindow
 
 

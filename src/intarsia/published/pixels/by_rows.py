@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...arrays import Int64
-from ...canvas import Canvas
-from ...exemplar import Exemplars
-from ...params import extent
-from ...run import Run
-from ...sourcemap import SourceMap
+from ...foundation.arrays import Int64
+from ...foundation.params import extent
+from ...foundation.run import Run
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplars
+from ...model.sourcemap import SourceMap
 from .ashikhmin import Ashikhmin
 from .neighbourhood_kernels import Ground
 from .neighbourhoods import with_window

@@ -16,9 +16,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...errors import ParameterError
+from ...foundation import ParameterError
+from ...foundation.params import AUTO, check, extent, param, words
 from ...methods import Ability, MethodBase
-from ...params import AUTO, check, extent, param, words
 
 
 @dataclass(frozen=True)

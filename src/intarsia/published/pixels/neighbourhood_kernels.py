@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Float32, Floats, Int16, Int32, Int64
+from ...foundation.arrays import Float32, Floats, Int16, Int32, Int64
 from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ...analysis import valid_windows
-from ...arrays import Int16, Int64, Mask, Pair
-from ...errors import MethodError, ParameterError
-from ...exemplar import Exemplar, Exemplars
-from ...params import AUTO, extent, words
+from ...foundation import MethodError, ParameterError
+from ...foundation.arrays import Int16, Int64, Mask, Pair
+from ...foundation.params import AUTO, extent, words
+from ...model.exemplar import Exemplar, Exemplars
 from ...search import PosedExemplars, elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 

@@ -9,15 +9,15 @@ import numpy as np
 
 from ...analysis import moving_sums
 from ...analysis.features import features
-from ...arrays import Array, Pair
-from ...canvas import Canvas
-from ...exemplar import Exemplars
+from ...foundation.arrays import Array, Pair
+from ...foundation.params import extent
+from ...foundation.run import Run, below, draw, draw_many
 from ...kernels.maps import Grown
-from ...params import extent
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplars
+from ...model.sourcemap import HOLE, SourceMap
 from ...patches import GrowingMap
-from ...run import Run, below, draw, draw_many
 from ...search import isometry_ids, posed_exemplars
-from ...sourcemap import HOLE, SourceMap
 from .efros_leung import EfrosLeung
 from .neighbourhoods import choices, ground, layers, with_window
 from .outward_kernels import fill, ranks

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...arrays import Int16, Int32, Int64, Mask, UInt8
+from ...foundation.arrays import Int16, Int32, Int64, Mask, UInt8
 from ...kernels.draws import below, draw
 from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR, ask, asking_room

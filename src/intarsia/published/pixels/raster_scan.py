@@ -9,19 +9,18 @@ import numpy as np
 
 from ...analysis import principal_axes
 from ...analysis.features import features
-from ...arrays import Int16, Int64, Mask, Pair
-from ...blend import Blend
-from ...canvas import Canvas
-from ...errors import MethodError
-from ...exemplar import Exemplars
+from ...foundation import MethodError, ndimage
+from ...foundation.arrays import Int16, Int64, Mask, Pair
+from ...foundation.blend import Blend
+from ...foundation.params import words
+from ...foundation.run import below, draw_many
 from ...kernels import kd_tree
 from ...kernels.kd_tree import LEAF, Tree
-from ...lazy import ndimage
-from ...params import words
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplars
+from ...model.sourcemap import HOLE, SourceMap
 from ...patches import GrowingMap
-from ...run import below, draw_many
 from ...search import posed_exemplars
-from ...sourcemap import HOLE, SourceMap
 from . import raster_kernels
 from .neighbourhood_kernels import Ground
 from .neighbourhoods import PixelPlanes, Reach, choices, ground, layers

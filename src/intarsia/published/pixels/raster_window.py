@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...errors import ParameterError
+from ...foundation import ParameterError
+from ...foundation.params import AUTO, extent, param, words
 from ...methods import MethodBase
-from ...params import AUTO, extent, param, words
 
 
 @dataclass(frozen=True)

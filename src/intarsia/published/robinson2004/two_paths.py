@@ -12,13 +12,13 @@ import numpy as np
 
 from ...analysis import valid_windows
 from ...analysis.features import features
-from ...arrays import Array, Int64, Mask, Pair
-from ...canvas import Canvas
-from ...exemplar import Exemplars
-from ...params import AUTO, extent
-from ...run import Run, below, draw
+from ...foundation.arrays import Array, Int64, Mask, Pair
+from ...foundation.params import AUTO, extent
+from ...foundation.run import Run, below, draw
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplars
+from ...model.sourcemap import HOLE, SourceMap
 from ...search import check_patch, default_patch
-from ...sourcemap import HOLE, SourceMap
 from .raster_quilting import RasterQuilting
 from .two_paths_kernels import norms, overlap_sums
 

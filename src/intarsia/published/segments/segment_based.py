@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from ... import methods
+from ...foundation.params import AUTO, param
 from ...methods import Ability
-from ...params import AUTO, param
 
 
 @dataclass(frozen=True)

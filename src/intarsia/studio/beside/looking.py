@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ... import files
-from ...arrays import UInt8
-from ...errors import InputError
-from ...exemplar import Exemplar
 from ...files.png import encode_png
-from ...image import Kind, Plane, Transfer, looked_at
-from ...sourcemap import SourceMap
+from ...foundation import InputError
+from ...foundation.arrays import UInt8
+from ...model import Kind, Plane, Transfer, looked_at
+from ...model.exemplar import Exemplar
+from ...model.sourcemap import SourceMap
 from .worker import Answer, Tell
 
 WIDEST = 1 << 24  # px of a map that is sent whole

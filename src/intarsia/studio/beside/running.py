@@ -16,13 +16,13 @@ import numpy as np
 
 from ...cli import CANCEL, cli, listen
 from ...cli.exemplars import Held, hold
-from ...errors import InputError, MethodError, ParameterError
-from ...exemplar import Exemplar, Exemplars
-from ...image import Plane
+from ...foundation import InputError, MethodError, ParameterError
+from ...foundation.run import Run
 from ...kernels import no_longer, on_first_compilation
+from ...model import Plane
+from ...model.exemplar import Exemplar, Exemplars
+from ...model.sourcemap import SourceMap
 from ...rendering.magnification import cut_out
-from ...run import Run
-from ...sourcemap import SourceMap
 from ...synthesis import synthesize
 from ...tasks import warming
 from .looking import coloured, exemplar_of, png, reduced, seen

@@ -13,19 +13,19 @@ from ... import files
 from ...analysis.features import features
 from ...analysis.light import flattened
 from ...analysis.popout import USUAL, popout
-from ...arrays import Array
-from ...canvas import Canvas
 from ...choosing.facts import Facts
 from ...cli import Report
 from ...cli.exemplars import Shelf, cropped, sets_of
 from ...cli.outputs import usual_ending
 from ...cli.verbs import read_argv
-from ...errors import InputError
-from ...exemplar import Exemplar
-from ...geometry import Wrap
-from ...image import Kind, Plane
+from ...foundation import InputError
+from ...foundation.arrays import Array
+from ...foundation.geometry import Wrap
+from ...model import Kind, Plane
+from ...model.canvas import Canvas
+from ...model.exemplar import Exemplar
+from ...model.sourcemap import SourceMap
 from ...regular.rectify import straight_of
-from ...sourcemap import SourceMap
 from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
 from ...tasks.inspection import Findings, analyze

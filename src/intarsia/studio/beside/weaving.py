@@ -13,13 +13,13 @@ from scipy.ndimage import uniform_filter
 
 from ...cli.verbs import read_argv
 from ...corrections.parallel_controllable import coarse
-from ...errors import InputError, MethodError
-from ...exemplar import Exemplar
-from ...geometry import Box
+from ...foundation import InputError, MethodError
+from ...foundation.geometry import Box
+from ...foundation.run import Run
 from ...giant.texture import Weave, weave
-from ...image import Plane
 from ...methods.parallel_controllable import ParallelControllable
-from ...run import Run
+from ...model import Plane
+from ...model.exemplar import Exemplar
 from .looking import Pixels, exemplar_of, png, reduced, seen
 from .worker import Answer, Tell
 

@@ -1,4 +1,6 @@
-"""Everything that intarsia refuses, and with which exit code.
+"""What every room stands on: what is refused, boxes, arrays, parameters, and how work runs.
+
+Everything that intarsia refuses, and with which exit code:
 
     IntarsiaError            1  the work failed
     |- ParameterError        2  a parameter or an option is out of its range, or does not fit the others
@@ -11,17 +13,29 @@
 
 A message is one line: what was given, what is allowed, what to do. Arguments as callers give them are read and checked
 here, too, by the limits and usual values that help texts tell.
+
+Modules may be imported at their first use, so that listings, help and usage errors stay quick. The command line reads
+the parameters of every method; the files of the methods therefore import nothing heavy at the top. They write::
+
+    if TYPE_CHECKING:
+        import numpy as np
+    else:
+        np = lazy("numpy")
 """
 
 from __future__ import annotations
 
+import importlib
 import operator
 import os
 import re
 import unicodedata
 from enum import Enum, StrEnum
 from numbers import Real
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from scipy import ndimage as ndimage
 
 LONGEST = 100  # letters of something that was given, in a message
 MOST_MARKS = 4
@@ -263,3 +277,19 @@ def called(value: Any) -> str:
     if isinstance(value, (tuple, list)) and all(isinstance(n, (str, Real)) for n in value):
         return said(value)
     return f"of type {type(value).__name__}"
+
+
+class lazy:
+    """Stand for the module `name`; the first attribute asked of it imports it."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, attribute: str) -> Any:
+        value = getattr(importlib.import_module(self._name), attribute)
+        self.__dict__[attribute] = value
+        return value
+
+
+if not TYPE_CHECKING:  # what many files ask for, and few commands
+    ndimage = lazy("scipy.ndimage")

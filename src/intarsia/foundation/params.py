@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .errors import InputError, ParameterError, said, whole
+from . import InputError, ParameterError, lazy, said, whole
 from .geometry import ISOMETRY_SETS
-from .lazy import lazy
 
 if TYPE_CHECKING:
     from . import field
 else:  # where a number differs from pixel to pixel
-    field = lazy("intarsia.field")
+    field = lazy("intarsia.foundation.field")
 
 OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
 MOST_LEVELS = 20

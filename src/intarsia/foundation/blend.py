@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, ClassVar
 
-from .errors import FEATHER, ParameterError, called, chosen, whole_within
+from . import FEATHER, ParameterError, called, chosen, whole_within
 from .params import check, param, parameters
 
 

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
-from .blend import Blend
-from .errors import InputError, ParameterError, ResourceError, chosen, expect, expect_path
-from .geometry import ISOMETRIES, Box, Wrap
-from .lazy import lazy
+from ..foundation import InputError, ParameterError, ResourceError, chosen, expect, expect_path, lazy
+from ..foundation.arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
+from ..foundation.blend import Blend
+from ..foundation.geometry import ISOMETRIES, Box, Wrap
 
 if TYPE_CHECKING:
-    from .disk import npz
+    from ..disk import npz
 else:  # where maps are kept
     npz = lazy("intarsia.disk.npz")
 
@@ -204,7 +203,7 @@ class SourceMap:
 
         With frames or fractions, it continues where neighbours lie within 1 px of where the mean of their frames leads.
         """
-        from .kernels.maps import label_flowing, label_pieces
+        from ..kernels.maps import label_flowing, label_pieces
 
         if not self.exact:
             where = positions(self.yx, self.sub), matrices(self.frame, self.turns)
@@ -248,7 +247,7 @@ class SourceMap:
 
     def save(self, path: str | Path) -> None:
         """Write the map as .npz, arrays under their names; replaces the file whole or not at all."""
-        from .disk.whole import write_bytes
+        from ..disk.whole import write_bytes
 
         expect_path(path)
         write_bytes(path, self.to_bytes(), force=True)

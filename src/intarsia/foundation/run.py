@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .errors import CancelledError, ParameterError, called, whole
+from . import CancelledError, ParameterError, called, whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,7 +59,7 @@ class Run:
         Called as ``step(done, total, draft)`` between units of work, from the calling thread; ``draft()`` makes
         the map as far as it has grown (``None`` where a stage has no map).
     cancel : threading.Event, optional
-        Once set, the work ends with :class:`~intarsia.errors.CancelledError` at the next unit.
+        Once set, the work ends with :class:`~intarsia.foundation.CancelledError` at the next unit.
     notes : list of str
         Methods add here, in one line each, what the user should know of this run.
     probe : Probe, optional

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError, IntarsiaError, said
+from . import InputError, IntarsiaError, said
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]

@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import Mask, Pair, marks, masked_pixels, pixels_of
-from .errors import PLANE_WEIGHTS, SCALARS, InputError, ParameterError, called, expect, said
-from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
+from ..foundation import PLANE_WEIGHTS, SCALARS, InputError, ParameterError, called, expect, said
+from ..foundation.arrays import Mask, Pair, marks, masked_pixels, pixels_of
+from . import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 
 T = TypeVar("T")

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .arrays import Array
-from .errors import (
+from ..foundation import (
     MAX_PIXELS,
     REACHES,
     WEIGHT,
@@ -28,8 +27,9 @@ from .errors import (
     whole,
     whole_within,
 )
-from .geometry import Wrap
-from .image import Kind, Plane
+from ..foundation.arrays import Array
+from ..foundation.geometry import Wrap
+from . import Kind, Plane
 from .sourcemap import SourceMap
 
 

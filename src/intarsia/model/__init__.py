@@ -1,4 +1,6 @@
-"""A plane is one picture of a surface: pixels, what they mean, and how they are coded.
+"""What a synthesis is given, and what it hands on: planes, exemplars, canvas, and the map.
+
+A plane is one picture of a surface: pixels, what they mean, and how they are coded.
 
 Packed maps are files whose channels hold one map each: occlusion, roughness and metallic in red, green and blue. Each
 channel becomes a plane of its own, so that it is compared by its own range; they are drawn, and written, as one
@@ -18,8 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import Array, pixels_of
-from .errors import CHANNELS, InputError, ParameterError, chosen, expect, said
+from ..foundation import CHANNELS, InputError, ParameterError, chosen, expect, said
+from ..foundation.arrays import Array, pixels_of
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
 MAX_SIDE = 1 << 20

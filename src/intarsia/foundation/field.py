@@ -8,15 +8,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError, IntarsiaError, said
-from .lazy import lazy
+from . import InputError, IntarsiaError, lazy, said
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 else:  # the command line makes methods before any work
     np = lazy("numpy")
-arrays = lazy("intarsia.arrays")
+arrays = lazy("intarsia.foundation.arrays")
 
 FULL = {"bool": 1, "uint8": 255, "uint16": 65535}
 """Whole numbers that span a range, and which of them stands for its end."""
