@@ -147,7 +147,7 @@ def test_with_image_quilting_it_goes_this_way(tmp_path: Path) -> None:
 
 
 MOST_MODULES, MOST_ENTERED, MOST_ROOMS = 60, 60, 16
-"""What one picture by image quilting may import, and the files and rooms that it may enter: a house that one can hold."""
+"""What a picture by image quilting may import, and the files and rooms that it may enter: a house that one can hold."""
 
 
 def test_a_picture_meets_a_small_part_of_the_house(tmp_path: Path) -> None:
