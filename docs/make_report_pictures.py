@@ -11,22 +11,32 @@ import numpy as np
 from PIL import Image
 
 import intarsia as ia
-from intarsia.tasks.report import sheet_of
+from intarsia.tasks.drawings import pictures_of
 from intarsia.tasks.scoring import Outcome
 
 FOLDER = Path(__file__).resolve().parent / "images"
 METHODS = (ia.Graphcut(), ia.RandomTiling(patch=16))
 
 
+SIDE, GAP, PAPER = 256, 12, (250, 250, 248)  # px of a panel, and between panels
+
+
+def panel(pixels: np.ndarray) -> np.ndarray:
+    """One of the pictures of a report, as large as all others."""
+    picture = Image.fromarray(pixels)
+    picture.thumbnail((SIDE, SIDE), Image.Resampling.BOX)
+    paper = Image.new("RGB", (SIDE + GAP, SIDE + GAP), PAPER)
+    paper.paste(picture, (GAP // 2, GAP // 2))
+    return np.asarray(paper)
+
+
 def main() -> None:
     """Write the picture."""
     FOLDER.mkdir(exist_ok=True)
     made = [ia.synthesize("sample:pebbles", 256, method, seed=1, wrap="both") for method in METHODS]
-    sheets = [Image.fromarray(np.asarray(sheet_of(Outcome.of(one)).pixels)) for one in made]
-    halves = [sheet.resize((sheet.width // 2, sheet.height // 2), Image.Resampling.BOX) for sheet in sheets]
+    rows = [np.concatenate([panel(one.pixels) for one in pictures_of(Outcome.of(each))], axis=1) for each in made]
     path = FOLDER / "report.jpg"
-    both = np.concatenate([np.asarray(one) for one in halves])
-    Image.fromarray(both).save(path, quality=80, optimize=True)
+    Image.fromarray(np.concatenate(rows)).save(path, quality=80, optimize=True)
     print(f"{path.name}: {path.stat().st_size // 1000} kB")
 
 

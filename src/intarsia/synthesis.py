@@ -46,8 +46,8 @@ class Synthesis:
     """What a synthesis made: a map, the exemplars that it points into, and the recipe that repeats it.
 
     Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` says
-    why the method was chosen, where it was not named. ``energies`` holds what the seams of each variant cost where
-    several were tried, ``trials`` their scores if they were compared by them; ``canvas`` is what was filled.
+    why the method was chosen, where it was not named. ``trials`` holds the score of each variant where several were
+    tried; ``canvas`` is what was filled.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -58,7 +58,6 @@ class Synthesis:
     choice: Choice | None = None
     trials: tuple[Score, ...] = ()
     canvas: Canvas | None = None
-    energies: tuple[int, ...] = ()
 
     def __repr__(self) -> str:
         words = f"{self.map.width}x{self.map.height} px, {self.method.slug}, seed {self.recipe.get('seed')}"
@@ -234,21 +233,20 @@ def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
     """Make what is planned."""
     exemplars, canvas, choice, asked = plan.scene.exemplars, plan.scene.canvas, plan.choice, seed
     scores: tuple[Score, ...] = ()
-    energies: tuple[int, ...] = ()
     if choice is None:
         smap = plan.method.synthesize(exemplars, canvas, seed, run)
     else:
         from .choosing.trials import carried_out  # it measures much, and is slow to import
 
-        choice, best, scores, energies = carried_out(choice, exemplars, canvas, seed, run)
+        choice, best, scores = carried_out(choice, exemplars, canvas, seed, run)
         plan, smap, seed = replace(plan, method=best.method), best.map, best.seed
     if bool(smap.holes.any()):
         raise MethodError(f"{plan.method.slug} left {int(smap.holes.sum())} px unfilled; please report this.")
     recipe = _recipe(plan.method, exemplars, canvas, seed, plan.joined)
     if choice is not None:
-        recipe["auto"] = choice.recipe | ({"trials": len(energies), "seed": asked} if energies else {})
+        recipe["auto"] = choice.recipe | ({"trials": len(scores), "seed": asked} if scores else {})
     recipe |= plan.scene.recipe | ({"overlaps": plan.overlaps} if plan.overlaps else {})
-    return Synthesis(exemplars, smap, plan.joined, plan.method, recipe, choice, scores, canvas, energies)
+    return Synthesis(exemplars, smap, plan.joined, plan.method, recipe, choice, scores, canvas)
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:

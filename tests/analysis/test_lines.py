@@ -1,14 +1,10 @@
 """Lines between courses: found where there are some, wherever they run; in grain and wood there are none."""
 
-import itertools
-import math
 
 import numpy as np
 import pytest
 
-import intarsia as ia
-from intarsia.analysis.features import course_lines, features, variance_of
-from intarsia.analysis.oriented import HALF, Lines, from_middle
+from intarsia.analysis.features import course_lines, features
 from intarsia.kernels.paths import surest_line
 from intarsia.model.exemplar import Exemplar
 
@@ -33,8 +29,7 @@ def wall(height=160, width=176, beds=BEDS, lean=0.0, seed=1):
 
 def lines_in(picture, usable=None, toroidal=False):
     e = Exemplar.of(picture, usable=usable, toroidal=toroidal)
-    found = course_lines(features([e]), [e])
-    return found[0] if found else None
+    return course_lines(features([e]), e)
 
 
 def naive_surest(sure, bend):
@@ -132,73 +127,3 @@ def test_lines_that_end_are_none():
     picture = wall()
     picture[:, 125:] = np.random.default_rng(2).integers(120, 200, (160, 51))
     assert lines_in(picture) is None
-
-
-def test_pixels_lie_from_the_middle_of_their_course():
-    at = np.array([[3, 4], [13, 14], [33, 34]], np.int32)
-    far = from_middle(Lines(0, at, (1.0,) * 3, 9.0), (40, 2), toroidal=False)
-    assert far[[3, 13, 33], 0].tolist() == [HALF] * 3
-    assert far[[8, 23], 0].tolist() == [0, 0]
-    assert far[[4, 14, 34], 1].tolist() == [HALF] * 3
-    assert far[18, 0] == HALF // 2
-    assert far[0, 0] == HALF * 9 // 15  # above the first a course of the mean height, 15 px
-    assert 0 <= far.min() <= far.max() <= HALF
-    turned = from_middle(Lines(1, at, (1.0,) * 3, 9.0), (2, 40), toroidal=False)
-    assert np.array_equal(turned, far.T)
-    round_it = from_middle(Lines(0, at, (1.0,) * 3, 9.0), (40, 2), toroidal=True)
-    assert round_it[38, 0] == 0  # from 33 to 3 + 40
-    assert np.array_equal(round_it[4:33], far[4:33])
-
-
-def test_courses_add_one_channel_where_all_exemplars_have_them():
-    one, two = Exemplar.of(wall()), Exemplar.of(wall(seed=3, beds=(25, 60, 90, 130)))
-    plain, more = features([one, two], structure=1.0), features([one, two], structure=1.0, courses=1.0)
-    assert (plain.courses, more.courses) == (None, 0)
-    assert more.structure == plain.structure + 1
-    assert len(more.black) == more.pictures[0].shape[2] == plain.pictures[0].shape[2] + 1
-    assert np.array_equal(more.pictures[1][..., :-1], plain.pictures[1])
-    own = [p[..., : plain.base].astype(np.int32) for p in plain.pictures]
-    last = [p[..., -1:].astype(np.int32) for p in more.pictures]
-    assert math.isclose(variance_of(last, [one, two]), variance_of(own, [one, two]), rel_tol=0.05)
-    across = Exemplar.of(np.ascontiguousarray(wall().T))
-    assert features([one, across], structure=1.0, courses=1.0) is features([one, across], structure=1.0)
-
-
-def test_without_courses_features_are_those_without_the_weight():
-    e = Exemplar.of(np.random.default_rng(5).integers(0, 256, (90, 90, 3)).astype(np.uint8))
-    assert features([e], structure=1.0, courses=0.7) is features([e], structure=1.0)
-    assert features([e], courses=0.7) is features([e])
-
-
-@pytest.fixture(autouse=True)
-def few_placements(monkeypatch):
-    """Two for each window: of many, cuts find those that do not step by themselves."""
-    monkeypatch.setattr("intarsia.seams.graphcut.TRIES", 2)
-
-
-def grown(exemplars, courses, seed=1, **options):
-    method = ia.Graphcut(patch=40, overlap=20, refinements=2, courses=courses)
-    return ia.synthesize(exemplars, (140, 200), method, seed=seed, **options).map
-
-
-def test_without_courses_maps_are_those_without_the_weight():
-    grain = np.random.default_rng(5).integers(0, 256, (90, 90, 3)).astype(np.uint8)
-    assert np.array_equal(grown(grain, 0.7).yx, grown(grain, 0.0).yx)
-
-
-@pytest.mark.parametrize("wrap", ["none", "both"])
-def test_courses_do_not_step(wrap):
-    """Pieces that meet side by side lie about as far from the middle of their courses far more often than without."""
-    picture, far, steps = wall(), from_middle(lines_in(wall()), (160, 176), toroidal=False), [0, 0]
-    for seed, courses in itertools.product((1, 2, 3), (0, 1)):
-        shown = far[tuple(np.moveaxis(grown(picture, float(courses), seed, wrap=wrap).yx, -1, 0))]
-        steps[courses] += np.count_nonzero(np.abs(np.diff(shown, axis=1)) > HALF // 3)
-    assert 4 * steps[1] < 3 * steps[0]
-
-
-def test_courses_are_kept_of_several_exemplars_and_under_masks():
-    usable = np.ones((160, 176), bool)
-    usable[60:70, 70:90] = False
-    masked = Exemplar.of(wall(), usable=usable)
-    assert (grown([wall(), wall(seed=3)], 1.0).which == 1).any()
-    assert usable[tuple(np.moveaxis(grown(masked, 1.0).yx, -1, 0))].all()

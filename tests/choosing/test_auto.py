@@ -15,7 +15,6 @@ import torture
 from click.testing import CliRunner, Result
 
 import intarsia as ia
-from intarsia import files
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
@@ -295,11 +294,6 @@ class TestAsked:
         with pytest.raises(ia.ParameterError, match="patch=700 is larger"):
             choice_of(texture(60, 60, 3), given={"patch": 700})
 
-    @pytest.mark.parametrize("by", ["seams", "", None, 1, "Energy"])
-    def test_what_trials_are_compared_by_is_checked(self, by: Any) -> None:
-        with pytest.raises(ia.ParameterError, match="choose one of score, energy"):
-            ia.Auto(trials=2, by=by)
-
     @pytest.mark.parametrize("trials", [0, -1, 65, True, 2.5])
     def test_trials_are_checked(self, trials: Any) -> None:
         with pytest.raises(ia.ParameterError, match="trials="):
@@ -386,33 +380,11 @@ class TestTrials:
         assert [s.total for s in many.trials][:2] == [s.total for s in few.trials]
         assert score_map(many.exemplars, many.map).total >= score_map(few.exemplars, few.map).total
 
-    def test_the_least_energy_of_seeds_is_kept_and_can_be_repeated(self) -> None:
-        pixels = texture(70, 64, 3)
-        made = ia.synthesize(pixels, 120, ia.Auto(trials=5, by="energy"), seed=2)
-        assert made.choice is not None
-        tried = trial_methods(made.choice, CANVAS, 2)
-        assert {m for m, _ in tried} == {made.method}
-        each = [ia.synthesize(pixels, 120, m, seed=seed) for m, seed in tried]
-        assert made.energies == tuple(one.energy for one in each)
-        assert len(set(made.energies)) == 5
-        best = min(each, key=lambda one: one.energy)
-        assert (made.map.digest, made.recipe["seed"]) == (best.map.digest, best.recipe["seed"])
-        assert made.energy == best.energy < each[0].energy
-        assert made.trials == ()
-        assert {k: made.recipe["auto"][k] for k in ("by", "trials", "seed")} == {"by": "energy", "trials": 5, "seed": 2}
-
-    def test_trials_by_score_tell_the_energies_too(self) -> None:
-        made = ia.synthesize(texture(70, 64, 3), 120, ia.Auto(trials=2), seed=1)
-        assert (len(made.trials), len(made.energies)) == (2, 2)
-        assert made.energy in made.energies
-        assert "by" not in made.recipe["auto"]
-        assert ia.synthesize(texture(70, 64, 3), 120, ia.Auto(by="energy"), seed=1).energies == ()
-
     def test_what_was_asked_for_is_never_varied(self) -> None:
-        found = choice_of(texture(70, 64, 3), given={"patch": 20, "context": 0.5}, trials=8)
+        found = choice_of(texture(70, 64, 3), given={"patch": 20, "tolerance": 0.5}, trials=8)
         tried = trial_methods(found, CANVAS, 3)
         assert {m.patch for m, _ in tried} == {20}
-        assert {m.context for m, _ in tried} == {0.5}
+        assert {m.tolerance for m, _ in tried} == {0.5}
         assert len({seed for _, seed in tried}) == 8
         assert tried[0] == (found.method, 3)
 
@@ -423,9 +395,6 @@ class TestTrials:
         assert len({(m.patch, seed) for m, seed in tried}) == 4
         assert {m.slug for m, _ in tried} == {"graphcut"}
         assert sides[0] == min(sides) < max(sides)
-        seeds = trial_methods(choice_of(stones, given={"isometries": "none"}, trials=4, by="energy"), CANVAS, 3)
-        assert [m.patch for m, _ in seeds] == sides[:1] * 4
-        assert len({seed for _, seed in seeds}) == 4
 
     def test_a_method_without_chance_is_made_once(self) -> None:
         tile = np.tile(np.kron(speckle(5, 6), np.ones((4, 4), np.uint8)), (6, 6))
@@ -515,8 +484,8 @@ class TestCommands:
         assert set(plain) == {"rule", "why", "command"}
         told = run("grow", "wall.png", "-mauto", "-o", "b.png", "--json", "--explain", "--trials", 2).stdout
         full = json.loads(told)["auto"]
-        assert set(full) == {"rule", "why", "command", "measurements", "scores", "energies"}
-        assert len(full["scores"]) == len(full["energies"]) == 2
+        assert set(full) == {"rule", "why", "command", "measurements", "scores"}
+        assert len(full["scores"]) == 2
         assert {"value", "confidence", "says"} == set(full["measurements"]["lattice"])
 
     def test_dry_run_explains_without_growing(self) -> None:
@@ -536,9 +505,7 @@ class TestCommands:
             "--trials 0",
             "--method image-quilting --trials 2",
             "--method repeat --explain",
-            "--by energy",
-            "--trials 2 --by seams",
-            "--method repeat --trials 2 --by energy",
+            "--method repeat --trials 2",
             "--tolerance -1",
             "--patch 700",
         ],
@@ -558,19 +525,6 @@ class TestCommands:
             found = json.loads(run("analyze", name, "--json").stdout)["suggested"]
             made = json.loads(run("grow", name, "-mauto", "-o", f"grown_{name}", "--json").stdout)
             assert (found["rule"], found["method"]) == (made["auto"]["rule"], made["method"])
-
-    def test_the_seed_of_least_energy_is_kept(self) -> None:
-        asked = ("-o", "out.png", "--trials", 3, "--by", "energy", "--size", 90, "--json", "--explain")
-        done = run("grow", "blobs.png", *asked)
-        told = json.loads(done.stdout)
-        assert told["energy"] == min(told["auto"]["energies"])
-        assert len(told["auto"]["energies"]) == 3
-        assert "scores" not in told["auto"]
-        for number, energy in enumerate(told["auto"]["energies"], 1):
-            assert f"trial {number}      energy {energy}" in done.stderr
-        recipe = files.read_recipe("out.png")
-        assert recipe is not None
-        assert (recipe["energy"], recipe["auto"]["by"]) == (told["energy"], "energy")
 
     def test_replay_follows_the_recipe(self) -> None:
         run("grow", "blobs.png", "-mauto", "-o", "out.png", "--trials", 3)

@@ -187,7 +187,7 @@ VALID = {
     "edge grow reach": FROM_0,
     "bottom left top feather level boundary_patch boundary_slack min_repeat_distance repair": FROM_0 | {"1_000"},
     "threads right": {"1", "\u0663", "1_000"},
-    "tolerance usage weight context": FROM_0 | {"1.5"},
+    "tolerance usage weight": FROM_0 | {"1.5"},
     "isometries boundary_isometries": FROM_0 | {"0,0", "0,0,0", "0,0,0,0"},
     "patch": {"1", "\u0663"},
     "size scale magnify": {"1"},

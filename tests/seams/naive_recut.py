@@ -132,9 +132,8 @@ def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32], saved:
 
 
 def naive_repeats(
-    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], row: Source, look: Look,
-    course: int = -1,
-) -> int:  # fmt: skip
+    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], row: Source, look: Look
+) -> int:
     """How much of a candidate is shown already, 256 = all of it once; near the window up to four times that."""
     y0, x0, h, w = box
     reach, total, step = 3 * max(h, w) // 2 + 1, 0, look.step
@@ -152,6 +151,6 @@ def naive_repeats(
             di, dj = di % naive.usable[v].shape[0], dj % naive.usable[v].shape[1]
         goes_on = (di, dj) == (gap[0] + h // 2, gap[1] + w // 2)
         if 0 <= di < h and 0 <= dj < w and not goes_on:
-            far = max(abs(g) // 3 if 1 - axis == course else abs(g) for axis, g in enumerate(gap))
+            far = max(map(abs, gap))
             total += 256 + (768 * (reach - far) // reach if far < reach else 0)
     return total * step * step // (h * w)

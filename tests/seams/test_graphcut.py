@@ -270,19 +270,19 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
 @settings(max_examples=40, deadline=None)
 @given(seeds)
 def test_repeats_are_counted(seed: int) -> None:
-    """How much of a candidate is shown already, more near by, along a course farther; a continuation is none."""
+    """How much of a candidate is shown already, more near by; a continuation is none."""
     scene = Scene(seed)
     rng = np.random.default_rng(seed)
     box = (int(rng.integers(0, 4)), int(rng.integers(0, 4)), 4, 5)
     rows = np.array([(0, *(int(n) for n in rng.integers(0, (2, 4, 4)))) for _ in range(4)], np.int64)
     high, wide = scene.naive.size
     parts = (0, 0, high, wide), (0, 0, high, wide), (1, 2, high - 1, wide - 2), (high - 3, 0, 3, 4)
-    for part, step, course in zip(parts, (1, 2, 1, 2), (-1, -1, 0, 1), strict=True):
+    for part, step in zip(parts, (1, 2, 1, 2), strict=True):
         out, look = np.empty(4, np.int64), placement_kernels.Look(*part, step)
         turns = np.zeros((2, 2, 7), np.int64)  # two exemplars
         samples = placement_kernels.samples_of(scene.shown, scene.pieces.table, look)
-        placement_kernels.repeats(scene.shown, scene.pieces, turns, samples, box, rows, course, out)
-        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), look, course) for row in rows]
+        placement_kernels.repeats(scene.shown, scene.pieces, turns, samples, box, rows, out)
+        want = [naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), look) for row in rows]
         assert out.tolist() == want
 
 

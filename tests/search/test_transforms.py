@@ -42,12 +42,12 @@ def test_distances_of_the_farthest_features_are_exact(side: int, holes: bool, ch
 
 @pytest.mark.parametrize("channels", [1, 3])
 def test_a_white_window_is_far_from_a_black_corner(channels: int) -> None:
-    """Checks with surroundings at weight 4, patch 125: of all patches, the farthest is not taken for the best."""
+    """Checks with outlines at weight 4, patch 125: of all patches, the farthest is not taken for the best."""
     y, x = np.mgrid[:640, :640]
     gray = np.where((y + x) % 2, 255, 0).astype(np.uint8)
     gray[:200, :200], gray[440:, 440:] = 0, 255
     e = Exemplar.of(np.repeat(gray[:, :, None], channels, 2))
-    picture = features([e], None, (4.0, 12)).pictures[0]
+    picture = features([e], None, 4.0).pictures[0]
     window = np.ascontiguousarray(picture[477:602, 477:602])
     known = np.ones((125, 125), np.uint8)
     for top, left in ((0, 0), (37, 37), (200, 90), (477, 477)):
@@ -55,15 +55,15 @@ def test_a_white_window_is_far_from_a_black_corner(channels: int) -> None:
         assert measured(window, picture, known, top, left) == exact
 
 
-@pytest.mark.parametrize("context", [0.0, 0.3, 4.0])
+@pytest.mark.parametrize("structure", [0.0, 0.3, 4.0])
 @pytest.mark.parametrize("weights", [None, (1.0, 0.0, 1000.0)])
 def test_features_differ_by_no_more_than_the_distance_can_add_up(
-    weights: tuple[float, ...] | None, context: float
+    weights: tuple[float, ...] | None, structure: float
 ) -> None:
     pixels = texture(40, 44, 3, 1) // 255 * 255
     planes = {"albedo": pixels, "normal": np.where(texture(40, 44, 3, 2) > 128, 255, 0).astype(np.uint8)}
     planes["height"] = Plane((pixels[:, :, 0] * 1e6).astype(np.float32), Kind.DATA)
-    picture = features([Exemplar.of(planes)], weights, (context, 5)).pictures[0].astype(int)
+    picture = features([Exemplar.of(planes)], weights, structure).pictures[0].astype(int)
     assert picture.max() - picture.min() <= 4092
     assert 128 * 4092**2 < 1 << 31
 

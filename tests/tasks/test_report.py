@@ -14,9 +14,8 @@ from judging.naive_windows import blobs
 from PIL import Image
 
 import intarsia as ia
-from intarsia.files.write import lettered
 from intarsia.tasks.drawings import LARGE, looked, pictures_of, stretched
-from intarsia.tasks.report import SIDE, WORD, fitted, index_of, index_sheet, page_of, sheet_of, shortened, thumbnailed
+from intarsia.tasks.report import index_of, page_of, thumbnailed
 from intarsia.tasks.scoring import Outcome, outcome_of
 
 STONES = (blobs(96, 96, 1) // 4).astype(np.uint8)
@@ -136,7 +135,6 @@ def test_no_text_is_taken_for_a_tag(made: ia.Synthesis) -> None:
         page = Page(text)
         assert "script" not in page.tags
         assert "alert('1')" in page.text
-    assert sheet_of(outcome).width > 5 * SIDE
 
 
 def test_the_same_output_gives_the_same_page(made: ia.Synthesis) -> None:
@@ -158,17 +156,6 @@ def test_an_index_is_sorted_worst_first() -> None:
     assert [name for _, name in totals] == ["broken", "grown", "whole"]
     assert len(page.pictures) == 3
     assert page.text.count("overused") == 3
-    assert index_sheet(small).height > SIDE
-
-
-def test_of_a_long_path_the_end_is_shown() -> None:
-    assert shortened("out/moss.png") == "out/moss.png"
-    long = "a_folder_of_many/" * 9 + "moss_albedo.png"
-    short = shortened(long)
-    assert short.startswith("...")
-    assert long.endswith(short[3:])
-    assert "moss_albedo.png" in short
-    assert SIDE * 0.9 < lettered(short, WORD).shape[1] <= SIDE
 
 
 def test_good_and_broken_are_told_apart_at_a_glance() -> None:
@@ -231,20 +218,12 @@ def test_magnified_several_tiny_and_turned_outputs_have_one() -> None:
         ia.synthesize(STONES, 96, turned),
     ):
         assert len(Page(ia.report(made)).pictures) >= 5
-        assert sheet_of(Outcome.of(made)).height > SIDE
 
 
 def test_large_pictures_are_shown_smaller() -> None:
     assert looked(ia.Plane(np.zeros((3000, 20, 3), np.uint8)), LARGE).shape == (1000, 6, 3)
     assert looked(ia.Plane(np.zeros((2000, 1, 3), np.uint8)), LARGE).shape == (1024, 1, 3)
     assert looked(ia.Plane(np.full((4, 4), 7, np.uint8)), LARGE).tolist() == [[[7, 7, 7]] * 4] * 4
-
-
-@pytest.mark.parametrize("size", [(1, 1), (30, 512), (512, 512), (700, 3), (2000, 1100)])
-def test_panels_are_filled(size: tuple[int, int]) -> None:
-    out = fitted(np.full((*size, 3), 90, np.uint8), SIDE)
-    assert max(out.shape[:2]) == SIDE
-    assert (out == 90).all()
 
 
 def test_stretched_keeps_slopes() -> None:

@@ -172,7 +172,6 @@ def variance_of(values: Sequence[Array], exemplars: Exemplars) -> float:
 
 
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
-MOST_CONTEXT = 4.0  # faint surroundings are not blown up more than this
 OUTLINES, SLOW = 0.5, 0.3  # how much outlines count, their spread over that of colour; slow colour is multiplied
 SLOW_REACH = 20  # slow colour is averaged over three squares of twice this part of the shorter side
 
@@ -185,7 +184,7 @@ class Features:
 
     ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece;
     ``black`` is what a pixel of value 0 would be, channel by channel; the base plane has the first ``base``, and the
-    last ``structure`` help to find what fits, but are not seen; courses, where they count, run along axis ``courses``.
+    last ``structure`` help to find what fits, but are not seen.
     """
 
     pictures: tuple[Int16, ...]
@@ -193,7 +192,6 @@ class Features:
     black: tuple[int, ...] = ()
     base: int = 0
     structure: int = 0
-    courses: int | None = None
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def brightness(self, feats: Int16, known: UInt8) -> int:
@@ -247,17 +245,12 @@ def pose_array(array: Array, pose: int) -> Array:
 
 
 def features(
-    exemplars: Exemplars, weights: tuple[float, ...] | None = None, context: tuple[float, int] = (0.0, 0),
-    structure: float = 0.0, courses: float = 0.0,
-) -> Features:  # fmt: skip
+    exemplars: Exemplars, weights: tuple[float, ...] | None = None, structure: float = 0.0
+) -> Features:
     """Return the features of the exemplars; `weights` count the channels of the base plane, their own the planes.
 
-    `context` (weight, radius px) appends the same channels averaged over their surroundings: what an exemplar
-    pixel has around it is then known even where the output around it is not. Weight 1 gives them the variance
-    of the others. `structure` appends how far each pixel lies from outlines, and the colours of the base plane averaged
+    `structure` appends how far each pixel lies from outlines, and the colours of the base plane averaged
     over a tenth of the exemplar: 1 gives outlines half of the spread of colour, and multiplies slow colours by 0.3.
-    `courses` appends, where lines run across all exemplars, how far each pixel lies from the middle of its course: 1
-    gives it the spread of colour.
 
     Raises
     ------
@@ -266,21 +259,14 @@ def features(
     ParameterError
         where the number of weights is not the number of channels.
     """
-    key = ("features", weights, context, structure, courses, tuple(e.digest for e in exemplars))
-    return exemplars[0].memo(key, lambda: _made(exemplars, weights, context, structure, courses))
+    key = ("features", weights, structure, tuple(e.digest for e in exemplars))
+    return exemplars[0].memo(key, lambda: _made(exemplars, weights, structure))
 
 
-def _made(
-    exemplars: Exemplars, weights: tuple[float, ...] | None, context: tuple[float, int], structure: float,
-    courses: float,
-) -> Features:  # fmt: skip
-    if courses:
-        lines = course_lines(features(exemplars, weights), exemplars)
-        before = features(exemplars, weights, context, structure)
-        return _with_courses(before, exemplars, lines, courses) if lines else before
-    plain = features(exemplars, weights) if structure or context[0] else _features(exemplars, weights)
-    around = _with_context(plain, exemplars, *context)
-    return _with_structure(around, plain, exemplars, structure) if structure else around
+def _made(exemplars: Exemplars, weights: tuple[float, ...] | None, structure: float) -> Features:
+    if structure:
+        return _with_structure(features(exemplars, weights), exemplars, structure)
+    return _features(exemplars, weights)
 
 
 def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
@@ -291,45 +277,14 @@ def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
     ])  # fmt: skip
 
 
-def course_lines(plain: Features, exemplars: Exemplars) -> list[Lines]:
-    """Return the lines between the courses of exemplars, of all along the same axis; empty where one has none."""
-
-    def looked() -> list[Lines]:
-        found: list[Lines] = []
-        for outlined, picture, e in zip(outlines(plain, exemplars), plain.pictures, exemplars, strict=True):
-            lines = oriented.lines_of(outlined, picture.shape, e.toroidal)
-            if lines is None or (found and lines.axis != found[0].axis):
-                return []
-            found.append(lines)
-        return found
-
-    return plain.memo("courses", looked)
+def course_lines(plain: Features, exemplar: Exemplar) -> Lines | None:
+    """Return the lines between the courses of the one exemplar that features are of; None where it has none."""
+    return plain.memo("courses", lambda: oriented.lines_of(
+        outlines(plain, [exemplar])[0], plain.pictures[0].shape, exemplar.toroidal
+    ))  # fmt: skip
 
 
-def _with_courses(feats: Features, exemplars: Exemplars, lines: list[Lines], weight: float) -> Features:
-    """Append the channel of courses to features."""
-    each = zip(lines, feats.pictures, exemplars, strict=True)
-    far = [oriented.from_middle(one, p.shape, e.toroidal)[..., None] for one, p, e in each]
-    own = variance_of([p[..., : feats.base] for p in feats.pictures], exemplars)
-    share = min(weight * math.sqrt(own / max(variance_of(far, exemplars), 1.0)), 2 * RANGE / oriented.HALF)
-    return _appended(
-        feats, [times(f, share) for f in far], (), (0,), structure=feats.structure + 1, courses=lines[0].axis
-    )
-
-
-def _appended(
-    feats: Features, more: list[Int32], normals: tuple[int, ...], black: tuple[int, ...], **facts: int
-) -> Features:
-    """Features with more channels, which are held in their range: their normals, counted from 0, and their black."""
-    pictures = [
-        np.concatenate([p, np.clip(m, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
-        for p, m in zip(feats.pictures, more, strict=True)
-    ]
-    normals = (*feats.normals, *(k + feats.pictures[0].shape[2] for k in normals))
-    return replace(feats, pictures=tuple(pictures), normals=normals, black=feats.black + black, _memo={}, **facts)
-
-
-def _with_structure(feats: Features, plain: Features, exemplars: Exemplars, weight: float) -> Features:
+def _with_structure(plain: Features, exemplars: Exemplars, weight: float) -> Features:
     """Append the channels of structure that the base plane has to features."""
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
@@ -341,17 +296,15 @@ def _with_structure(feats: Features, plain: Features, exemplars: Exemplars, weig
     for distance, colour, e in zip(far, base, exemplars, strict=True):
         slow = times(_blurred(colour, e, max(1, min(colour.shape[:2]) // SLOW_REACH)), weight * SLOW)
         more.append(np.concatenate([times(distance, share), slow], axis=2))
-    normals = tuple(k + 1 for k in plain.normals if k < plain.base)
-    return _appended(feats, more, normals, (0,) * (plain.base + 1), structure=plain.base + 1)
-
-
-def _with_context(plain: Features, exemplars: Exemplars, weight: float, radius: int) -> Features:
-    if not weight:
-        return plain
-    blurred = [_blurred(p, e, radius) for p, e in zip(plain.pictures, exemplars, strict=True)]
-    own = contrast(plain, exemplars)
-    share = min(math.sqrt(weight * own / max(variance_of(blurred, exemplars), 1.0)), MOST_CONTEXT)
-    return _appended(plain, [times(b, share) for b in blurred], plain.normals, plain.black)
+    pictures = tuple(
+        np.concatenate([p, np.clip(m, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
+        for p, m in zip(plain.pictures, more, strict=True)
+    )
+    slopes = tuple(k + 1 + plain.pictures[0].shape[2] for k in plain.normals if k < plain.base)
+    black = plain.black + (0,) * (plain.base + 1)
+    return replace(
+        plain, pictures=pictures, normals=plain.normals + slopes, black=black, structure=plain.base + 1, _memo={}
+    )
 
 
 def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:

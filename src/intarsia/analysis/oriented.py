@@ -152,7 +152,6 @@ ENDS = 4, 0.125  # no line is what is less sure in one of so many parts; of line
 FEWEST = 3  # lines
 WIDEST = 3  # no course is higher than this part of the exemplar, whose ends are none
 CLEAR = 4.3  # times as sure on lines as halfway between. Of seven walls 4.7 to 21; of ripples 4.0, bark 2.8, cloth 2.3
-HALF = 1024  # steps from a line to the middle of a course
 
 
 class Lines(NamedTuple):
@@ -190,17 +189,6 @@ def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines |
     best = max(courses, key=lambda lines: lines.clear)
     columns = np.minimum(np.arange(shape[1 - best.axis]) // found.factor, best.at.shape[1] - 1)
     return best._replace(at=best.at[:, columns] * found.factor + found.factor // 2)
-
-
-def from_middle(lines: Lines, shape: tuple[int, ...], toroidal: bool) -> Int32:
-    """Return how far each pixel of a picture (H, W) lies from the middle of its course: 0, to HALF on lines.
-
-    Beyond the first and the last line courses go on as high as they are in the mean.
-    """
-    n = shape[lines.axis]
-    above, below = _around(lines.at.astype(np.int64), n, toroidal)
-    far = HALF * np.abs(2 * np.arange(n)[:, None] - above - below) // np.maximum(below - above, 1)
-    return np.asarray(far if lines.axis == 0 else far.T, np.int32)
 
 
 def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:

@@ -17,7 +17,6 @@ from ..foundation import (
     AUTO_METHOD,
     FEATHER,
     MOST_TRIALS,
-    By,
     IntarsiaError,
     ParameterError,
     chosen,
@@ -57,8 +56,6 @@ class Choice:
         What was measured, and can be.
     trials : int
         How many variants are made, to keep the best of.
-    by : By
-        What they are compared by.
     given : dict
         The parameters that were asked for.
     others : tuple of Choice
@@ -71,7 +68,6 @@ class Choice:
     warnings: tuple[str, ...]
     facts: choosing_facts.Facts
     trials: int = 1
-    by: By = By.SCORE
     given: Mapping[str, Any] = field(default_factory=dict)
     others: tuple[Choice, ...] = ()
 
@@ -100,8 +96,7 @@ class Choice:
     @property
     def recipe(self) -> dict[str, Any]:
         """What a recipe says of it; nothing of it is needed to repeat the picture."""
-        by = {"by": self.by.value} if self.trials > 1 and self.by is not By.SCORE else {}
-        return {"rule": self.rule, "why": list(self.why)} | by
+        return {"rule": self.rule, "why": list(self.why)}
 
 
 @dataclass(frozen=True)
@@ -118,28 +113,23 @@ class Auto:
         Abilities that it must have, beside those that exemplars and canvas ask for.
     laying : bool
         Choose only among methods that lay patches by search.
-    by : {"score", "energy"}
-        What is best: of patches of several sizes and seeds the one that people would prefer by its score; or of seeds
-        alone the one whose seams cost least (:attr:`Synthesis.energy`), which is found sooner.
 
     Raises
     ------
     ParameterError
-        where no method has these parameters, or allows these values; where `by` is none of the two.
+        where no method has these parameters, or allows these values.
     """
 
     trials: int = 1
     given: Mapping[str, Any] = field(default_factory=dict)
     needs: frozenset[Ability] = frozenset()
     laying: bool = False
-    by: By | str = By.SCORE
     able: tuple[str, ...] = field(init=False, default=(), repr=False)
 
     slug = AUTO_METHOD
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "trials", whole_within("trials", self.trials, 1, MOST_TRIALS, "trials"))
-        object.__setattr__(self, "by", chosen(By, "by", self.by))
         expect(self.given, Mapping, "given", "a dict of parameters")
         expect(self.needs, (set, frozenset), "needs", "a set of abilities")
         object.__setattr__(self, "needs", frozenset(chosen(Ability, "needs", need) for need in self.needs))
@@ -183,7 +173,7 @@ class Auto:
             except IntarsiaError as e:
                 refused = refused or e
                 continue
-            found.append(Choice(method, rule, why, (), facts, self.trials, By(self.by), dict(self.given)))
+            found.append(Choice(method, rule, why, (), facts, self.trials, dict(self.given)))
             if len(found) == 1 and rule in GENERAL:
                 break
         if not found:
@@ -227,5 +217,5 @@ GENERAL = ("begun", "guided", "several", "patches")
 ONLY = "only"
 FIXED = ("best-tile", "repeat")
 """Methods that no seed changes."""
-DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "context", "evenness")
+DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "evenness")
 """Parameters that a rule, a measurement or a trial decides."""

@@ -238,8 +238,7 @@ class Facts:
     @cached_property
     def courses(self) -> Lines | None:
         """The lines that run across it between courses, in its own px; None where it has none."""
-        found = course_lines(features([self.exemplar]), [self.exemplar])
-        return found[0] if found else None
+        return course_lines(features([self.exemplar]), self.exemplar)
 
     @cached_property
     def masonry(self) -> unequal.Masonry | None:

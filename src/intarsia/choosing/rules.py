@@ -118,10 +118,6 @@ def _size(f: Facts) -> str:
     return f"its elements are about {size} px large" if f.element.found else "the size of its elements is not seen"
 
 
-def _kept(f: Facts) -> tuple[str, ...]:
-    return () if f.courses is None else (f"{f.courses.told}: patches keep them.",)
-
-
 def _stones(f: Facts) -> tuple[str, ...]:
     assert f.masonry is not None
     return (
@@ -219,7 +215,6 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: (
             "It repeats by no lattice.",
             f"Patches cut around its elements suit it: {_size(f)}.",
-            *_kept(f),
         ),
     ),
     ChoiceRule(

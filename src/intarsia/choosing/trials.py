@@ -1,10 +1,8 @@
 """Trials: several variants of the chosen method, of which the one that people would prefer by its score is kept.
 
 Tried are the automatic choice, patches of 1.4 and 1.8 elements, then further seeds of all these; whatever was asked for
-stays. The automatic choice is kept unless another is better by LEAST_GAIN. Compared by energy, the first of those whose
-seams cost least is kept, and only seeds are tried: larger patches have fewer seams, however they look. No clock
-decides, so the same request gives the same picture. Another method is never tried: between methods the score is wrong
-too often (docs/auto.md).
+stays. The automatic choice is kept unless another is better by LEAST_GAIN. No clock decides, so the same request gives
+the same picture. Another method is never tried: between methods the score is wrong too often (docs/auto.md).
 """
 
 from __future__ import annotations
@@ -12,14 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..foundation import By, CancelledError, MethodError, ParameterError, lazy
+from ..foundation import CancelledError, MethodError, ParameterError, lazy
 from ..foundation.params import extent, parameters
 from ..foundation.run import Run, draw
 from ..methods import Method, make
 from ..model.canvas import Canvas
 from ..model.exemplar import Exemplars
 from ..model.sourcemap import SourceMap
-from ..seams import energy
 from .auto import FIXED, Choice
 
 if TYPE_CHECKING:
@@ -45,34 +42,34 @@ class Trial:
 
 def carried_out(
     choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
-) -> tuple[Choice, Trial, tuple[score.Score, ...], tuple[int, ...]]:
+) -> tuple[Choice, Trial, tuple[score.Score, ...]]:
     """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
 
-    Returns the choice that it came of, the best of its trials, and in the order of the trials all scores, if they are
-    compared by them, and energies, if there are several.
+    Returns the choice that it came of, the best of its trials, and all scores in the order of the trials, if there are
+    several.
     """
     refused: MethodError | ParameterError | None = None
     for one in (choice, *choice.others):
         try:
-            best, scores, energies = _best(one, exemplars, canvas, seed, run)
+            best, scores = _best(one, exemplars, canvas, seed, run)
         except (MethodError, ParameterError) as e:
             refused = refused or e
             continue
         if refused is not None:
             run.notes.append(f"{choice.method.slug} was left: {refused}")
-        return one, best, scores, energies
+        return one, best, scores
     assert refused is not None
     raise refused
 
 
 def _best(
     choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
-) -> tuple[Trial, tuple[score.Score, ...], tuple[int, ...]]:
+) -> tuple[Trial, tuple[score.Score, ...]]:
     tried = trial_methods(choice, canvas, seed)
     if len(tried) == 1:
         method, own = tried[0]
-        return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), (), ()
-    scores, energies = list[score.Score](), list[int]()
+        return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), ()
+    scores = list[score.Score]()
     best: Trial | None = None
     least = 0.0
     for number, (method, own) in enumerate(tried):
@@ -83,22 +80,19 @@ def _best(
             if number == 0 or isinstance(e, CancelledError):
                 raise
             continue
-        energies.append(energy(exemplars, smap))
-        good, gain = -float(energies[-1]), 0.0
-        if choice.by is By.SCORE:
-            scores.append(score.score_map(exemplars, smap))
-            good, gain = scores[-1].total, LEAST_GAIN
+        scores.append(score.score_map(exemplars, smap))
+        good = scores[-1].total
         if best is None or good > least:
-            best, least = Trial(resolved, own, smap), good + (0 if best else gain)
+            best, least = Trial(resolved, own, smap), good + (0 if best else LEAST_GAIN)
     assert best is not None
-    return best, tuple(scores), tuple(energies)
+    return best, tuple(scores)
 
 
 def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Method, int]]:
     """Return the methods to try with their seeds: at most as many as are asked for, the automatic one first."""
     if choice.method.slug in FIXED:
         return [(choice.method, seed)]
-    variants = _sizes(choice, canvas) if choice.by is By.SCORE else [choice.method]
+    variants = _sizes(choice, canvas)
     variants[0] = choice.method
     out: list[tuple[Method, int]] = []
     for number in range(choice.trials):

@@ -436,16 +436,9 @@ def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
     lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(_set(about))]
-    lines += [f"{'trial ' + str(n):13}{line}" for n, line in enumerate(_tried(auto), 1)]
+    lines += [f"{'trial ' + str(n):13}{one['total']:.3f}" for n, one in enumerate(auto.get("scores", ()), 1)]
     lines += [f"{'warning':13}{line}" for line in warnings]
     return [*lines, f"{'command':13}{auto['command']}"]
-
-
-def _tried(auto: dict[str, Any]) -> list[str]:
-    """What is said of each variant that was tried."""
-    energies = auto.get("energies", [])
-    scores = [f"{s['total']:.3f}, " for s in auto.get("scores", [])] or [""] * len(energies)
-    return [f"{score}energy {energy}" for score, energy in zip(scores, energies, strict=True)]
 
 
 def _set(about: dict[str, Any]) -> list[tuple[str, Any]]:

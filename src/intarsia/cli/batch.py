@@ -292,8 +292,6 @@ class Batch:
         auto = as_json(plan.choice if grown is None or grown.choice is None else grown.choice, request.explain)
         if grown is not None and grown.trials:
             auto["scores"] = [score.as_dict() for score in grown.trials]
-        if grown is not None and grown.energies:
-            auto["energies"] = list(grown.energies)
         return about | {"auto": auto | {"command": _again(order, method, seed)}}
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:

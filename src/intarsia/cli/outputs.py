@@ -266,9 +266,5 @@ def index_name(request: Request, many: bool) -> str | None:
 
 def write_page(staging: Staging, path: str, found: scoring.Outcome | list[tuple[scoring.Outcome, Any]]) -> None:
     """Write the report on one output, or on several with their thumbnails."""
-    if path.lower().endswith(".png"):
-        sheet = report.index_sheet(found) if isinstance(found, list) else report.sheet_of(found)
-        files.write(staging.place(path), sheet)
-    else:
-        page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
-        files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))
+    page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
+    files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))

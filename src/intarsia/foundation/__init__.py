@@ -30,7 +30,7 @@ import operator
 import os
 import re
 import unicodedata
-from enum import Enum, StrEnum
+from enum import Enum
 from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -170,13 +170,6 @@ MOST_TRIALS = 64
 
 PASSES, MOST_PASSES = 4, 1000
 """How often a repair looks for the worst seams: usually, and at most."""
-
-
-class By(StrEnum):
-    """What variants are compared by."""
-
-    SCORE = "score"  # how good people would find them
-    ENERGY = "energy"  # what their seams cost
 
 
 def whole(value: Any) -> int:

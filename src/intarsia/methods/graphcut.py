@@ -5,11 +5,11 @@ Transactions on Graphics (SIGGRAPH) 2003.
 
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
 around its window than `overreach`; twelve placements are drawn, and compared by cuts on every fourth px; strong steps
-cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`), and where
-they keep courses (`courses`); what is shown more often than area asks costs more, in the choice of placements
-(`usage`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid itself, without nodes of their
-own; refinement matches what lies around the bad place, not the bad place itself, and lets pieces about it grow. Under
-a guide patches are chosen as in image quilting, and nothing is refined.
+cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`); what is
+shown more often than area asks costs more, in the choice of placements (`usage`) and in the cut (`evenness`); the
+energy of old seams lies on the pixel grid itself, without nodes of their own; refinement matches what lies around the
+bad place, not the bad place itself, and lets pieces about it grow. Under a guide patches are chosen as in image
+quilting, and nothing is refined.
 
 Cost: for each window and each refinement one FFT search, twelve maximum flows over a sixteenth of the window, and one
 over all of it; about 2 N_out / pitch^2 of them.
@@ -59,10 +59,6 @@ class Graphcut(methods.CutSquares):
     seam: str = methods.cut_cost("sharp")
     channel_weights: tuple[float, ...] | None = methods.channel_weights()
     structure: float = methods.structure_weight()
-    courses: float = param(
-        0.7, "float", "how much lines that run across the exemplar between courses of stones or boards count in the "
-        "search: 1 as much as colour; 0, or where there are none: not", low=0, high=2,
-    )  # fmt: skip
     lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "two steps by which the texture repeats: patches are laid whole steps from the first, give or take 3 px; "
         "automatic: anywhere"

@@ -43,9 +43,6 @@ class ImageQuilting(methods.CutSquares):
     layout: str = methods.layout()
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
     channel_weights: tuple[float, ...] | None = methods.channel_weights()
-    context: float = param(
-        0.0, "float", "how much the surroundings of old pixels count in the search, 0 to 4", low=0, high=4
-    )
     isometries: str | tuple[int, ...] = methods.poses()
     usage: float = methods.usage_price()
     min_repeat_distance: int = methods.repeat_distance()

@@ -72,7 +72,7 @@ class Boundaries(NamedTuple):
 class PatchSettings:
     """How patches are laid: their size, where, from what, and at which price.
 
-    `weights`, `context`, `structure`, `courses`, `isometries` and `search` as the parameters of these names.
+    `weights`, `structure`, `isometries` and `search` as the parameters of these names.
     """
 
     patch: Pair  # rows and columns of a window, px
@@ -80,9 +80,7 @@ class PatchSettings:
     # Windows keep their pitch, hang over the border, and begin so many overlaps before it; None: they end at it.
     hangs: int | None = None
     weights: Weights = None
-    context: float = 0.0  # weight of the surroundings
     structure: float = 0.0  # weight of outlines and slow colour
-    courses: float = 0.0  # weight of lines between courses
     isometries: Poses = "none"
     search: str = "fast"
     listed: int = SHORT_LIST  # candidates kept of every search
@@ -241,11 +239,9 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[Pair, Pick, Candidates], None]
 
-AROUND_HOLES = 64  # candidates kept where a patch must fit a hole,
-AMONG_COURSES = 64  # or keep courses: few of those that do fit their stones, too
+AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
 # Of the spread of colours. Halved: pebbles have 1.8 strong steps for 1.2 in 1000 px; doubled: a pebble road 5.6 for 4.
 KNEE = 3, 8
-SURROUNDINGS = 10  # the context of a pixel reaches about a tenth of a patch
 
 
 def knee_of(spread: int) -> int:
@@ -277,14 +273,13 @@ class Growth:
     ) -> None:  # fmt: skip
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
-        around = (settings.context, max(min(settings.patch) // SURROUNDINGS, 1)) if settings.context else (0.0, 0)
-        self.features = features(exemplars, settings.weights, around, settings.structure, settings.courses)
+        self.features = features(exemplars, settings.weights, settings.structure)
         begun = () if canvas.start is None else canvas.start.poses
         poses = settings.poses(canvas.guide)
         self.variants = posed_exemplars(exemplars, self.features, poses, self.layout.patch, begun)
         rim = settings.rim if canvas.rim is None else canvas.rim
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
-        self.finder = self._finder(listed if self.features.courses is None else max(listed, AMONG_COURSES))
+        self.finder = self._finder(listed)
         rule, usage, distance = settings.repeats
         prices = striking(self.features, self.finder) if usage else None
         self.repetition = rule(self.finder, self.layout, usage, distance, prices)

@@ -54,7 +54,7 @@ def settings_of(method: ImageQuilting) -> PatchSettings:
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
-        context=method.context, isometries=method.isometries, search=method.search,
+        isometries=method.isometries, search=method.search,
         repeats=Repeats(usage=method.usage, distance=method.min_repeat_distance), rim=max(overlap),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack

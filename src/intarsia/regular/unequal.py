@@ -98,12 +98,12 @@ def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
 
 def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     feats = features([exemplar], weights)
-    lines = course_lines(feats, [exemplar])
-    if not lines:
+    lines = course_lines(feats, exemplar)
+    if lines is None:
         raise MethodError("no lines run across the exemplar between courses.")
-    upright = lines[0].axis == 1
+    upright = lines.axis == 1
     picture, level, usable = along_x(feats, exemplar, upright)
-    work = work_of(level, usable, lines[0].at)
+    work = work_of(level, usable, lines.at)
     bricks = bricks_of(work)
     if bricks is None:
         raise MethodError("the courses of the exemplar hold no whole brick.")

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ..foundation import AUTO_METHOD, MARGIN, By, InputError, ParameterError, lazy, whole
+from ..foundation import AUTO_METHOD, MARGIN, InputError, ParameterError, lazy, whole
 from ..foundation.blend import Blend, Finish, Levelling
 from ..foundation.geometry import Wrap
 from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
@@ -61,16 +61,14 @@ class Request(Asked):
             (self.toroidal and self.flatten, "--flatten does not go with --toroidal: light that continues across the "
              "borders has no slope; drop one."),
             (self.explain and self.method != AUTO_METHOD, "--explain belongs to --method auto; name that, or drop it."),
-            (self.by is not None and self.trials is None,
-             f"--by {self.by} says how trials are compared; give --trials N as well, or drop it."),
             (self.trials is not None and self.method != AUTO_METHOD,
              "--trials belongs to --method auto; name that, or drop it."),
             (self.read.count("-") > 1, "the standard input (-) can be read once; name files for the others."),
             *((path == "-", f"a map is read from a file; give {option} the name of a .npz.") for option, path in maps),
             ("" in drawn, "an empty file name was given; name the file to write."),
             (drawn.count("-") > 1, "the standard output (-) holds one picture; name files for the others."),
-            (self.page is not None and not self.page.lower().endswith((".html", ".png")),
-             f"--report {self.page}: a report is a page or a picture; end its name in .html or .png."),
+            (self.page is not None and not self.page.lower().endswith(".html"),
+             f"--report {self.page}: a report is a page; end its name in .html."),
             (self.sheet is not None and not self.sheet.lower().endswith(".png"),
              f"--sheet {self.sheet}: a contact sheet is a PNG; end its name in .png."),
             (self.keep and not self.gates,
@@ -112,7 +110,7 @@ class Request(Asked):
                 values[name] = picture_of(p, value)
         if self.method == AUTO_METHOD:
             laying = self.distance_map is not None and self.verb not in ("heal", "tile")
-            return auto.Auto(self.trials or 1, values, laying=laying, by=self.by or By.SCORE)
+            return auto.Auto(self.trials or 1, values, laying=laying)
         return make(self.method, {**usual_parameters(self.verb, self.method), **values})
 
     @property

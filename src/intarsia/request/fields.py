@@ -19,7 +19,6 @@ from ..foundation import (
     TIMES,
     WEIGHT,
     WEIGHTS,
-    By,
 )
 from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
@@ -221,10 +220,10 @@ class Asked:
         otherwise={"weave": {"help": "Begin anew where another texture or picture lies."}},
     )  # fmt: skip
     page: str | None = asked(
-        WRITTEN, "--report", "A page or a picture on how good it is. What it is made of, and where it loses; of "
+        WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; of "
         "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
-        PLANNED | {"replay", "score"}, "passing", shown="FILE.html|png",
-        otherwise={"score": {"help": "A page or a picture on how good it is. Also where it misses a gate."}},
+        PLANNED | {"replay", "score"}, "passing", shown="FILE.html",
+        otherwise={"score": {"help": "A page on how good it is. Also where it misses a gate."}},
     )  # fmt: skip
     preview: str | None = asked(
         WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", {"tile"}, "passing",
@@ -284,7 +283,7 @@ class Asked:
     )  # fmt: skip
     trials: int | None = asked(
         Whole(low=1, high=MOST_TRIALS), "--trials",
-        "Make N variants and keep the best. With --method auto only; the best by what --by says. Default: 1.",
+        "Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
         {"grow", "extend"}, "passing", shown="N",
     )  # fmt: skip
     seed: int | None = asked(
@@ -295,11 +294,6 @@ class Asked:
         one_of(*PRESETS), "--as",
         "Set what a paper sets: method, its parameters and mixing. What is given besides wins.",
         {"grow", "extend"}, "rare local passing",
-    )  # fmt: skip
-    by: str | None = asked(
-        one_of(*(by.value for by in By)), "--by", "What trials are compared by. How good people would find them, or "
-        "what their seams cost: then only seeds are tried, and it is found sooner. Default: score.",
-        {"grow", "extend"}, "rare passing",
     )  # fmt: skip
     repair: int = asked(
         Whole(high=MOST_PASSES), "--repair",

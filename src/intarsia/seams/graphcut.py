@@ -200,7 +200,6 @@ class GraphcutGrowth:
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         self.nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
-        self._course = -1 if growth.features.courses is None else growth.features.courses
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
         self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
@@ -305,7 +304,7 @@ class GraphcutGrowth:
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        shown = self.repeats(box, found.rows, self.samples(box, self._step), self._course)
+        shown = self.repeats(box, found.rows, self.samples(box, self._step))
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(found.rows[:, 0] + shown * price // ONE)
 
@@ -313,10 +312,10 @@ class GraphcutGrowth:
         """What is looked at around a window, of the map as it is."""
         return placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box, step))
 
-    def repeats(self, box: Box, rows: Array, samples: Samples, course: int = -1) -> Array:
+    def repeats(self, box: Box, rows: Array, samples: Samples) -> Array:
         """How often what each candidate would show in a box is among samples of the map; ONE: all of it, once."""
         shown = np.empty(len(rows), np.int64)
-        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, course, shown)
+        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, shown)
         return shown
 
     def look(self, box: Box, step: int) -> Look:

@@ -37,7 +37,6 @@ def mark_steps(steps: Any, ends: Any, shown: Any, torus: bool, fine: Any, valid:
 
 ONE = 256  # all that a window would show is shown once more
 NEAR = 3  # a repeat beside the window counts this much more
-STRETCH = 3  # along a course so many px count as one
 CELL = 16  # px of a variant: what a map shows is kept by these
 
 
@@ -115,13 +114,13 @@ def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> boo
 
 @kernel
 def repeats(
-    grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, course: int, out: Any
+    grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, out: Any
 ) -> None:
     """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
     the candidates; `samples`: of the map as it is. Within one and a half windows of the middle a repeat counts up to
-    NEAR times more; `course` is the axis along which courses run, where nearness reaches STRETCH times as far, or -1.
+    NEAR times more.
     What merely goes on from the canvas is no repeat; what is shown in another pose is one, by `turns` as
     ``PosedExemplars.turns``. Only cells are looked at that hold what is shown.
     """
@@ -161,12 +160,7 @@ def repeats(
                             dx = (dx + width // 2) % width - width // 2
                         if u == v and i == dy + h // 2 and j == dx + w // 2:
                             continue  # it goes on from the canvas
-                        down, across = abs(dy), abs(dx)
-                        if course == 0:
-                            across //= STRETCH
-                        elif course == 1:
-                            down //= STRETCH
-                        far = max(down, across)
+                        far = max(abs(dy), abs(dx))
                         total += ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
         out[k] = total * step * step // (h * w)
 

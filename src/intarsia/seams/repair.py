@@ -33,7 +33,7 @@ from .graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, 
 from .improve import improve
 from .worst import WorstSeams
 
-STRUCTURE, COURSES = 1.0, 0.7  # weights of outlines and of courses in the search, as of graphcut
+STRUCTURE = 1.0  # weight of outlines in the search, as of graphcut
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Repairing:
     def __init__(self, repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap) -> None:
         settings = PatchSettings(
             repair.patch, (repair.patch[0] // 4, repair.patch[1] // 4), weights=repair.weights, structure=STRUCTURE,
-            courses=COURSES, isometries=repair.isometries, rim=1,
+            isometries=repair.isometries, rim=1,
         )  # fmt: skip
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
         self.growth = Growth(settings, exemplars, whole)

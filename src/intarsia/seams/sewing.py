@@ -99,6 +99,6 @@ def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.structure,
-        courses=method.courses, isometries=method.isometries, repeats=Repeats(usage=usage), rim=max(overlap),
+        isometries=method.isometries, repeats=Repeats(usage=usage), rim=max(overlap),
         boundaries=Boundaries.of(method.footprint, None, method.isometries, None),
     )  # fmt: skip

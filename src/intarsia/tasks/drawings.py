@@ -193,22 +193,13 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
 
 def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
     """Lay small pictures out in rows, in their order."""
-    return Plane(in_rows(pictures, math.ceil(math.sqrt(len(pictures))), GAP, SHEET))
-
-
-def in_rows(pictures: Sequence[Pixels], columns: int, gap: int, paper: int | tuple[int, int, int]) -> Pixels:
-    """Lay pictures in rows of so many, in their order, on paper of a gray or colour."""
-    high, wide = (max(p.shape[axis] for p in pictures) + gap for axis in (0, 1))
-    out = np.full((-(-len(pictures) // columns) * high + gap, columns * wide + gap, 3), paper, np.uint8)
+    columns = math.ceil(math.sqrt(len(pictures)))
+    high, wide = (max(p.shape[axis] for p in pictures) + GAP for axis in (0, 1))
+    out = np.full((-(-len(pictures) // columns) * high + GAP, columns * wide + GAP, 3), SHEET, np.uint8)
     for number, picture in enumerate(pictures):
-        row, column = divmod(number, columns)
-        lay(out, gap + row * high, gap + column * wide, picture)
-    return out
-
-
-def lay(paper: Pixels, y: int, x: int, picture: Pixels) -> None:
-    """Lay a picture on paper."""
-    paper[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
+        y, x = (GAP + n * step for n, step in zip(divmod(number, columns), (high, wide), strict=True))
+        out[y : y + picture.shape[0], x : x + picture.shape[1]] = picture
+    return Plane(out)
 
 
 # What a report shows

@@ -1,4 +1,4 @@
-"""A report: pictures, the score part by part, and how it is made again, as one page of HTML or as one picture.
+"""A report: pictures, the score part by part, and how it is made again, as one page of HTML.
 
     page = ia.report(ia.synthesize("stones.png", 512))
 
@@ -15,16 +15,11 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any
 
-import numpy as np
-
 from ..files.png import encode_png
-from ..files.write import lettered
 from ..foundation import InputError, expect, legible
 from ..judging.score import Score, Worth
-from ..model import Plane
-from ..rendering.mixing import averaged
 from ..synthesis import Synthesis
-from .drawings import Drawn, Pixels, in_rows, lay, looked, pictures_of, stretched
+from .drawings import Drawn, Pixels, looked, pictures_of
 from .scoring import Outcome
 
 STYLE = """
@@ -77,13 +72,6 @@ RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-
 
 PIXELATED = 256  # px: pictures up to this size are enlarged without smoothing
 SMALL = 384  # px: side of the pictures of an index
-
-SIDE, GAP = 512, 24  # px of a panel, and between panels
-COLUMNS = 5  # panels side by side; the numbers are a sixth
-WORD, NUMBER = 18, 96  # px: height of letters
-ROW = 44  # px from one part to the next
-PAPER, INK, TRACK = (250, 250, 248), (29, 29, 27), (226, 226, 220)
-BARS = {"bad": (179, 38, 30), "fair": (183, 121, 31), "good": (47, 111, 79)}
 
 
 def report(made: Synthesis, name: str = "the output") -> str:
@@ -240,88 +228,3 @@ def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
     """What an index needs of an outcome, and nothing that is large."""
     return outcome.but(output=outcome.output.like(outcome.output.samples[:1, :1]), exemplars=(), map=None,
                        judged=outcome.judged.alone), looked(outcome.output, SMALL)  # fmt: skip
-
-
-# As one picture
-
-
-def sheet_of(outcome: Outcome) -> Plane:
-    """Return the report on one output as a picture of 8 bits."""
-    panels = [_panel(one.title, fitted(one.pixels, SIDE), SIDE) for one in pictures_of(outcome)]
-    pictures, numbers = in_rows(panels, COLUMNS, GAP, PAPER), _numbers(outcome)
-    height, width = pictures.shape[:2]
-    paper = _paper(max(height, len(numbers) + 2 * GAP), width + SIDE + GAP)
-    lay(paper, 0, 0, pictures)
-    lay(paper, GAP, width, numbers)
-    return Plane(paper)
-
-
-def index_sheet(outcomes: Sequence[tuple[Outcome, Pixels]]) -> Plane:
-    """Return several outputs with their parts as one picture, the worst first."""
-    panels = [
-        np.concatenate([_panel(shortened(outcome.name), fitted(small, SIDE // 2), SIDE // 2), _numbers(outcome)])
-        for outcome, small in sorted(outcomes, key=lambda one: one[0].score.total)
-    ]
-    return Plane(in_rows(panels, min(len(panels), 4), GAP, PAPER))
-
-
-def shortened(path: str) -> str:
-    """Leave out the beginning of a path that is wider than its column: the end tells outputs apart."""
-    kept = path[-200:]
-    while len(kept) > 1 and lettered("..." * (kept != path) + kept, WORD).shape[1] > SIDE:
-        kept = kept[1:]
-    return "..." * (kept != path) + kept
-
-
-def fitted(picture: Pixels, side: int) -> Pixels:
-    """Enlarge or reduce a picture, so that its longest side is `side` px."""
-    n = max(1, min(max(picture.shape[:2]) // side, *picture.shape[:2]))
-    height, width = (m - m % n for m in picture.shape[:2])
-    if n > 1:
-        picture = averaged(Plane(picture[:height, :width]), n)
-    longest = max(picture.shape[:2])
-    if longest == side:
-        return picture
-    size = tuple(max(1, round(m * side / longest)) for m in picture.shape[:2])
-    return np.stack([np.rint(stretched(picture[..., c], size)) for c in range(3)], axis=2).astype(np.uint8)
-
-
-def _paper(height: int, width: int) -> Pixels:
-    return np.full((height, width, 3), PAPER, np.uint8)
-
-
-def _panel(title: str, picture: Pixels, high: int) -> Pixels:
-    """A picture under its title, with room for one `high` px high."""
-    paper = _paper(WORD + GAP + high, SIDE)
-    _write(paper, 0, 0, title)
-    lay(paper, WORD + GAP // 2, 0, picture)
-    return paper
-
-
-def _numbers(outcome: Outcome) -> Pixels:
-    """The total, and a bar from bad to good for each part."""
-    found, y = outcome.score, NUMBER + GAP
-    paper = _paper(y + 2 * GAP + ROW * len(found.parts), SIDE)
-    _write(paper, 0, 0, f"{found.total:.0f}", NUMBER)
-    _write(paper, NUMBER - WORD, SIDE // 4 + GAP, found.verdict)
-    if outcome.missed:
-        _write(paper, y, 0, "falls short: " + ", ".join(outcome.missed), ink=BARS["bad"])
-    y += 2 * GAP
-    for name in found.ranked:
-        one = found.parts[name]
-        taken = f"-{lost:.0f}" if (lost := 100 * found.loss(name)) >= 0.5 else ""
-        for x, said in ((0, name), (SIDE // 4, f"{one.measured:.1f} {one.part.unit}"), (SIDE - 2 * WORD, taken)):
-            _write(paper, y, x, said)
-        bar = paper[y + WORD // 4 : y + WORD, SIDE // 2 : SIDE - 3 * WORD]
-        bar[:] = TRACK
-        bar[:, : round(bar.shape[1] * one.worth)] = BARS[quality(one)]
-        y += ROW
-    return paper
-
-
-def _write(paper: Pixels, y: int, x: int, text: str, size: int = WORD, ink: tuple[int, int, int] = INK) -> None:
-    """Write a line that is cut off where its column ends."""
-    spot = paper[y:, x:]
-    cover = lettered(text[:200], size)[: len(spot), : spot.shape[1], None] / 255
-    spot = spot[: len(cover), : cover.shape[1]]
-    spot[:] = np.rint(spot * (1 - cover) + np.array(ink) * cover)
