@@ -28,9 +28,9 @@ from skimage.feature import local_binary_pattern
 
 import intarsia as ia
 from intarsia.analysis import blocks
+from intarsia.judging import Score, judge
 from intarsia.judging.parts import PARTS, TEXTURE
-from intarsia.judging.score import Score, judge
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from unweighed import of_picture
 
 GRADES = {"G": 2, "F": 1, "B": 0}

@@ -231,7 +231,7 @@ def case_cuts() -> list[Result]:
 
 def case_lattice() -> list[Result]:
     """Lattices of tiles, found anew; the largest exemplar is the others, laid side by side."""
-    from intarsia.lattice.lattice import lattices_of
+    from intarsia.lattice import lattices_of
 
     tiles = np.tile(pixels("tiles"), (8, 8, 1))
     return [
@@ -250,7 +250,7 @@ def case_elements() -> list[Result]:
 
 def case_segments() -> list[Result]:
     from intarsia.analysis import features
-    from intarsia.segments.segments import find_segments
+    from intarsia.segments import find_segments
 
     feats = features.features([ia.Exemplar.of(pixels())]).pictures[0]
     return [timed("segments of 256x256", 15, lambda: find_segments(feats))]

@@ -13,7 +13,7 @@ from scipy.ndimage import map_coordinates
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.lattice.lattice import find_lattice
+from intarsia.lattice import find_lattice
 from intarsia.published.lopez_recas2011.goodness import plain_lattice
 
 SIDE = 180

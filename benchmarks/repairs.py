@@ -22,7 +22,7 @@ import numpy as np
 from better import TEXTURES, repeats
 
 import intarsia as ia
-from intarsia.judging.score import score_map
+from intarsia.judging import score_map
 from intarsia.seams.repair import Repairing
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import repair_of

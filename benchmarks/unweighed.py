@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from intarsia.analysis.features import features
 from intarsia.foundation.geometry import Wrap
+from intarsia.judging import drawn, known_of
 from intarsia.judging.parts import mean_step, sources_of
-from intarsia.judging.score import drawn, known_of
 from intarsia.judging.sources import ASKED, STEP, Level
 from intarsia.judging.windows import nearest
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import SourceMap
 from intarsia.seams import seam_total
 

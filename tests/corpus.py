@@ -135,7 +135,7 @@ def exr(
 def whole(format: str) -> bytes:
     """A sound file of a format, to be cut and bent."""
     from intarsia.files import encode
-    from intarsia.model import Plane
+    from intarsia.model.image import Plane
 
     if format == "gif":
         return pillow("gif", Image.fromarray(picture(40, 48)).quantize(64))

@@ -15,7 +15,7 @@ from roles import GRAY, OVER_OUTPUT, Role
 
 from intarsia import files
 from intarsia.foundation import InputError
-from intarsia.model import Kind, Plane
+from intarsia.model.image import Kind, Plane
 
 SIZE = (24, 20)  # of all sound pictures
 LEAST_TILED = 16  # px a side; of less nothing is left beside the band

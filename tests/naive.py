@@ -16,7 +16,7 @@ from intarsia.analysis.features import Features, features
 from intarsia.foundation.geometry import ISOMETRIES, Wrap, spread
 from intarsia.foundation.run import below, draw
 from intarsia.kernels.cuts import PLAIN, min_cut, seam_costs
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, SourceMap
 
 OLD, FREE, NEW = 0, 1, 2

@@ -20,7 +20,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.kernels import cache_folder
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.testing import noise, texture
 

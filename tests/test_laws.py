@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
+from laws import PackageLaws
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, Method
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.regular.rectify import rectified_for
 from intarsia.testing import MethodContract, as_depth, texture
 from intarsia.testing.cases import Case
@@ -57,11 +58,11 @@ def fan(e: Exemplar) -> Exemplar:
     return Exemplar.of(e.base.like(pixels.astype(e.base.pixels.dtype)), usable=e.usable, toroidal=e.toroidal)
 
 
-class TestImageQuilting(MethodContract):
+class TestImageQuilting(PackageLaws):
     method = ia.ImageQuilting(patch=12, overlap=4)
 
 
-class TestImageQuiltingOfAllKinds(MethodContract):
+class TestImageQuiltingOfAllKinds(PackageLaws):
     """All isometries, all positions searched, gradient seams, no repetition nearby."""
 
     method = ia.ImageQuilting(
@@ -70,63 +71,63 @@ class TestImageQuiltingOfAllKinds(MethodContract):
     examples = 8
 
 
-class TestGraphcutThatCountsUse(MethodContract):
+class TestGraphcutThatCountsUse(PackageLaws):
     """What is shown often is dear, in all poses."""
 
     method = ia.Graphcut(patch=10, overlap=3, isometries="both", refinements=4, evenness=2)
     examples = 8
 
 
-class TestImageQuiltingOfRectangles(MethodContract):
+class TestImageQuiltingOfRectangles(PackageLaws):
     method = ia.ImageQuilting(patch=(9, 14), overlap=(2, 5), isometries="180")
     examples = 8
 
 
-class TestAutomaticImageQuilting(MethodContract):
+class TestAutomaticImageQuilting(PackageLaws):
     method = ia.ImageQuilting()
     examples = 8
 
 
-class TestPatchSampling(MethodContract):
+class TestPatchSampling(PackageLaws):
     method = ia.PatchSampling(patch=6, overlap=3)
 
 
-class TestPatchSamplingOfAllKinds(MethodContract):
+class TestPatchSamplingOfAllKinds(PackageLaws):
     """All isometries, all positions searched, cut seams, and the source's counter of repeats."""
 
     method = ia.PatchSampling(patch=5, overlap=2, isometries="both", search="exact", join="cut", repetition="counter")
     examples = 8
 
 
-class TestPatchSamplingOfRectangles(MethodContract):
+class TestPatchSamplingOfRectangles(PackageLaws):
     method = ia.PatchSampling(patch=(4, 7), overlap=(2, 3), isometries="180", join="middle", bound="epsilon")
     examples = 8
 
 
-class TestAutomaticPatchSampling(MethodContract):
+class TestAutomaticPatchSampling(PackageLaws):
     method = ia.PatchSampling()
     examples = 8
 
 
-class TestSegmentBased(MethodContract):
+class TestSegmentBased(PackageLaws):
     method = ia.SegmentBased(patch=12, overlap=4)
 
 
-class TestSegmentBasedOfRectangles(MethodContract):
+class TestSegmentBasedOfRectangles(PackageLaws):
     method = ia.SegmentBased(patch=(9, 14), overlap=(2, 5), hits=3, points=1, threshold=0)
     examples = 8
 
 
-class TestAutomaticSegmentBased(MethodContract):
+class TestAutomaticSegmentBased(PackageLaws):
     method = ia.SegmentBased()
     examples = 8
 
 
-class TestGraphcut(MethodContract):
+class TestGraphcut(PackageLaws):
     method = ia.Graphcut(patch=12, overlap=4)
 
 
-class TestGraphcutAlongGradients(MethodContract):
+class TestGraphcutAlongGradients(PackageLaws):
     method = ia.Graphcut(patch=10, overlap=3, seam="gradient", usage=0.3)
     examples = 6
 
@@ -136,17 +137,17 @@ class TestGraphcutInAllPoses(TestGraphcutAlongGradients):
     method = replace(TestGraphcutAlongGradients.method, isometries="both")
 
 
-class TestGraphcutOfRectangles(MethodContract):
+class TestGraphcutOfRectangles(PackageLaws):
     method = ia.Graphcut(patch=(9, 14), overlap=(2, 5), isometries="180", overreach=7)
     examples = 6
 
 
-class TestAutomaticGraphcut(MethodContract):
+class TestAutomaticGraphcut(PackageLaws):
     method = ia.Graphcut()
     examples = 6
 
 
-class TestNearRegular(MethodContract):
+class TestNearRegular(PackageLaws):
     """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
 
     method = ia.NearRegular(lattice=((9, 0), (0, 6)), block=4, border=4, slack=1)
@@ -163,7 +164,7 @@ class TestNearRegular(MethodContract):
         return super().cases().map(even)
 
 
-class TestGapFilling(MethodContract):
+class TestGapFilling(PackageLaws):
     """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
 
     method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
@@ -185,7 +186,7 @@ class TestCorrelatingGapFilling(TestGapFilling):
     examples = 4
 
 
-class TestBestTile(MethodContract):
+class TestBestTile(PackageLaws):
     """Wrapped sizes are whole numbers of periods, here of 9 x 6 px."""
 
     method = ia.BestTile(lattice=((9, 0), (0, 6)), band=4)
@@ -208,7 +209,7 @@ class TestBestTileOfRealVectors(TestBestTile):
     method = ia.BestTile(lattice=((9.1, 0.05), (-0.07, 5.93)), band=3)
 
 
-class TestNearRegularOfOneVector(MethodContract):
+class TestNearRegularOfOneVector(PackageLaws):
     """Wrapped sizes are a whole number of courses, here of 8 px; along them any width closes."""
 
     method = ia.NearRegular(lattice=((0, 8),))
@@ -252,82 +253,82 @@ class TestNearRegularOfUprightCourses(TestNearRegularOfOneVector):
             height, width = case.size
             return replace(case, size=(height, max(1, round(width / 6.0267)) * 6 if case.wrap.x else width))
 
-        return MethodContract.cases(self).map(whole)
+        return PackageLaws.cases(self).map(whole)
 
 
-class TestRandomTiling(MethodContract):
+class TestRandomTiling(PackageLaws):
     method = ia.RandomTiling(patch=11, isometries="both")
     examples = 8
 
 
-class TestAutomaticRandomTiling(MethodContract):
+class TestAutomaticRandomTiling(PackageLaws):
     method = ia.RandomTiling()
     examples = 5
 
 
-class TestRepeat(MethodContract):
+class TestRepeat(PackageLaws):
     method = ia.Repeat()
     examples = 8
 
 
-class TestEfrosLeung(MethodContract):
+class TestEfrosLeung(PackageLaws):
     method = ia.EfrosLeung(window=5)
     examples = 6
 
 
-class TestTurnedEfrosLeung(MethodContract):
+class TestTurnedEfrosLeung(PackageLaws):
     method = ia.EfrosLeung(window=(3, 7), isometries="180", tolerance=0.5)
     examples = 4
 
 
-class TestAutomaticEfrosLeung(MethodContract):
+class TestAutomaticEfrosLeung(PackageLaws):
     method = ia.EfrosLeung()
     examples = 4
 
-class TestRasterQuilting(MethodContract):
+class TestRasterQuilting(PackageLaws):
     method = ia.RasterQuilting(patch=(9, 11), overlap=(3, 2))
 
 
-class TestWeiLevoy(MethodContract):
+class TestWeiLevoy(PackageLaws):
     method = ia.WeiLevoy(window=(3, 5))
     examples = 6
 
 
-class TestExactWeiLevoy(MethodContract):
+class TestExactWeiLevoy(PackageLaws):
     method = ia.WeiLevoy(window=(2, 7), matching="exact")
     examples = 4
 
 
-class TestWeiLevoyOfTwoLevels(MethodContract):
+class TestWeiLevoyOfTwoLevels(PackageLaws):
     method = ia.WeiLevoy(window=(2, 3), levels=2)
     examples = 5
 
 
-class TestAutomaticWeiLevoy(MethodContract):
+class TestAutomaticWeiLevoy(PackageLaws):
     method = ia.WeiLevoy()
     examples = 4
 
-class TestAshikhmin(MethodContract):
+class TestAshikhmin(PackageLaws):
     method = ia.Ashikhmin(window=(3, 5))
     examples = 6
 
 
-class TestJumpingAshikhmin(MethodContract):
+class TestJumpingAshikhmin(PackageLaws):
     method = ia.Ashikhmin(window=(2, 7), jumps=3)
     examples = 4
 
 
-class TestAutomaticAshikhmin(MethodContract):
+class TestAutomaticAshikhmin(PackageLaws):
     method = ia.Ashikhmin()
     examples = 4
 
 
-class TestParallelControllable(MethodContract):
+class TestParallelControllable(PackageLaws):
     method = ia.ParallelControllable(jitter=(0.2, 0.4))
     examples = 8
 
 
-class TestCorrection2008(MethodContract):
+class TestCorrection2008(PackageLaws):
     """5 x 5 colours and candidates, jumps at no extra price."""
 
     method = ia.Correction2008(jitter=0.5, kappa=1, k=3, passes=1)
@@ -340,7 +341,7 @@ class TestAutomaticParallelControllable(TestParallelControllable):
 
 
 def test_every_method_is_under_contract() -> None:
-    tested = {c.method.slug for c in MethodContract.__subclasses__()}
+    tested = {c.method.slug for c in PackageLaws.__subclasses__()}
     assert tested == set(METHODS)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.model import Kind
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind
 from intarsia.model.sourcemap import HOLE
 from intarsia.testing import noise
 

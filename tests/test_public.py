@@ -17,7 +17,7 @@ import pytest
 import intarsia as ia
 from intarsia.foundation import IntarsiaError, params
 from intarsia.methods import METHODS, Ability, make, method_class, recipe_settings
-from intarsia.model import Plane
+from intarsia.model.image import Plane
 
 A = Ability
 

@@ -18,7 +18,7 @@ from .foundation.geometry import Wrap as Wrap
 from .foundation.run import Run as Run
 from .giant import Weave as Weave
 from .giant import weave as weave
-from .judging.score import Score as Score
+from .judging import Score as Score
 from .methods.best_tile import BestTile as BestTile
 from .methods.graphcut import Graphcut as Graphcut
 from .methods.image_quilting import ImageQuilting as ImageQuilting
@@ -26,11 +26,11 @@ from .methods.near_regular import NearRegular as NearRegular
 from .methods.parallel_controllable import ParallelControllable as ParallelControllable
 from .methods.random_tiling import RandomTiling as RandomTiling
 from .methods.repeat import Repeat as Repeat
-from .model import Kind as Kind
-from .model import Plane as Plane
+from .model import Exemplar as Exemplar
 from .model.canvas import Canvas as Canvas
 from .model.canvas import Guide as Guide
-from .model.exemplar import Exemplar as Exemplar
+from .model.image import Kind as Kind
+from .model.image import Plane as Plane
 from .model.sourcemap import SourceMap as SourceMap
 from .published.correction2008.correction_2008 import Correction2008 as Correction2008
 from .published.lopez_recas2011.gap_filling import GapFilling as GapFilling

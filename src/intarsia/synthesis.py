@@ -20,9 +20,9 @@ from .foundation.blend import Blend, Finish
 from .foundation.geometry import Box, Wrap, laid, shared
 from .foundation.run import Run, check_seed, run_of
 from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
-from .model import Plane
+from .model import Exemplar
 from .model.canvas import Canvas, Guide
-from .model.exemplar import Exemplar
+from .model.image import Plane
 from .model.sourcemap import HOLE, SourceMap
 from .rendering.render import check_blend, render
 from .seams import energy
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
     from .choosing import auto
     from .choosing.auto import Auto, Choice
-    from .judging import notebook
-    from .judging.score import Score
+    from .judging import Score, notebook
 else:  # where no method is named, and where a notebook shows pictures
     auto, notebook = lazy("intarsia.choosing.auto"), lazy("intarsia.judging.notebook")
 
@@ -83,8 +82,9 @@ class Synthesis:
 
     @property
     def recipe_text(self) -> str:
-        """The recipe and the energy of what it makes as JSON, the same bytes for the same recipe."""
-        return json.dumps(self.recipe | {"energy": self.energy}, sort_keys=True, separators=(",", ":"))
+        """The recipe, and the energy of what it makes with its terms, as JSON, the same bytes for the same recipe."""
+        costs = {"energy": self.energy, **traits(self.method).terms(self.exemplars, self.map)}
+        return json.dumps(self.recipe | costs, sort_keys=True, separators=(",", ":"))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.render().pixels, dtype=dtype)

@@ -8,7 +8,7 @@ from torture import TORTURE
 
 from intarsia.analysis.elements import ElementSize, element_size
 from intarsia.analysis.features import features
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 
 SEEN = {  # size, px: FINDINGS-elements, section 1; potato-rows whole, the others their upper left 256 px
     "near-regular_cobble-moss_320": 102,

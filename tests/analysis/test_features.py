@@ -8,8 +8,8 @@ from naive import lay_down
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.model import Kind, Plane, Transfer
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane, Transfer
 from intarsia.testing import as_depth, texture
 
 

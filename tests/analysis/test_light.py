@@ -15,8 +15,8 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.light import Slope, clipped, slope_of
 from intarsia.cli import cli
-from intarsia.lattice.lattice import lattice_of
-from intarsia.model import Transfer
+from intarsia.lattice import lattice_of
+from intarsia.model.image import Transfer
 from intarsia.rendering import from_linear, to_linear
 from intarsia.search import elements
 from intarsia.testing import texture

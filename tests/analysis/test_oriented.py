@@ -5,7 +5,7 @@ import pytest
 
 from intarsia.analysis.features import OUTLINES, RANGE, features, variance_of
 from intarsia.analysis.oriented import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 
 
 def bricks(height=96, width=120):

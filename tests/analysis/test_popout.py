@@ -10,7 +10,7 @@ from torture import TORTURE
 from intarsia.analysis import popout as module
 from intarsia.analysis.features import features
 from intarsia.analysis.popout import USUAL, popout
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.testing import texture
 
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.model import Kind, Plane, Transfer
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Guide
-from intarsia.model.exemplar import Exemplar
+from intarsia.model.image import Kind, Plane, Transfer
 from intarsia.testing import texture
 
 FLAT = [200.0, -5.0, 1e30, -1e30, 1e-30, 65504.0]

@@ -9,7 +9,7 @@ from torture import TORTURE
 from intarsia.analysis.features import features
 from intarsia.analysis.popout import MOST_RARE, USUAL, rarity
 from intarsia.analysis.popout_kernels import likes_away
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 
 
 def of(name):

@@ -20,7 +20,7 @@ from intarsia.analysis.symmetry import (
     pose_distances,
     refused,
 )
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.testing import noise
 
 ALL = tuple(range(8))

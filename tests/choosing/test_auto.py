@@ -22,11 +22,11 @@ from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli import cli
 from intarsia.files import sample
-from intarsia.judging.score import score_map
-from intarsia.lattice.lattice import vectors_of
+from intarsia.judging import score_map
+from intarsia.lattice import vectors_of
 from intarsia.lattice.verdict import Lattice
 from intarsia.methods import METHODS, method_class
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.request import Request, parameter_words, settings_of
 from intarsia.testing import noise, texture

@@ -17,7 +17,7 @@ import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
 from intarsia.cli.verbs import parameters_of
-from intarsia.model import Transfer
+from intarsia.model.image import Transfer
 from intarsia.testing import texture
 
 LINES = {

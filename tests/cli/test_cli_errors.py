@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia import files, foundation
 from intarsia.cli import Interrupted, cli
-from intarsia.model import Transfer
+from intarsia.model.image import Transfer
 
 
 def run(*args: object, data: bytes | None = None) -> Result:

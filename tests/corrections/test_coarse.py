@@ -9,7 +9,7 @@ import intarsia as ia
 from intarsia.corrections.parallel_controllable import coarse
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.testing import texture
 
 EXEMPLAR = Exemplar.of(texture(40, 44, 3))

@@ -20,9 +20,9 @@ from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.parallel_controllable import STAGE, decided
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import Look, exemplar_stack
-from intarsia.model import Plane
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
-from intarsia.model.exemplar import Exemplar
+from intarsia.model.image import Plane
 from intarsia.search.guide import codes_of
 from intarsia.testing.cases import noise, same_map, texture
 

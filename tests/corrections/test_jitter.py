@@ -21,7 +21,7 @@ from intarsia.corrections.correction_kernels import Axis
 from intarsia.corrections.descent import spread_over
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.testing.cases import texture
 
 ONE = Run(threads=1)

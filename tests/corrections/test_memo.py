@@ -10,7 +10,7 @@ import intarsia as ia
 from intarsia.corrections.correction_kernels import correct
 from intarsia.corrections.descent import Corrections
 from intarsia.corrections.stack import Look, exemplar_stack
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.testing.cases import noise, texture
 
 SIDE, MAP, STILL = 24, 20, 4

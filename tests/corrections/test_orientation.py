@@ -17,8 +17,8 @@ from intarsia.corrections.span import SINES, Orientation
 from intarsia.foundation.field import Field
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.testing.cases import texture
 
 

@@ -36,7 +36,7 @@ from intarsia.files import (
 from intarsia.files.formats import FORMATS, Format
 from intarsia.files.write import convert
 from intarsia.foundation import InputError, ParameterError, ResourceError
-from intarsia.model import Kind, Plane, Transfer
+from intarsia.model.image import Kind, Plane, Transfer
 
 RECIPE = json.dumps({"seed": 7, "method": "image-quilting", "note": 'ä \U0001f9f6 \\ "x"'})
 LOSSY = ("jpeg", "hdr")

@@ -17,7 +17,7 @@ from PIL import Image
 from intarsia import read
 from intarsia.files import FOLDER, group, read_plane, sample
 from intarsia.foundation import MATERIALS, PAINTED, InputError
-from intarsia.model import Kind
+from intarsia.model.image import Kind
 from intarsia.rendering.mixing import off_unit
 
 SUMS = {

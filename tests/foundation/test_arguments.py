@@ -15,7 +15,7 @@ from PIL import Image
 
 import intarsia as ia
 from intarsia.foundation.params import parameters
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.tasks.completion import grown_hole
 from intarsia.testing.cases import texture
 

@@ -150,7 +150,7 @@ def test_a_full_standard_output_does_not_deny_the_picture(tmp_path: Path) -> Non
 
 SLEEPER = """
 import sys, time
-from intarsia.cli import app, main
+from intarsia.__main__ import main
 from intarsia.cli.outputs import Staging
 def sleep(*args, **more):
     with Staging(False) as staging:

@@ -77,7 +77,7 @@ def _described(corpus: object, name: str, channels: int = 3) -> bytes:
     from corpus import picture
 
     from intarsia.files import encode
-    from intarsia.model import Plane
+    from intarsia.model.image import Plane
 
     pixels = picture(9, 8, channels if name != "hdr" else 3)
     return encode(Plane(pixels / np.float32(255) if name in ("exr", "hdr") else pixels), name, '{"seed": 1}')

@@ -8,8 +8,8 @@ from judging.naive_windows import blobs
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
-from intarsia.judging.score import Judged, joins_at, judge, too_often, usage_of
-from intarsia.model.exemplar import Exemplar
+from intarsia.judging import Judged, joins_at, judge, too_often, usage_of
+from intarsia.model import Exemplar
 
 STONES = (blobs(128, 128, 1) // 4).astype(np.uint8)
 SIZE = STONES.shape[:2]

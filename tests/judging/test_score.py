@@ -15,8 +15,8 @@ from scipy.ndimage import gaussian_filter
 
 import intarsia as ia
 from intarsia.cli import cli
+from intarsia.judging import Score, Worth
 from intarsia.judging.parts import PARTS, TEXTURE
-from intarsia.judging.score import Score, Worth
 from intarsia.judging.sources import Reference
 from intarsia.model.sourcemap import HOLE
 from intarsia.seams import energy

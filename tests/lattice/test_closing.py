@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from intarsia.lattice.lattice import allowed, closing_length, misfit, once_around
+from intarsia.lattice import allowed, closing_length, misfit, once_around
 
 UNIT = 256
 LATTICES = {

@@ -11,7 +11,7 @@ from lattice.test_lattice import apart, of, tiling
 
 import intarsia as ia
 import lattice_failures as failures
-from intarsia.lattice.lattice import find_lattice
+from intarsia.lattice import find_lattice
 
 ROOT = Path(__file__).resolve().parents[2]
 BEATEN = ["a: irregular colours on a grid", "b: the same, in running bond", "f: noise as strong as the grid"]

@@ -23,8 +23,8 @@ from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap, spread
 from intarsia.foundation.params import extent
 from intarsia.methods import make
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import SourceMap, identity
 from intarsia.patches import waves
 from intarsia.seams import seam_total

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.lattice.lattice import check_lattice, lattice_of
+from intarsia.lattice import check_lattice, lattice_of
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular.mosaic import Mosaic
 from intarsia.regular.near_regular import FEW
 from intarsia.testing import texture

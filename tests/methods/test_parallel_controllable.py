@@ -27,9 +27,9 @@ from intarsia.corrections.stack import (
 from intarsia.foundation.geometry import Box, Wrap
 from intarsia.foundation.params import parameters, parse
 from intarsia.foundation.run import Run
-from intarsia.model import Kind, Plane
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
-from intarsia.model.exemplar import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.testing.cases import noise, texture
 
 ONE = Run(threads=1)

@@ -8,7 +8,7 @@ from naive import unbroken
 
 import intarsia as ia
 from intarsia.foundation.geometry import spread
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.testing import texture
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.testing import texture
 

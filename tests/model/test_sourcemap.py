@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import intarsia as ia
 from intarsia.foundation.blend import Blend, Mixing
 from intarsia.foundation.geometry import Box, Wrap
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, Source, SourceMap, identity
 from intarsia.testing import noise, texture
 

@@ -8,7 +8,7 @@ from naive import edge_difference, edge_pixels, posed
 from numpy.typing import NDArray
 
 from intarsia.analysis.features import features
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.patches.repetition_kernels import edge_of, weigh_edge
 from intarsia.search import posed_exemplars
 from intarsia.testing import noise, texture

@@ -11,9 +11,9 @@ from search.test_guide import BOTH, Scene, agreement, disc, got, labels, painted
 
 import intarsia as ia
 from intarsia.methods import engine_of
-from intarsia.model import Plane
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
-from intarsia.model.exemplar import Exemplar
+from intarsia.model.image import Plane
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.patches.growth import Growth, PatchSettings, Repeats
 from intarsia.published.multrus2003 import sampling

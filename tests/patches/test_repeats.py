@@ -14,7 +14,7 @@ from patches.naive_repeats import permitted
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation.geometry import spread
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.patches.repetition import Repetition
 from intarsia.search import Candidates, WindowGrid, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch

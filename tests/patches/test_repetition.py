@@ -12,8 +12,8 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation.geometry import spread
 from intarsia.methods import engine_of
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.patches.repetition import Repetition, striking

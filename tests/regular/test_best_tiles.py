@@ -8,8 +8,8 @@ from torture import TORTURE
 
 from intarsia.analysis.features import features
 from intarsia.foundation import MethodError, ParameterError
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular.tiling import Tile, TileLayout, best_tile
 
 

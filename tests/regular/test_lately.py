@@ -13,8 +13,8 @@ from regular.test_wall import CASES
 import intarsia as ia
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular import near_regular
 from intarsia.regular.wall import Lately, Wall
 

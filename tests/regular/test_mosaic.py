@@ -13,8 +13,8 @@ from long import but_some
 import intarsia as ia
 from intarsia.foundation.geometry import Box
 from intarsia.lattice.candidates import UNIT
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular.grid import BlockGrid
 from intarsia.regular.mosaic import Mosaic
 from intarsia.testing.cases import noise

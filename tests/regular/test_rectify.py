@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.lattice.lattice import lattices_of
+from intarsia.lattice import lattices_of
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular import rectify
 from intarsia.regular.rectify import Straight, _moved, improved, rectified_for, straight_of
 from intarsia.regular.wall import Wall

@@ -11,8 +11,8 @@ from regular import naive_wall as naive
 from scipy.ndimage import label
 
 import intarsia as ia
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular.chains import LAYING
 from intarsia.regular.rows import Rows, closing
 from intarsia.regular.unequal import UNEQUAL, masonry_of

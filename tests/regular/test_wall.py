@@ -14,8 +14,8 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.kernels import paths
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.regular import wall_kernels
 from intarsia.regular.brickwork import bricks_of, brickwork_of
 from intarsia.regular.wall import Wall, courses_of

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from intarsia.foundation.geometry import ISOMETRIES
-from intarsia.model import Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Plane
 from intarsia.model.sourcemap import SourceMap
 from intarsia.rendering.finish import potential
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from intarsia.foundation.blend import Mixing
 from intarsia.foundation.geometry import ISOMETRIES
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering import from_linear, to_linear
 

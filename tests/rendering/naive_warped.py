@@ -12,8 +12,8 @@ from rendering.naive_votes import clearance, decode, encode
 
 from intarsia.foundation.blend import Mixing
 from intarsia.foundation.geometry import ISOMETRIES
-from intarsia.model import Kind
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering import from_linear, to_linear
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from intarsia.model import Kind, Plane, Transfer
+from intarsia.model.image import Kind, Plane, Transfer
 from intarsia.rendering import BITS, code_shelf, code_steps, code_values, from_linear, light_table, to_linear
 
 

@@ -20,8 +20,8 @@ from intarsia.cli import cli
 from intarsia.foundation.blend import Blend, Levelling
 from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
 from intarsia.foundation.run import Run
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering.render import render
 from intarsia.testing.cases import texture

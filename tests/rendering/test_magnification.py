@@ -19,8 +19,8 @@ import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
 from intarsia.foundation.blend import Blend
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import REDUCED, Exemplar
+from intarsia.model import REDUCED, Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import SourceMap
 from intarsia.rendering import from_linear, to_linear
 from intarsia.rendering.magnification import magnified, reduced

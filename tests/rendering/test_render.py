@@ -12,8 +12,8 @@ from intarsia.foundation import CancelledError, InputError, ParameterError
 from intarsia.foundation.blend import Blend, Mixing
 from intarsia.foundation.geometry import ISOMETRIES, Box, Isometry, Wrap
 from intarsia.foundation.run import Run
-from intarsia.model import Kind, Plane, Transfer
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane, Transfer
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering import from_linear, to_linear
 from intarsia.rendering.render import render

@@ -11,8 +11,8 @@ from rendering.naive_votes import NaiveRenderer, pieces
 from intarsia.foundation.blend import Blend, Mixing
 from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
 from intarsia.foundation.run import Run
-from intarsia.model import Kind, Plane, Transfer
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane, Transfer
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering.render import render
 

@@ -23,8 +23,8 @@ from intarsia.foundation import InputError, ParameterError
 from intarsia.foundation.blend import Blend, Levelling, Mixing
 from intarsia.foundation.geometry import ISOMETRIES, Box, Wrap
 from intarsia.foundation.run import Run
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.rendering.render import render
 from intarsia.seams import seam_total

@@ -12,7 +12,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation.geometry import ISOMETRIES, Wrap
 from intarsia.methods import METHODS, make
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import SourceMap, identity
 from intarsia.seams import energy, seam_total
 from intarsia.testing import noise, texture

@@ -25,8 +25,8 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.maps import Grown
 from intarsia.kernels.maxflow import MOST
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings

@@ -9,8 +9,8 @@ import pytest
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap, apart
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches import waves
 from intarsia.patches.growth import Growth

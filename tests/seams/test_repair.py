@@ -18,8 +18,8 @@ import intarsia as ia
 from intarsia.analysis import features, variance
 from intarsia.cli import cli
 from intarsia.methods import METHODS, keeps_lattice, make
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings, knee_of

@@ -9,8 +9,8 @@ import pytest
 
 from intarsia.foundation.geometry import Wrap
 from intarsia.foundation.run import Run
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.seams import graphcut, improve

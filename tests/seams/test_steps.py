@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import intarsia as ia
+from intarsia import lattice
 from intarsia.foundation.geometry import Wrap
-from intarsia.lattice import lattice
 from intarsia.methods import keeps_lattice
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.seams import graphcut

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from itertools import product
 
@@ -10,8 +11,8 @@ import pytest
 
 import intarsia as ia
 from intarsia.kernels.maxflow import FREE, NEW, OLD
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.patches.growth import Growth
 from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import Cut, GraphcutGrowth
@@ -154,3 +155,26 @@ def test_bare_ground_costs_nothing(toroidal: bool) -> None:
 def test_where_nothing_is_asked_nothing_is_counted() -> None:
     sewn = grown([Exemplar.of(texture(40, 44, 3, 1))], Canvas(60, 60), evenness=0)
     assert sewn.usage.rate.size == sewn.usage.shown.size == 0
+
+
+@pytest.mark.parametrize("lattice", [None, ((14.0, 0.0), (0.0, 12.0))])
+def test_the_recipe_tells_what_use_costs(lattice: tuple[tuple[float, float], ...] | None) -> None:
+    """Pixel by pixel of both exemplars, by the rates that the cuts were paid with, in knees per million px."""
+    given = [texture(40, 44, 3, 1), *([] if lattice else [texture(36, 30, 3, 2)])]
+    made = ia.synthesize(given, (70, 90), ia.Graphcut(patch=16, overlap=6, lattice=lattice, evenness=0.5), seed=3)
+    at = Counter(zip(made.map.numbers.ravel(), *(made.map.yx[..., k].ravel() for k in (0, 1)), strict=True))
+    sewn = grown(list(made.exemplars), Canvas(70, 90), lattice=lattice, evenness=0.5)
+    rate, knee, begin = sewn.usage.rate, sewn.growth.seam_price("sharp").knee, [0, 40 * 44]
+    want = sum(
+        int(rate[begin[n] + y * made.exemplars[n].width + x]) / (SHARE * knee) * shown * (shown - 1) / 2
+        for (n, y, x), shown in at.items()
+    )
+    told = json.loads(made.recipe_text)
+    assert told["energy"] == made.energy
+    assert told["use"] == pytest.approx(1_000_000 * want / (70 * 90), rel=0.02)
+    assert "use" not in made.recipe
+
+
+def test_where_nothing_is_paid_for_use_none_is_told() -> None:
+    for method in (ia.Graphcut(patch=16, evenness=0.0), ia.ImageQuilting(patch=16)):
+        assert "use" not in json.loads(ia.synthesize(texture(30, 30, 1, 4), 50, method, seed=1).recipe_text)

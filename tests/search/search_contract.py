@@ -12,8 +12,7 @@ import numpy as np
 
 from intarsia.analysis.features import features
 from intarsia.kernels.maps import Grown
-from intarsia.model import Array
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Array, Exemplar
 from intarsia.model.sourcemap import HOLE
 from intarsia.search import Candidates, PosedExemplars, Prices, Search, posed_exemplars
 from intarsia.testing.cases import noise, texture

@@ -13,8 +13,8 @@ from torture import TORTURE
 from intarsia.analysis import principal_axes
 from intarsia.analysis.features import features
 from intarsia.kernels.maps import Grown
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE
 from intarsia.search import Candidates, PosedExemplars, Prices, isometry_ids, posed_exemplars
 from intarsia.search.fourier import PatchSearch

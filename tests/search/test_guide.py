@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.kernels.maps import Grown
-from intarsia.model import Kind, Plane
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
-from intarsia.model.exemplar import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings, strays
 from intarsia.published.multrus2003.guided import GuidedByRoots

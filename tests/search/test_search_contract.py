@@ -8,8 +8,8 @@ import numpy as np
 from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchScene
 
 from intarsia.foundation.geometry import Wrap
-from intarsia.model import Kind, Plane
 from intarsia.model.canvas import Guide
+from intarsia.model.image import Kind, Plane
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.published.segments.laying import SegmentSearch

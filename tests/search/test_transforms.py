@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from intarsia.analysis.features import features
-from intarsia.model import Kind, Plane
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
+from intarsia.model.image import Kind, Plane
 from intarsia.search import PosedExemplars, fourier_kernels, posed_exemplars
 from intarsia.search.fourier import PatchSearch
 from intarsia.testing import texture

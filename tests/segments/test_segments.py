@@ -10,10 +10,11 @@ from scipy.ndimage import label
 from segments.naive_segments import naive_elements, naive_segments, naive_split_error
 from torture import TORTURE
 
+from intarsia import segments as segmentation
 from intarsia.analysis.elements import element_size
 from intarsia.analysis.features import features
-from intarsia.model.exemplar import Exemplar
-from intarsia.segments import segments as segmentation
+from intarsia.model import Exemplar
+from intarsia.segments import SizeRule, find_segments, group_tree, limited, segments, split, vote
 from intarsia.segments.feature_group import (
     DISC,
     RAGGED,
@@ -26,7 +27,6 @@ from intarsia.segments.feature_group import (
     zone,
 )
 from intarsia.segments.felzenszwalb import PixelGraph, even_colours, numbered, smoothed
-from intarsia.segments.segments import SizeRule, find_segments, group_tree, limited, segments, split, vote
 from intarsia.tasks.drawings import CHOSEN, GROUND, LINE, segment_overlay
 from intarsia.testing.cases import noise
 

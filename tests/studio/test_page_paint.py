@@ -13,7 +13,7 @@ from studio.browser import Desk
 from studio.served import opened
 
 from intarsia import read
-from intarsia.segments.segments import segments
+from intarsia.segments import segments
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect

@@ -17,9 +17,9 @@ from studio.served import Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia.foundation.field import Field
+from intarsia.studio.app import Weaves
 from intarsia.studio.processes import FailedError, Process
 from intarsia.studio.showing import Pictures
-from intarsia.studio.weaves import Weaves
 
 PARALLEL = "parallel-controllable"
 

@@ -15,7 +15,7 @@ from intarsia.cli import cli
 from intarsia.corrections.advected import TornPlaces, carried
 from intarsia.corrections.descent import Corrections
 from intarsia.corrections.stack import Look, exemplar_stack
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.advection import steps_of
 from intarsia.testing.cases import texture

@@ -15,7 +15,7 @@ from intarsia import files
 from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS as METHODS_THERE
-from intarsia.model import Transfer
+from intarsia.model.image import Transfer
 from intarsia.seams import energy
 from intarsia.tasks import completion
 from intarsia.tasks.completion import attempts, grown_hole, patch_for, scene_to_heal, thickness

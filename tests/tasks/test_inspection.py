@@ -18,7 +18,7 @@ from intarsia.cli import cli
 from intarsia.foundation import OVERLAYS
 from intarsia.regular.grid import phase_of
 from intarsia.regular.tiling import unlikeness
-from intarsia.segments.segments import segments
+from intarsia.segments import segments
 from intarsia.tasks.drawings import segment_overlay
 from intarsia.testing import texture
 from intarsia.testing.cases import noise

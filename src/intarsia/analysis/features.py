@@ -19,8 +19,8 @@ import numpy as np
 from ..foundation import InputError, ParameterError, lazy
 from ..foundation.arrays import Array, Int16, Int32, Mask, Pair, UInt8
 from ..foundation.geometry import ISOMETRIES
-from ..model import Kind, Plane
-from ..model.exemplar import Exemplar, Exemplars, resized
+from ..model import Exemplar, Exemplars, resized
+from ..model.image import Kind, Plane
 from ..rendering import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
 from . import block_sums, moving_sums, spreads
 
@@ -260,13 +260,10 @@ def features(
         where the number of weights is not the number of channels.
     """
     key = ("features", weights, structure, tuple(e.digest for e in exemplars))
-    return exemplars[0].memo(key, lambda: _made(exemplars, weights, structure))
-
-
-def _made(exemplars: Exemplars, weights: tuple[float, ...] | None, structure: float) -> Features:
-    if structure:
-        return _with_structure(features(exemplars, weights), exemplars, structure)
-    return _features(exemplars, weights)
+    return exemplars[0].memo(key, lambda: (
+        _with_structure(features(exemplars, weights), exemplars, structure) if structure
+        else _features(exemplars, weights)
+    ))  # fmt: skip
 
 
 def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..foundation import InputError, ParameterError, expect
 from ..foundation.arrays import Floats, Mask
-from ..model import Kind, Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Kind, Plane
 from ..rendering import from_linear, to_linear
 from .features import LUMINANCE
 

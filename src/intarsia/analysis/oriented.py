@@ -158,13 +158,11 @@ class Lines(NamedTuple):
     """Lines between courses, in their order.
 
     ``axis``: 0 where they run along rows, 1 where along columns; ``at`` (K, n) int32: of every line the row in each
-    column, or the column in each row, px; ``sure`` (K,): how sure each is, 0 to 1; ``clear``: how much more so than
-    what lies between them.
+    column, or the column in each row, px; ``clear``: how much surer they are than what lies between them.
     """
 
     axis: int
     at: Int32
-    sure: tuple[float, ...]
     clear: float
 
     @property
@@ -211,23 +209,22 @@ def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
     left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # round the torus, lines end as they begin
     path, found = np.empty(left.shape[1], np.int32), []
-    while (total := surest_line(left, BEND, path)) >= LEAST_LINE * SURE * len(path):
+    while surest_line(left, BEND, path) >= LEAST_LINE * SURE * len(path):
         line = np.roll(path[w // 2 : w // 2 + w], w // 2) if toroidal else path.copy()
         if _goes_through(sure[line, np.arange(w)]):
-            found.append((line, total / (SURE * len(path))))
+            found.append(line)
         far = np.abs(y - line)
         taken = (np.minimum(far, h - far) if toroidal else far) < close
         left[np.tile(taken, (1, left.shape[1] // w))] = -len(path) * SURE
     if len(found) < FEWEST:
         return None
-    found.sort(key=lambda one: int(one[0].sum()))
-    at = np.sort(np.array([line for line, _ in found]), axis=0)
+    at = np.sort(np.array(found), axis=0)
     ends = [at[-1:] - h, at[:1] + h] if toroidal else [np.zeros_like(at[:1]), np.full_like(at[:1], h)]
     gaps = np.diff(np.concatenate([ends[0], at, ends[1]]), axis=0).sum(axis=1)
     clear = _clear(sure, at, toroidal)
     if int(gaps.max()) * WIDEST > h * w or clear < CLEAR:
         return None
-    return Lines(axis, at, tuple(worth for _, worth in found), clear)
+    return Lines(axis, at, clear)
 
 
 def _goes_through(sure: Array) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 from ..foundation.arrays import Array, Int64
 from ..foundation.geometry import ISOMETRIES
 from ..foundation.run import below, draw
-from ..model.exemplar import Exemplar, Exemplars, sampled
+from ..model import Exemplar, Exemplars, sampled
 from . import block_sums, blocks, valid_windows
 from .features import Features, features, pose_array, posed
 

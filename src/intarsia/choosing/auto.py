@@ -26,11 +26,11 @@ from ..foundation import (
 )
 from ..foundation.blend import Blend, Levelling
 from ..foundation.params import parameters
-from ..methods import METHODS, Ability, Method, make, measures_distances, method_class, needed, traits
+from ..methods import METHODS, Ability, Method, make, method_class, needed, traits
 
 if TYPE_CHECKING:
+    from ..model import Exemplars
     from ..model.canvas import Canvas
-    from ..model.exemplar import Exemplars
     from . import facts as choosing_facts
     from . import rules
 else:
@@ -111,8 +111,6 @@ class Auto:
         Parameters that the method must have; only methods that have all of them are chosen from.
     needs : set of Ability
         Abilities that it must have, beside those that exemplars and canvas ask for.
-    laying : bool
-        Choose only among methods that lay patches by search.
 
     Raises
     ------
@@ -123,7 +121,6 @@ class Auto:
     trials: int = 1
     given: Mapping[str, Any] = field(default_factory=dict)
     needs: frozenset[Ability] = frozenset()
-    laying: bool = False
     able: tuple[str, ...] = field(init=False, default=(), repr=False)
 
     slug = AUTO_METHOD
@@ -135,10 +132,8 @@ class Auto:
         object.__setattr__(self, "needs", frozenset(chosen(Ability, "needs", need) for need in self.needs))
         able = [s for s in METHODS if set(self.given) <= {p.name for p in parameters(method_class(s))}]
         able = [s for s in able if self.needs <= method_class(s).supports]
-        if self.laying:
-            able = [s for s in able if measures_distances(method_class(s))]
         if not able:
-            asked = ", ".join([*self.given, *sorted(a.value for a in self.needs), *(["distances"] * self.laying)])
+            asked = ", ".join([*self.given, *sorted(a.value for a in self.needs)])
             raise ParameterError(f"no method has all of {asked}; drop some, or name a method.")
         kept, refused = [], None
         for slug in able:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..foundation.geometry import Wrap
-from ..lattice.lattice import vectors_of
+from ..lattice import vectors_of
 from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, SEEN, STEPPED, Facts
 
 TURNED = (0, 5, 6, 7)  # turns by quarters

@@ -14,15 +14,15 @@ from ..foundation import CancelledError, MethodError, ParameterError, lazy
 from ..foundation.params import extent, parameters
 from ..foundation.run import Run, draw
 from ..methods import Method, make
+from ..model import Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import SourceMap
 from .auto import FIXED, Choice
 
 if TYPE_CHECKING:
-    from ..judging import score
+    from .. import judging
 else:  # one picture needs none
-    score = lazy("intarsia.judging.score")
+    judging = lazy("intarsia.judging")
 
 STAGE = 4003  # keeps the seeds of trials apart from other draws
 # Of 92 textures 40 have fewer than three sizes to try; halved 89, doubled none.
@@ -42,7 +42,7 @@ class Trial:
 
 def carried_out(
     choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
-) -> tuple[Choice, Trial, tuple[score.Score, ...]]:
+) -> tuple[Choice, Trial, tuple[judging.Score, ...]]:
     """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
 
     Returns the choice that it came of, the best of its trials, and all scores in the order of the trials, if there are
@@ -64,12 +64,12 @@ def carried_out(
 
 def _best(
     choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
-) -> tuple[Trial, tuple[score.Score, ...]]:
+) -> tuple[Trial, tuple[judging.Score, ...]]:
     tried = trial_methods(choice, canvas, seed)
     if len(tried) == 1:
         method, own = tried[0]
         return Trial(method, own, method.synthesize(exemplars, canvas, own, run)), ()
-    scores = list[score.Score]()
+    scores = list[judging.Score]()
     best: Trial | None = None
     least = 0.0
     for number, (method, own) in enumerate(tried):
@@ -80,7 +80,7 @@ def _best(
             if number == 0 or isinstance(e, CancelledError):
                 raise
             continue
-        scores.append(score.score_map(exemplars, smap))
+        scores.append(judging.score_map(exemplars, smap))
         good = scores[-1].total
         if best is None or good > least:
             best, least = Trial(resolved, own, smap), good + (0 if best else LEAST_GAIN)

@@ -429,22 +429,16 @@ def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) ->
 
 
 def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
-    from ..foundation.params import written
+    from ..foundation.params import parameters, written
+    from ..methods import method_class
 
+    usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
+    values = [(k, v) for k, v in about["parameters"].items() if v != usual[k]] or [("all", "usual")]
     auto = about["auto"]
     lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
-    lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(_set(about))]
+    lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(values)]
     lines += [f"{'trial ' + str(n):13}{one['total']:.3f}" for n, one in enumerate(auto.get("scores", ()), 1)]
     lines += [f"{'warning':13}{line}" for line in warnings]
     return [*lines, f"{'command':13}{auto['command']}"]
-
-
-def _set(about: dict[str, Any]) -> list[tuple[str, Any]]:
-    from ..foundation.params import parameters
-    from ..methods import method_class
-
-    usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
-    found = [(k, v) for k, v in about["parameters"].items() if v != usual[k]]
-    return found or [("all", "usual")]

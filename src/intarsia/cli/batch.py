@@ -18,7 +18,7 @@ from ..files.sets import Material
 from ..foundation import CancelledError, IntarsiaError, QualityError, lazy
 from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
-from ..model import Kind, Plane, Transfer, dtype_of
+from ..model.image import Kind, Plane, Transfer, dtype_of
 from ..model.sourcemap import SourceMap
 from ..request import FIELDS, Request, inputs_of, once_more, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars

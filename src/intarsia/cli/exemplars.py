@@ -16,9 +16,9 @@ from .. import files
 from ..foundation import InputError, ParameterError, lazy
 from ..foundation.arrays import Mask, Pair
 from ..foundation.geometry import Wrap
-from ..model import Kind, Plane
+from ..model import Exemplar
 from ..model.canvas import Guide, numbered
-from ..model.exemplar import Exemplar
+from ..model.image import Kind, Plane
 from ..rendering.mixing import off_unit
 from ..request import Request, inputs_of
 from ..synthesis import Plan, Scene

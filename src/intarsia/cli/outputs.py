@@ -15,8 +15,8 @@ from .. import files
 from ..disk import whole
 from ..foundation import ParameterError, ResourceError, lazy, printable
 from ..foundation.arrays import Pair
-from ..model import Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Plane
 from ..request import Request
 from . import reason_of, unbroken
 from .exemplars import Set, stem_of

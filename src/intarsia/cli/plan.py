@@ -19,9 +19,9 @@ from ..foundation import ParameterError, lazy, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..methods import Method, measures_distances, recipe_settings, traits
-from ..model import dtype_of
+from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar
+from ..model.image import dtype_of
 from ..rendering.render import check_alike, check_drawable
 from ..request import Request
 from ..request.fields import DONE

@@ -12,9 +12,9 @@ from ..files.formats import SUFFIXES
 from ..foundation import CancelledError, ParameterError
 from ..foundation.arrays import Pair
 from ..foundation.run import Run
+from ..giant import Weave, planned_windows, woven
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
-from ..giant.texture import Weave, planned_windows, woven
 from ..request import Request, once_more, to_line
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins

@@ -15,7 +15,7 @@ from ..analysis import blocks
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.run import Run, below, draw_many
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from .descent import REACH, Corrections, subpass
 from .stack import ExemplarStack
 

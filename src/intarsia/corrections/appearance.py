@@ -5,7 +5,7 @@ any size and shape will do. The 5 x 5 neighbourhood of every pixel, weighted by 
 main axes and rounded once: the transformed exemplar. All steps are whole numbers, or sums that are exact in doubles.
 
 Where colours alone say too little, how far each pixel lies from the nearest outline is a channel more (2006, section 3;
-Wu and Yu 2004). Outlines are drawn by hand, or are the strong ridges of the gradient.
+Wu and Yu 2004). Outlines are drawn by hand, or those that patches are found by, too.
 """
 
 from __future__ import annotations
@@ -19,19 +19,16 @@ import numpy as np
 
 from ..analysis import nearest, principal_axes, spreads
 from ..analysis.features import RANGE
+from ..analysis.oriented import outline_distance, outlines_of
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array
 from ..foundation.field import Field
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from . import appearance_kernels as kernels
 from .correction_kernels import MIDDLE
 
 FAR = 16  # px beyond which it does not matter how far an outline is
 PARTS = 16  # of a px that distances count in
-STRONG, FAINT = 0.9, 0.75  # shares of all pixels whose gradient is less: of outlines somewhere, and everywhere
-SHORTEST = 8  # px that an outline has at least
-BLUR = 2  # level of the stack that is differentiated: what is finer is grain
-
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ class Outlines:
         """Return the channel (H, W, 1) to append to features (H, W, C) of the exemplar: int16."""
         torus = exemplar.toroidal
         if self.drawn is None:
-            far = outline_distances(edges(picture, torus), torus)
+            far = outline_distance(outlines_of(picture, exemplar.usable, torus), picture.shape, torus).astype(np.int64)
         else:
             inside = marked(self.drawn, exemplar)
             far = outline_distances(~inside, torus) - outline_distances(inside, torus)
@@ -95,36 +92,6 @@ def outline_distances(there: Array, toroidal: bool) -> Array:
     far = ndimage.distance_transform_edt(~around)
     inner = far[FAR : FAR + there.shape[0], FAR : FAR + there.shape[1]] if toroidal else far
     return np.asarray(np.minimum(np.rint(inner * PARTS), FAR * PARTS), np.int64)
-
-
-def edges(picture: Array, toroidal: bool) -> Array:
-    """Return the strong edges of features (H, W, C): bool (H, W).
-
-    A pixel is on a ridge if no neighbour across has a steeper gradient. Of ridges, faint ones stay where they hang
-    together with strong ones; how steep that is follows from the picture itself.
-    """
-    levels = BLUR + 1 if min(picture.shape[:2]) > 4 * BLUR else 1
-    mode: Literal["wrap", "edge"] = "wrap" if toroidal else "edge"
-    *_, coarsest = stack_of(picture, levels, (toroidal, toroidal))
-    blurred = np.pad(coarsest.astype(np.int64), ((1, 1), (1, 1), (0, 0)), mode=mode)
-    down, across = blurred[2:, 1:-1] - blurred[:-2, 1:-1], blurred[1:-1, 2:] - blurred[1:-1, :-2]
-    xx, yy, xy = ((a * b).sum(axis=2) for a, b in ((across, across), (down, down), (across, down)))
-    steep, straight, turned = xx + yy, xx - yy, 2 * xy
-    along = np.where(abs(turned) < abs(straight), np.where(straight > 0, 0, 1), np.where(turned > 0, 2, 3))
-    around, (height, width) = np.pad(steep, 1, mode=mode), steep.shape
-    ridge = np.zeros(steep.shape, bool)
-    for number, (dy, dx) in enumerate(((0, 1), (1, 0), (1, 1), (1, -1))):
-        ahead = around[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
-        behind = around[1 - dy : 1 - dy + height, 1 - dx : 1 - dx + width]
-        ridge |= (along == number) & (steep >= ahead) & (steep > behind)
-    ranked = np.sort(steep, axis=None)
-    strong, faint = (ranked[int(share * (len(ranked) - 1))] for share in (STRONG, FAINT))
-    pieces, count = ndimage.label(ridge & (steep > faint), structure=np.ones((3, 3)))
-    sizes = np.bincount(pieces.ravel(), minlength=count + 1)
-    seeds = np.bincount(pieces.ravel(), (ridge & (steep > strong)).ravel(), minlength=count + 1)
-    kept = (sizes >= SHORTEST) & (seeds > 0)
-    kept[0] = False
-    return np.asarray(kept[pieces])
 
 
 AXES = 8  # of appearance vectors (2006)

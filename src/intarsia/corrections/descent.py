@@ -18,7 +18,7 @@ from ..foundation.arrays import Array, Pair
 from ..foundation.field import Field
 from ..foundation.params import functions_of, parameters
 from ..foundation.run import Run, seed_state
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from .appearance import painted
 from .correction_kernels import (
     AROUND,

@@ -11,10 +11,10 @@ from ..foundation.field import Field
 from ..foundation.geometry import Box, Wrap
 from ..foundation.params import AUTO, check_sizes
 from ..foundation.run import Run
-from ..lattice.lattice import check_lattice, lattice_of, lattices_of
+from ..lattice import check_lattice, lattice_of, lattices_of
 from ..methods.parallel_controllable import ParallelControllable
+from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
 from .appearance import Outlines, marked

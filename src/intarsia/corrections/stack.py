@@ -20,7 +20,7 @@ from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int32
 from ..kernels import kd_tree
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from ..search import elements
 from .appearance import (
     AXES,

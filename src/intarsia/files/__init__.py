@@ -33,8 +33,8 @@ from ..foundation import (
     said,
 )
 from ..foundation.arrays import Mask
-from ..model import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
-from ..model.exemplar import KIND_OF_NAME, Exemplar, check_size, finite
+from ..model import KIND_OF_NAME, Exemplar, check_size, finite
+from ..model.image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decoded
 from .formats import LAYER, Format, format_of, look, split_layer
 from .sets import describe, group, layered, materials, name_of, uses_directx

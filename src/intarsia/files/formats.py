@@ -18,7 +18,7 @@ from typing import Any
 from ..disk import MAX_CHANNELS, no_room
 from ..disk.whole import PathLike, ordinary, working_folder
 from ..foundation import InputError, ParameterError, ResourceError, printable
-from ..model import DTYPE_OF_DEPTH
+from ..model.image import DTYPE_OF_DEPTH
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""

@@ -21,7 +21,7 @@ from ..disk import MAX_CHANNELS
 from ..disk.whole import PathLike, check_writable, put_all, working_folder, write_bytes
 from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, legible, printable
 from ..foundation.arrays import Array, Pair, UInt8, pixels_of
-from ..model import Kind, Plane, Transfer, converted, dtype_of, looked_at
+from ..model.image import Kind, Plane, Transfer, converted, dtype_of, looked_at
 from . import png
 from .decode import opened, pillow_opened
 from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look

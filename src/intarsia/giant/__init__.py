@@ -2,6 +2,175 @@
 
 from __future__ import annotations
 
-from .texture import Weave, weave
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+from ..choosing.auto import Auto
+from ..disk.whole import PathLike
+from ..foundation import AUTO_METHOD, ParameterError
+from ..foundation.arrays import Array, Pair
+from ..foundation.blend import Blend
+from ..foundation.run import Run, check_seed, run_of
+from ..methods import METHODS, Ability, Method, WindowMethod, method_class
+from ..model import Exemplar
+from ..model.canvas import Canvas
+from ..rendering.render import check_alike
+from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
+from .picture import SIDE, Picture, box_of, check_memory, sides_of
+from .stream import STORES, ExecutorLike, array_of, stream
 
 __all__ = ["Weave", "weave"]
+
+
+Sides = int | Pair
+
+
+class Weave(Picture):
+    """An endless texture; ``texture[y0:y1, x0:x1]`` is an array, wherever it lies.
+
+    Attributes
+    ----------
+    exemplars : tuple of Exemplar
+        What it is made of.
+    method : WindowMethod
+        With every parameter decided.
+    seed : int
+        What the draws follow from.
+    blend : Blend
+        How pieces are joined.
+    name : str
+        The plane that is drawn; :meth:`plane` gives the others.
+    """
+
+    def __repr__(self) -> str:
+        words = f"{self.method.slug}, seed {self.seed}, {self.name}: {self.dtype} x {self.channels}"
+        return f"<endless texture by {words}; slice it, or stream it>"
+
+    def __getitem__(self, key: Any) -> Array:
+        """Draw a window; rows and columns are px of the plane that is shown, negative and huge ones too."""
+        box = box_of(key)
+        check_memory(box, self.channels * self.dtype.itemsize)
+        self.map_box(box)
+        if box.height * box.width <= 2 * SIDE * SIDE:
+            return self.draw(box)
+        with Run().pool() as each:
+            return self._filled(box, SIDE, self.draw, each)
+
+    def to_dask(self, shape: Sides, chunks: Any = SIDE, origin: Pair = (0, 0)) -> Any:
+        """Return a dask array whose blocks are windows; nothing is drawn before it is computed.
+
+        Parameters
+        ----------
+        shape : int or (height, width)
+            Size in px of the plane that is shown.
+        chunks : as of dask
+            A number of px, or (rows, columns), or all of them.
+        origin : (y, x)
+            The pixel of the endless plane that comes first.
+        """
+        return array_of(self, sides_of(shape), chunks, origin)
+
+    def to_zarr(
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
+        executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
+    ) -> None:  # fmt: skip
+        """Stream a window of any size into a zarr array (version 3); what a killed call began is gone on with.
+
+        Parameters
+        ----------
+        path : path
+            The folder of the array.
+        shape : int or (height, width)
+            Size in px of the plane that is shown.
+        origin : (y, x)
+            The pixel of the endless plane that comes first.
+        chunk : int
+            Side of the chunks in px; small ones share a file of 1024 px.
+        executor : None, "threads", "processes", "local", "tcp://...", or a dask client
+            Who draws; never changes a pixel. ``local`` starts a dask cluster on this machine.
+        force : bool
+            Begin anew where another recipe was woven; refused where the folder holds anything else.
+        run : Run, optional
+            Threads or processes, progress, cancelling.
+
+        Raises
+        ------
+        ParameterError
+            where something else is at this path, or another recipe.
+        MissingExtraError
+            without zarr: ``pip install 'intarsia[giant]'``.
+        ResourceError
+            where the disk is full; the same call later goes on.
+        """
+        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+
+    def to_tiff(
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
+        executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
+    ) -> None:  # fmt: skip
+        """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is whole; else as `to_zarr`.
+
+        `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
+        replaces what is there.
+        """
+        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+
+    def to_tiles(
+        self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
+        executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
+    ) -> None:  # fmt: skip
+        """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_tiff`.
+
+        Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
+        pixels mean.
+        """
+        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+
+
+def weave(
+    exemplar: ExemplarLike | Sequence[ExemplarLike],
+    method: Method | Auto | str = AUTO_METHOD,
+    seed: int = 0,
+    *,
+    blend: Blend | None = None,
+) -> Weave:
+    """Make an endless texture from an example; nothing is drawn before it is sliced.
+
+    Parameters
+    ----------
+    exemplar : path, array, dict of arrays, Plane or Exemplar
+        As for :func:`synthesize`.
+    method : Method, Auto or str
+        One that can make windows alone; ``auto`` chooses among them.
+    seed : int
+        0 to 2**64 - 1; the same seed gives the same texture, on any machine.
+    blend : Blend, optional
+        How pieces are joined; default: as the method means it.
+
+    Raises
+    ------
+    ParameterError, InputError, MethodError
+        where the method cannot make windows alone, or cannot serve this exemplar.
+    """
+    exemplars, seed = as_exemplars(exemplar), check_seed(seed)
+    return woven(planned_windows(exemplars, method, blend), seed)
+
+
+def planned_windows(exemplars: tuple[Exemplar, ...], method: Method | Auto | str, blend: Blend | None = None) -> Plan:
+    """Decide by which method, with which parameters, windows of an endless plane are made, or refuse what cannot."""
+    check_alike(exemplars)
+    method = named(method)
+    if isinstance(method, Auto):
+        method = replace(method, needs=method.needs | {Ability.WINDOW})
+    elif Ability.WINDOW not in method.supports:
+        able = ", ".join(s for s in METHODS if Ability.WINDOW in method_class(s).supports)
+        raise ParameterError(f"{method.slug} cannot make windows of an endless plane; choose one of {able}.")
+    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)  # its size is only one to think of
+    return planned(Scene(exemplars, canvas), method, blend)
+
+
+def woven(plan: Plan, seed: int) -> Weave:
+    """Return the endless texture that is planned."""
+    exemplars = plan.scene.exemplars
+    return Weave(exemplars, cast(WindowMethod, plan.method), seed, plan.joined, exemplars[0].pictures[0])

@@ -29,7 +29,7 @@ from ..files.write import MARK, check_depth, encode, holds_recipe, recipe_path, 
 from ..foundation import InputError, ParameterError, ResourceError, printable
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
-from ..model import Kind, Plane
+from ..model.image import Kind, Plane
 from ..rendering.mixing import averaged
 from .picture import SIDE, Cell, Grid, Packer, Picture, Results, Store, check_side, extra
 

@@ -26,8 +26,8 @@ from ..foundation.blend import Blend
 from ..foundation.geometry import Box
 from ..foundation.run import Run
 from ..methods import FARTHEST, WindowMethod, recipe_settings
-from ..model import Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Plane
 from ..model.sourcemap import SourceMap
 from ..rendering.render import render
 from ..synthesis import recipe_exemplars

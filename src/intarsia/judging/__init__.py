@@ -1,1 +1,368 @@
-"""Judging an output by its exemplar, in parts that people agree with: windows, sources, parts, and one score."""
+"""Judging an output by its exemplar, in parts that people agree with: windows, sources, parts, and one score.
+
+How good an output is, as people would say: parts between an anchor that is good and one that is bad, and their sum.
+
+    found = ia.score("stones.png", "grown.png")
+    found.total, found.parts["joins"].worth, found.parts["joins"].measured
+
+The formula, with the weights of :data:`~intarsia.judging.parts.PARTS` (docs/score.md says how they were found):
+
+    worth of a part = 1 - (measured - good) / (bad - good), held between 0 and 1
+    total = 100 * worth of "texture" * (1 - sum of weight * visible * sqrt(1 - worth)), at least 0
+
+``visible`` is 1, and for what is shown too often the grain of the exemplar: where every window returns, repeats are
+not seen. The root makes a first flaw count more than the tenth. "texture" is worth 1 where the output is of the
+exemplar's texture, and nothing where it is of another.
+
+Where an output loses is told place by place: what joins cost, and the places of the exemplar that it shows too often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..analysis import block_sums, factor_for, window_sums
+from ..analysis.features import features
+from ..foundation import InputError, ndimage
+from ..foundation.arrays import Array, Int16, Pair
+from ..foundation.geometry import Wrap
+from ..model import Exemplar, Exemplars
+from ..model.sourcemap import SourceMap
+from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_side
+from .sources import STEP, Reference, Sources
+from .windows import SIDE, smaller
+
+CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
+WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
+"""The least total of each word: nothing that a grader called broken is clean (docs/score.md)."""
+AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
+
+Pictures = Sequence[Int16]
+
+
+@dataclass(frozen=True)
+class Worth:
+    """One part of a score: what it is, the number that was measured, and the numbers that are worth 1 and 0."""
+
+    part: Part
+    measured: float
+    good: float
+    bad: float
+
+    @property
+    def worth(self) -> float:
+        """1 for a true continuation, 0 for what is worth nothing."""
+        return min(1.0, max(0.0, (self.bad - self.measured) / (self.bad - self.good)))
+
+
+@dataclass(frozen=True)
+class Score:
+    """How good an output is: ``total`` from 0 to 100, and its parts by name; more is better.
+
+    ``grain`` says how little the exemplar repeats itself, 0 to 1.
+    """
+
+    parts: dict[str, Worth]
+    grain: float
+
+    def __repr__(self) -> str:
+        lost = {name: round(100 * self.loss(name)) for name in self.parts}
+        less = ", ".join(f"{name} -{n}" for name, n in lost.items() if n)
+        return f"<score: {self.total:.0f} of 100{less and ': ' + less}>"
+
+    @property
+    def total(self) -> float:
+        """The one number: 100 for a true continuation, 0 where nothing is right."""
+        return max(0.0, 100 * (1 - sum(self.loss(name) for name in self.parts)))
+
+    def loss(self, name: str) -> float:
+        """How much one part takes from the total, of 1; another texture takes of what the others leave."""
+        one = self.parts[name]
+        if one.part is TEXTURE:
+            return (1 - one.worth) * max(0.0, 1 - sum(self.loss(other) for other in self.parts if other != name))
+        return one.part.weight * (self.grain if one.part.grainy else 1.0) * float((1 - one.worth) ** 0.5)
+
+    @property
+    def ranked(self) -> list[str]:
+        """The names of the parts, what takes most first."""
+        return sorted(self.parts, key=lambda name: -self.loss(name))
+
+    @property
+    def verdict(self) -> str:
+        """The total in words, with what takes most from it."""
+        if self.parts[TEXTURE.name].worth < 0.5:
+            return "not this texture"
+        word = next(word for least, word in WORDS if self.total >= least)
+        return word.format(self.parts[self.ranked[0]].part.flaw)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON."""
+        return {"total": round(self.total, 2), "verdict": self.verdict, "grain": round(self.grain, 3), "parts": {
+            name: {
+                "worth": round(one.worth, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
+                "good": round(one.good, 3), "bad": round(one.bad, 3), "loss": round(100 * self.loss(name), 2),
+                "weight": one.part.weight,
+            } for name, one in self.parts.items()
+        }}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A part of an output that was looked at: row and column where it begins, in px, and what its windows show."""
+
+    begin: Pair
+    sources: tuple[Sources, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A score, and what was seen when it was found: parts of the output, reduced `factor` times as the exemplars."""
+
+    score: Score
+    looks: tuple[Look, ...]
+    factor: int
+
+    @property
+    def alone(self) -> Judged:
+        """The score, without what was seen."""
+        return Judged(self.score, (), self.factor)
+
+
+def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
+    """Judge a picture by its base plane; InputError where that has other channels than the exemplars'."""
+    first, base = exemplars[0].base, output.base
+    if (base.kind, base.channels) != (first.kind, first.channels):
+        raise InputError(
+            f"{output.name} has {base.channels} channels of {base.kind.value}, {exemplars[0].name} {first.channels} of "
+            f"{first.kind.value}; give two pictures of one make-up."
+        )
+    alone = [Exemplar({"base": e.base}, e.usable, e.toroidal, e.name) for e in (*exemplars, output)]
+    *pictures, mine = features(alone).pictures
+    return _judged(known_of(pictures, exemplars), mine, wrap)
+
+
+def score_map(exemplars: Exemplars, smap: SourceMap) -> Score:
+    """Judge a map without holes by the pixels that it shows, not mixed at its cuts."""
+    feats = features(exemplars)
+    pictures = [p[..., : feats.base] for p in feats.pictures]
+    known = feats.memo("judging", lambda: known_of(pictures, exemplars))  # several maps of the same are judged
+    return _judged(known, drawn(pictures, smap), smap.wrap).score
+
+
+def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
+    """Return the output in features (H, W, C): every pixel as its exemplar has it."""
+    if smap.which is None:
+        return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
+    out = np.zeros((smap.height, smap.width, pictures[0].shape[2]), np.int16)
+    for number, picture in enumerate(pictures):
+        at = smap.which == number
+        out[at] = picture[smap.yx[at, 0], smap.yx[at, 1]]
+    return out
+
+
+class Known(NamedTuple):
+    """What is measured of exemplars once for all outputs: reduced `factor` times, and what their tiles measure."""
+
+    factor: int
+    reference: Reference
+    worst: dict[str, float]
+
+    def reduced(self, output: Int16) -> Int16:
+        """An output as the exemplars are looked at, held in their range, for which distances are exact."""
+        pictures = self.reference.pictures
+        low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
+        return np.asarray(np.clip(smaller(output, self.factor), low, high), np.int16)
+
+
+def known_of(pictures: Pictures, exemplars: Exemplars) -> Known:
+    """Measure exemplars by the features of their base planes (H, W, C)."""
+    factor = max(factor_for(p.shape) for p in pictures)  # large ones are looked at reduced
+    masks = (e.usable for e in exemplars)
+    reference = Reference(
+        tuple(np.asarray(smaller(p, factor), np.int16) for p in pictures),
+        tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
+    )
+    by_tiles = [part for part in PARTS if part.bad is None]
+    tiles = reference.tiles
+    return Known(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
+
+
+def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
+    factor, reference, worst = known
+    looks, told_by = list[Look](), list[dict[str, float]]()
+    for (y, x), picture in _corners(known.reduced(output), wrap):
+        sources = tuple(sources_of(reference, picture))
+        looks.append(Look((y * factor, x * factor), sources))
+        told_by.append(measured(reference, picture, sources))
+    parts = {}
+    for part in PARTS:
+        bad = worst[part.name] if part.bad is None else part.bad
+        seen = sum(one[part.name] for one in told_by) / len(told_by)
+        parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
+    return Judged(Score(parts, reference.grain), tuple(looks), factor)
+
+
+def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
+    """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
+    around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
+    output = np.pad(output, (*around, (0, 0)), "wrap")
+    short = 2 * CORNER + AROUND
+    ends = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
+    spans = list(ends)
+    return [
+        ((rows.start or 0, columns.start or 0), output[rows, columns]) for rows in spans[0] for columns in spans[1]
+    ]
+
+
+SIZES = 2  # of windows by which joins are told: the smallest
+MOST = 3  # places that are told of,
+MANY = 60  # but no further one where so many places of the output are told of already
+OFTEN = 2.5  # times the mean: what is shown less often is nothing to tell of
+RETURNS = 3  # places of the output that show it, at least
+
+@dataclass(frozen=True)
+class Spot:
+    """A place of a picture: its middle and its radius, in px."""
+
+    y: float
+    x: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class Often:
+    """A place that is shown too often: in exemplar `number` at `place`, so many `times` the mean, at `spots`."""
+
+    number: int
+    place: Spot
+    times: float
+    spots: tuple[Spot, ...]
+
+
+def joins_at(judged: Judged, size: Pair) -> Array:
+    """How much joins cost around every place of an output of `size`, 0 to 1: as much as any two windows differ.
+
+    Returns (rows, columns) of squares of 8 px, or of so many times more as the output was looked at reduced.
+    """
+    rows, columns = (-(-n // (STEP * judged.factor)) for n in size)
+    total, count = np.zeros((rows, columns)), np.zeros((rows, columns), np.int64)
+    for look in judged.looks:
+        top, left = (at // (STEP * judged.factor) for at in look.begin)
+        for sources in look.sources[:SIZES]:
+            right, below = sources.changes / 1024
+            y, x = (at + SIDE * sources.level.windows.factor // (2 * STEP) for at in (top, left))
+            for change in (right[:, 1:], below[1:]):  # the first follow none
+                high, wide = min(change.shape[0], rows - y), min(change.shape[1], columns - x)
+                total[y : y + high, x : x + wide] += change[:high, :wide]
+                count[y : y + high, x : x + wide] += 1
+    known = [np.flatnonzero(count.any(axis=1 - axis)) for axis in (0, 1)]
+    if not count.any():
+        return total
+    rim = (np.clip(np.arange(n), at[0], at[-1]) for n, at in zip(total.shape, known, strict=True))
+    return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
+
+
+def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Often, ...]:
+    """Look for the places of the exemplars that are shown far more often than others, the most used first."""
+    first = [look.sources[0] for look in judged.looks if look.sources]
+    if not first:
+        return ()
+    table = first[0].level.windows.table
+    often = shown(table, np.sum([s.usage for s in first], axis=0))
+    known, side = often >= 0, square_side(table)
+    mean = float(often[known].mean()) if known.any() else 0.0
+    if mean == 0:
+        return ()
+    found = list[Often]()
+    apart = 2 * side + SIDE // first[0].level.windows.stride
+    while len(found) < MOST and sum(len(o.spots) for o in found) < MANY and often.max() >= OFTEN * mean:
+        row, column = (int(n) for n in np.unravel_index(int(often.argmax()), often.shape))
+        times = float(often[row, column]) / mean
+        often[max(0, row - apart + 1) : row + apart, max(0, column - apart + 1) : column + apart] = -1
+        spots = tuple(_spots(judged, (row, column), output))
+        if len(spots) >= RETURNS:
+            number, place = _place(first[0], (row, column), judged.factor, exemplars)
+            found.append(Often(number, place, times, spots))
+    return tuple(found)
+
+
+def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
+    """How often pixels of each exemplar are shown, as far as windows tell, of what they would be on average.
+
+    Where a map is known, it tells this exactly. The rest of an exemplar that is looked at reduced counts as 0.
+    """
+    first = [look.sources[0] for look in judged.looks if look.sources]
+    out = [np.zeros(size) for size in exemplars]
+    if not first:
+        return out
+    windows = first[0].level.windows
+    usage, n = np.sum([s.usage for s in first], axis=0), windows.factor * judged.factor
+    for number, (begin, height, width) in enumerate(_rows(first[0], judged.factor, exemplars)):
+        mine = np.s_[begin : begin + height, :width]
+        there, counts = (windows.table[mine] >= 0).astype(np.int64), usage[mine]
+        spread = -(-SIDE // windows.stride)
+        around = ((spread - 1, spread - 1),) * 2
+        times, most = (window_sums(np.pad(a, around), (spread, spread)) for a in (counts, there))
+        share = np.repeat(np.repeat(times / np.maximum(most, 1), windows.stride * n, 0), windows.stride * n, 1)
+        high, wide = (min(a, b) for a, b in zip(share.shape, out[number].shape, strict=True))
+        out[number][:high, :wide] = share[:high, :wide]
+    mean = float(usage.sum()) / max(int((windows.table >= 0).sum()), 1)
+    return [picture / mean for picture in out] if mean else out
+
+
+def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tuple[int, int, int]]:
+    """Where each exemplar begins in the table of windows, how high and how wide it is there."""
+    windows, out, begin = sources.level.windows, list[tuple[int, int, int]](), 0
+    for size in exemplars:
+        room = [n // factor // windows.factor - SIDE + 1 for n in size]
+        height, width = (max(0, -(-n // windows.stride)) if min(room) > 0 else 0 for n in room)
+        out.append((begin, height, width))
+        begin += height + SIDE * (height > 0)
+    return out
+
+
+def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Spot]:
+    """The exemplar, and the place in it, of the square of the table that begins at `at`."""
+    windows, (row, column) = sources.level.windows, at
+    rows = _rows(sources, factor, exemplars)
+    number = max(n for n, (begin, height, _) in enumerate(rows) if height and begin <= row)
+    n, radius = windows.factor * factor, _radius(sources, factor)
+    return number, Spot(
+        (row - rows[number][0]) * windows.stride * n + radius, column * windows.stride * n + radius, radius
+    )
+
+
+def _radius(sources: Sources, factor: int) -> float:
+    windows = sources.level.windows
+    return (square_side(windows.table) * windows.stride + SIDE) * windows.factor * factor / 2
+
+
+def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
+    """The places of the output that show the square of the table that begins at `at`."""
+    out = list[Spot]()
+    for look in judged.looks:
+        if not look.sources:
+            continue
+        sources = look.sources[0]
+        windows = sources.level.windows
+        off = windows.at[sources.number] - at
+        inside = ((off >= 0) & (off < square_side(windows.table))).all(axis=2)
+        numbers, count = ndimage.label(inside, np.ones((3, 3)))
+        radius, half = _radius(sources, judged.factor), SIDE * windows.factor / 2
+        for k in range(1, count + 1):
+            middle = np.argwhere(numbers == k).mean(axis=0) * STEP + half
+            y, x = (
+                (b + float(m) * judged.factor) % n for b, m, n in zip(look.begin, middle, output, strict=True)
+            )
+            if all(max(_apart(y, s.y, output[0]), _apart(x, s.x, output[1])) > radius for s in out):
+                out.append(Spot(y, x, radius))
+    return out
+
+
+def _apart(a: float, b: float, length: int) -> float:
+    """How far two places are along an axis that may be closed: seen twice where it is."""
+    return min(abs(a - b), length - abs(a - b))

@@ -14,10 +14,10 @@ from html import escape
 import numpy as np
 
 from ..foundation import IntarsiaError, legible
-from ..model import Plane, Transfer, encoded, looked_at
-from ..model.exemplar import Exemplar, Exemplars
+from ..model import Exemplar, Exemplars
+from ..model.image import Plane, Transfer, encoded, looked_at
 from ..model.sourcemap import HOLE, SourceMap
-from .score import score_map
+from . import score_map
 from .windows import smaller
 
 SIDE, SMALL = 512, 256  # px: the picture and the exemplars are shown no larger

@@ -1,1 +1,256 @@
-"""The lattice of a near-regular texture: candidates, fit, and the verdict whether there is one."""
+"""The lattice of a near-regular texture: candidates, fit, and the verdict whether there is one.
+
+The lattice of a texture: by which two steps tiles, bricks or threads repeat, or that they do not.
+
+Found from the exemplar alone: guess lattices from peaks of the correlation and of the spectrum, score each by
+how much better the texture agrees with itself at its points than anywhere else in the cell, fit the best ones
+to a fraction of a px, and accept the winner only if enough points say so. Rows without a period along them
+have one vector; most textures have none, and are told so.
+
+Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``.
+All decisions compare whole numbers.
+
+Lengths of which a lattice goes into itself: a whole number of periods along an axis.
+
+Source: no paper; a definition. Around an axis of n px the lattice closes where one of its vectors is (n, 0); how far
+the nearest one is from that is the misfit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from ..analysis import factor_for, reduced
+from ..analysis.features import features
+from ..foundation import MethodError, ParameterError
+from ..foundation.arrays import Int16, Int64, Mask
+from ..foundation.params import Steps, Weights
+from ..model import Exemplar
+from .candidates import (
+    UNIT,
+    CorrelatedPictures,
+    CorrelationMap,
+    correlation_map,
+    distinct,
+    guesses,
+    pictures,
+    waves_of,
+)
+from .fit import RING, fitted, refined, relatives, resolved, score, shortlist
+from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
+
+Vector = tuple[int, int]  # (rows, columns) in 1/256 px
+Vectors = tuple[Vector, Vector]
+Pairs = Sequence[Sequence[float]] | None
+
+
+def lattice_of(
+    exemplar: Exemplar, slug: str, channel_weights: Weights = None
+) -> Steps:
+    """Find the lattice vectors of an exemplar, (x, y) in px; MethodError where it has none."""
+    found = lattices_of(exemplar, channel_weights)
+    if found.accepted is None:
+        confidence = found.ranked[0].confidence if found.ranked else 0.0
+        raise MethodError(
+            f"{slug} finds no lattice in the exemplar (confidence {confidence:.2f}); use method image-quilting, or "
+            "give the lattice vectors."
+        )
+    return vectors_of(found.accepted)
+
+
+def lattices_of(exemplar: Exemplar, channel_weights: Weights = None) -> Lattices:
+    """What is known of the lattice of an exemplar; looked for once."""
+
+    def looked() -> Lattices:
+        return find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable)
+
+    return exemplar.memo(("lattices", channel_weights), looked)
+
+
+def vectors_of(found: Lattice) -> Steps:
+    """The vectors of a lattice as methods take them: (x, y) px."""
+    return tuple((x / UNIT, y / UNIT) for y, x in found.vectors)
+
+
+def check_lattice(lattice: Pairs, exemplar: Exemplar) -> None:
+    """Refuse vectors that span no lattice, or leave the exemplar."""
+    cell_of(lattice, (exemplar.height, exemplar.width))
+
+
+def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | None]:
+    """The lattice vectors as (rows, columns) in 1/256 px, refusing what spans no lattice."""
+    vectors = [(round(y * UNIT), round(x * UNIT)) for x, y in lattice or ()]
+    for v in vectors:
+        if not UNIT <= math.hypot(*v) <= UNIT * max(shape):
+            raise ParameterError("a lattice vector must be 1 px long at least, and shorter than the exemplar.")
+    if len(vectors) == 2:
+        (a, b), (c, d) = vectors
+        if abs(a * d - b * c) < 0.1 * math.hypot(a, b) * math.hypot(c, d):
+            raise ParameterError("the two lattice vectors are parallel, or nearly so; give others, or only one.")
+        return vectors[0], vectors[1]
+    return vectors[0], None
+
+
+def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
+    """Say why a canvas does not close, and at which sizes it does."""
+    remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
+    return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
+
+
+NEAR = 0.05  # of the shortest vector: 2 px on tiles of 40 px, which a joint hides
+LEAST = 1.5  # px: no finer misfit is seen, rounding to whole px makes half of it, and photographs bend by as much
+
+
+def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vector]]:
+    """A step of `length` px along an axis, and points of a lattice about it, but for its origin; 1/256 px."""
+    (a, b), (c, d) = vectors
+    goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
+    area = a * d - b * c
+    m, n = (goal[0] * d - goal[1] * c) // area, (goal[1] * a - goal[0] * b) // area
+    steps = [(s, t) for s in range(m - 1, m + 3) for t in range(n - 1, n + 3)]
+    return goal, [(s * a + t * c, s * b + t * d) for s, t in steps if (s, t) != (0, 0)]
+
+
+def once_around(vectors: Vectors, length: int, axis: int) -> Vector:
+    """Return the step of a lattice, (rows, columns) in 1/256 px, that is to lead once around `length` px of an axis.
+
+    0: rows, 1: columns. The one nearest to that, as a share of its own length: a canvas of less than half a period is
+    to hold one, not none.
+    """
+    (y, x), points = _points(vectors, length, axis)
+    return min(points, key=lambda p: Fraction((p[0] - y) ** 2 + (p[1] - x) ** 2, p[0] ** 2 + p[1] ** 2))
+
+
+def misfit(vectors: Sequence[Vector], length: int, axis: int) -> float:
+    """Return how far, px, a lattice is from closing around `length` px of an axis (0: rows, 1: columns).
+
+    `vectors`: one or two of (rows, columns) in 1/256 px. Of rows alone only their pitch must close.
+    """
+    if len(vectors) == 2:
+        goal, points = _points((vectors[0], vectors[1]), length, axis)
+        return min(math.dist(point, goal) for point in points) / UNIT
+    pitch = math.hypot(*vectors[0])
+    along = length * UNIT * vectors[0][axis] / pitch
+    return abs(along - pitch * round(along / pitch)) / UNIT
+
+
+def allowed(vectors: Sequence[Vector]) -> float:
+    """Return the misfit, px, below which a lattice is taken to close."""
+    return max(LEAST, NEAR * min(math.hypot(*v) for v in vectors) / UNIT)
+
+
+def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int = 1) -> int | None:
+    """Return the largest multiple of `unit` up to `length` px, at least half of it, around which a lattice closes.
+
+    Of neighbouring lengths that do the one that fits best; `length` itself where it does, or where it runs along rows
+    that nearly keep to the axis. None: there is none.
+    """
+    most = allowed(vectors)
+    if len(vectors) == 1 and length * UNIT * abs(vectors[0][axis]) < math.hypot(*vectors[0]) ** 2:
+        return length
+    if misfit(vectors, length, axis) <= most:
+        return length
+    fitting = [n for n in range(length - length % unit, (length - 1) // 2, -unit) if misfit(vectors, n, axis) <= most]
+    if not fitting:
+        return None
+    first = [n for k, n in enumerate(fitting) if fitting[0] - n == k * unit]
+    return min(first, key=lambda n: misfit(vectors, n, axis))
+
+
+LEAST_SIDE = 16  # px: four of the shortest vectors; a smaller exemplar has no room for a lattice
+SHOWN = 5  # candidates that are reported
+FAMILY = 6  # best lattices whose double and half cells are tried as well
+
+
+def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = False) -> Lattices:
+    """Find by which steps a texture repeats.
+
+    Parameters
+    ----------
+    features : int16 array, shape (H, W, C)
+        Any size. Above 512 px a side a box-reduced copy is searched, and the vectors are then refined.
+    usable : bool array, shape (H, W), optional
+        False where pixels do not count.
+    courses : bool
+        Whether to look for one vector only.
+
+    Returns
+    -------
+    Lattices
+        The same on every machine. Nothing is found below 16 px a side, or in constant exemplars.
+
+    Raises
+    ------
+    ParameterError
+        where the mask does not fit.
+    """
+    if usable is not None and usable.shape != features.shape[:2]:
+        raise ParameterError(f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal.")
+    if usable is not None and usable.all():
+        usable = None
+    if min(features.shape[:2]) < LEAST_SIDE:
+        return Lattices(None, (), f"Below {LEAST_SIDE} px a side nothing can repeat.")
+    factor = factor_for(features.shape)
+    found = _found(*reduced(features, usable, factor), courses)
+    return found if factor == 1 else _at_full_size(found, features, usable, factor)
+
+
+def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
+    """Search an exemplar of its own size."""
+    height, width = features.shape[:2]
+    prepared = pictures(features, usable)
+    found = correlation_map(prepared)
+    if found is None:
+        return Lattices(None, (), "The exemplar is constant.")
+    waves = waves_of(prepared)
+    ranked = [] if one else _two(found, guesses(found, waves, height, width), prepared)
+    if ranked and ranked[0].verdict == SURE:
+        return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
+    rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]
+    if rows and rows[0].verdict == SURE:
+        return Lattices(rows[0], (rows[0], *ranked[: SHOWN - 1]), rows[0].reasons[-1])
+    if ranked and ranked[0].verdict == FAINT:
+        return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
+    together = tuple(sorted([*ranked, *rows], key=lambda one: -one.share)[:SHOWN])
+    return Lattices(None, together, together[0].reasons[-1] if together else "No offset agrees with the exemplar.")
+
+
+def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) -> list[Lattice]:
+    """Rank lattices of two vectors: shortlist, fit, score; then the relatives of the best."""
+    size = prepared.edges.shape[0], prepared.edges.shape[1]
+    lattices, fits = fitted(found, shortlist(found, guesses), size)
+    scored = score(found, lattices, RING)
+    kin = relatives(scored.vectors[scored.best(FAMILY)])
+    more, others = fitted(found, distinct(kin, *size), size)
+    scored = score(found, distinct(np.concatenate([lattices, more]), *size), RING)
+    fits = {**others, **fits}
+    ranked = []
+    for k in scored.ranked(SHOWN):
+        one = fits[tuple(scored.vectors[k].ravel().tolist())]
+        vectors = resolved(found, scored.vectors[k], one.residual)
+        ranked.append(two_vectors(vectors, scored, int(k), one, prepared))
+    return ranked
+
+
+def _at_full_size(found: Lattices, features: Int16, usable: Mask | None, factor: int) -> Lattices:
+    """Scale the vectors back, and refine those of the accepted lattice at full resolution."""
+
+    def scaled(one: Lattice) -> Lattice:
+        rows = tuple((y * factor, x * factor) for y, x in one.vectors)
+        return replace(one, vectors=rows, residual=one.residual * factor)
+
+    ranked = tuple(scaled(one) for one in found.ranked)
+    if found.accepted is None:
+        return replace(found, ranked=ranked, reduction=factor, refined=False)
+    best = scaled(found.accepted)
+    exact = refined(features, usable, np.array(best.vectors, np.int64), factor)
+    if exact is not None:
+        rows = tuple((int(y), int(x)) for y, x in exact)
+        best = replace(best, vectors=rows)
+    ranked = tuple(best if one is found.accepted else other for one, other in zip(found.ranked, ranked, strict=True))
+    return replace(found, accepted=best, ranked=ranked, reduction=factor, refined=exact is not None)

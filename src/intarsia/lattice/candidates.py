@@ -252,7 +252,7 @@ def spectral_peaks(picture: Floats) -> Floats:
     return result
 
 
-def candidates(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
+def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
     """Pair peaks with peaks and waves with waves; (n, 2, 2) in 1/256 px, reduced, each lattice once."""
     peaks = correlation_peaks(found)
     i, j = np.triu_indices(len(peaks), 1)

@@ -21,8 +21,8 @@ from ..foundation.params import AUTO, Parameter, check, extent, param, parameter
 if TYPE_CHECKING:
     from ..foundation.geometry import Box
     from ..foundation.run import Run
+    from ..model import Exemplar, Exemplars
     from ..model.canvas import Canvas
-    from ..model.exemplar import Exemplar, Exemplars
     from ..model.sourcemap import SourceMap
 
 FARTHEST = 1 << 40
@@ -68,6 +68,7 @@ class Traits(NamedTuple):
     hangs : how patches lie at the borders, as :func:`intarsia.foundation.geometry.laid` has it.
     channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
     asked : returns, for parameters that are functions, a hash of all that they say over a canvas or a box.
+    terms : returns what else than seams its energy has, of a map, by name, in knees per million px.
     """
 
     exact: bool = True
@@ -79,6 +80,7 @@ class Traits(NamedTuple):
     min_repeat_distance: int = 0
     snap: str = "on"
     asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
+    terms: Callable[[Exemplars, SourceMap], Mapping[str, int]] = lambda exemplars, smap: {}
 
     @property
     def spans(self) -> dict[str, list[int] | None]:
@@ -155,6 +157,11 @@ class MethodBase:
         method = self.resolved(exemplars, canvas)
         smap: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
         return smap
+
+    def terms(self, exemplars: Exemplars, smap: SourceMap) -> Mapping[str, int]:
+        """Ask the engine what it makes small beside seams, where it has a function `terms`."""
+        engine: Any = engine_of(self) if self.engine else None
+        return engine.terms(self, exemplars, smap) if hasattr(engine, "terms") else {}
 
 
 class EndlessBase(MethodBase):

@@ -28,8 +28,8 @@ from . import Ability, EndlessBase, engine_of
 
 if TYPE_CHECKING:
     from ..foundation.geometry import Box
+    from ..model import Exemplars
     from ..model.canvas import Canvas
-    from ..model.exemplar import Exemplars
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from ..foundation import (
 )
 from ..foundation.arrays import Array
 from ..foundation.geometry import Wrap
-from . import Kind, Plane
+from .image import Kind, Plane
 from .sourcemap import SourceMap
 
 

@@ -33,8 +33,8 @@ from ..foundation.run import below
 from ..kernels import maps
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
 from ..kernels.maxflow import FREE, NEW, OLD
+from ..model import Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import HOLE, Source, SourceMap
 from ..search import Candidates, PosedExemplars, WindowGrid
 

@@ -23,8 +23,8 @@ from ..foundation.params import Poses, Weights
 from ..foundation.run import Run, draw_many
 from ..kernels.cuts import SeamPrice
 from ..kernels.maps import Grown
+from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import HOLE, SourceMap
 from ..search import SHORT_LIST, Candidates, PosedExemplars, Search, WindowGrid, isometry_ids, posed_exemplars
 from ..search.fourier import PatchSearch

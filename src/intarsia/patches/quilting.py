@@ -9,8 +9,8 @@ from ..foundation import lazy
 from ..foundation.params import AUTO, extent
 from ..foundation.run import Run
 from ..methods.image_quilting import ImageQuilting
+from ..model import Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import SourceMap
 from ..search import check_patch, default_patch, resolved_isometries
 from .growth import Boundaries, PatchSettings, Repeats, Stages

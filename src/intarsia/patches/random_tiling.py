@@ -9,8 +9,8 @@ from ..foundation.geometry import spread
 from ..foundation.params import AUTO, extent
 from ..foundation.run import Run, draw
 from ..methods.random_tiling import RandomTiling
+from ..model import Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import SourceMap
 from ..search import WindowGrid, check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
 from . import GrowingMap, random_patch

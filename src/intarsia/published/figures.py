@@ -16,8 +16,8 @@ from ..disk import whole
 from ..files.write import lettered
 from ..foundation.arrays import Array, Pair
 from ..methods import make
-from ..model import Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Plane
 from ..synthesis import Synthesis, synthesize
 
 SEED = 1

@@ -7,10 +7,10 @@ from dataclasses import replace
 from ..foundation.geometry import Box
 from ..foundation.params import AUTO
 from ..foundation.run import Run
-from ..lattice.lattice import check_lattice, lattice_of
+from ..lattice import check_lattice, lattice_of
 from ..methods.best_tile import BestTile
+from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
 from .tiling import TileLayout, Tiling
 

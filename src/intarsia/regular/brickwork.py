@@ -16,9 +16,9 @@ from ..analysis.features import Features
 from ..foundation import MethodError, ndimage
 from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
 from ..kernels import paths
+from ..lattice import Vector
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Vector
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from .wall_kernels import FACE as CUT
 
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
 from ..kernels.lattice_points import lattice_points
+from ..lattice import Vector, Vectors
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Vector, Vectors
 from . import gap_kernels
 
 Places = dict[Pair, Int64]

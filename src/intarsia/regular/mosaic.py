@@ -28,11 +28,11 @@ from ..analysis.features import features
 from ..foundation import ParameterError
 from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
 from ..foundation.run import Run, below, deck, draw
+from ..lattice import cell_of, unfit
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import cell_of, unfit
 from ..methods.near_regular import NearRegular
+from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar
 from ..patches import Continuation
 from . import gap_kernels
 from .grid import BlockGrid, Places

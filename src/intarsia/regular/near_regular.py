@@ -11,8 +11,8 @@ from ..foundation.geometry import Box
 from ..foundation.params import AUTO
 from ..foundation.run import Run
 from ..methods.near_regular import NearRegular
+from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
 from ..patches import Continuation, drafted
 from .mosaic import Mosaic

@@ -26,11 +26,11 @@ from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
 from ..foundation.params import Steps, Weights
+from ..lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
 from ..lattice.candidates import CorrelatedPictures, pictures
-from ..lattice.lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice
-from ..model import Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Plane
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""

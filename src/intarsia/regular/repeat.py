@@ -8,8 +8,8 @@ from ..foundation.arrays import Int32
 from ..foundation.geometry import Box
 from ..foundation.run import Run
 from ..methods.repeat import Repeat
+from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from ..foundation import ParameterError
 from ..foundation.arrays import Int64, Pair
 from ..foundation.run import below, deck, draw
+from ..lattice import unfit
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import unfit
 from ..model.canvas import Canvas
 from .brickwork import Line
 

@@ -28,10 +28,10 @@ from ..foundation import MethodError, ParameterError
 from ..foundation.arrays import Int16, Int32, Int64, Mask, Pair
 from ..foundation.params import Weights
 from ..foundation.run import Run
+from ..lattice import Pairs, Vector, Vectors, cell_of
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Pairs, Vector, Vectors, cell_of
+from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar
 from .tile_kernels import band_costs, lay_tile, squared_steps
 
 Rates = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]

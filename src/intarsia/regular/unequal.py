@@ -19,7 +19,7 @@ from ..foundation.arrays import Array, Int16, Int64, Mask
 from ..foundation.params import Weights
 from ..kernels import paths
 from ..lattice.candidates import UNIT
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from .brickwork import (
     FACE,
     FINDING,

@@ -25,10 +25,10 @@ from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Pair
 from ..foundation.params import Weights
 from ..foundation.run import Run, below, draw
 from ..kernels import paths
+from ..lattice import Pairs, cell_of
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Pairs, cell_of
+from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains

@@ -19,8 +19,8 @@ from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, UInt8
 from ..foundation.blend import Mixing
 from ..foundation.geometry import Box
 from ..kernels.maps import HOLE
-from ..model import Kind, Plane, Transfer, from_srgb
-from ..model.exemplar import Exemplar, Exemplars
+from ..model import Exemplar, Exemplars
+from ..model.image import Kind, Plane, Transfer, from_srgb
 from ..model.sourcemap import SourceMap
 from .vote_kernels import Map, Reach, cut_window, settle_light
 

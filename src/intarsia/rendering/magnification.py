@@ -19,7 +19,7 @@ import numpy as np
 
 from ..foundation import TIMES, InputError, ParameterError, expect, whole_within
 from ..foundation.arrays import Array
-from ..model.exemplar import REDUCED, Exemplar
+from ..model import REDUCED, Exemplar
 from .mixing import averaged
 
 

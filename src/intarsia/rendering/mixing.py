@@ -26,7 +26,7 @@ from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
 from ..foundation.arrays import Floats as Float64
 from ..foundation.blend import Blend, Mixing
 from ..foundation.geometry import ISOMETRIES
-from ..model import Kind, Plane
+from ..model.image import Kind, Plane
 from . import Curve
 from .vote_kernels import LIMB, Reach, Voters, add_votes, settle_vectors, vote_label
 

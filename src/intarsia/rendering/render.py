@@ -23,8 +23,8 @@ from ..foundation.arrays import Array
 from ..foundation.blend import Blend, Mixing
 from ..foundation.geometry import Box
 from ..foundation.run import Run
-from ..model import Kind, Plane
-from ..model.exemplar import Exemplars
+from ..model import Exemplars
+from ..model.image import Kind, Plane
 from ..model.sourcemap import SourceMap, check_stretch
 from . import Ground
 from .mixing import Mixer, Normals, mixer_of

@@ -109,8 +109,7 @@ class Request(Asked):
             if names_a_picture(p, value):
                 values[name] = picture_of(p, value)
         if self.method == AUTO_METHOD:
-            laying = self.distance_map is not None and self.verb not in ("heal", "tile")
-            return auto.Auto(self.trials or 1, values, laying=laying)
+            return auto.Auto(self.trials or 1, values)
         return make(self.method, {**usual_parameters(self.verb, self.method), **values})
 
     @property
@@ -202,7 +201,7 @@ def picture_of(p: Parameter, path: str) -> varying.Field:
 
     from .. import files
     from ..foundation import field as varying
-    from ..model import Kind
+    from ..model.image import Kind
 
     if not path or "\0" in path:
         raise InputError(f"{p.name}: {path!r} is no name of a file; choose another.")

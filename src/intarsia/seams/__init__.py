@@ -15,7 +15,7 @@ from ..analysis.features import Features, features, pose_array
 from ..foundation.arrays import Array, Pair
 from ..foundation.geometry import ISOMETRIES, Box
 from ..kernels.cuts import SeamPrice
-from ..model.exemplar import Exemplars
+from ..model import Exemplars
 from ..model.sourcemap import SourceMap, matrices, positions
 from ..patches.growth import knee_of
 from .energy_kernels import Part, Pieces, exact_energy, warped_energy

@@ -33,14 +33,14 @@ from typing import Any
 import numpy as np
 
 from ..analysis import window_sums
-from ..analysis.features import pose_array
+from ..analysis.features import Features, pose_array
 from ..analysis.popout import popout
-from ..foundation.arrays import Array, Mask, Pair
+from ..foundation.arrays import Array, Int32, Mask, Pair
 from ..foundation.run import draw
 from ..kernels.maps import Grown
+from ..lattice import Vector, Vectors, once_around
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import Vector, Vectors, once_around
-from ..model.exemplar import Exemplars
+from ..model import Exemplars
 from ..model.sourcemap import HOLE
 from ..patches import Pick, picked, random_patch
 from ..patches.growth import Growth
@@ -183,6 +183,15 @@ def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> M
     return found if found.any() or not valid.any() else in_step(valid, vectors, place, 2 * slack + 1)
 
 
+def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool) -> Int32:
+    """What each showing of an exemplar pixel costs the next one, on a canvas of so many px."""
+    due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
+    strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
+                                             for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
+    least = STRIKING if in_step else 0.5  # in step all else returns anyway, and misses are seen at once
+    return rates(strikes, price, due, least)
+
+
 class GraphcutGrowth:
     """A growing map whose patches are cut in with old seams remembered.
 
@@ -218,11 +227,8 @@ class GraphcutGrowth:
         feats, exemplars = self.growth.features, self.growth.exemplars
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
-        due = max(self.variant.size / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
-        strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
-                                                 for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-        least = STRIKING if self.stitch.lattice else 0.5  # in step all else returns anyway, and misses are seen at once
-        rate = rates(strikes, price * self.growth.seam_price("sharp").knee, due, least)
+        price *= self.growth.seam_price("sharp").knee
+        rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None)
         usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros_like(rate))
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage

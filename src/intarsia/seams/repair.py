@@ -22,8 +22,8 @@ import numpy as np
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.params import Poses, Weights
 from ..foundation.run import Run
+from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings

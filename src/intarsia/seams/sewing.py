@@ -5,22 +5,27 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
+from ..analysis.features import features
 from ..foundation import ParameterError
 from ..foundation.params import AUTO, extent
 from ..foundation.run import Run
-from ..lattice.lattice import Vectors, cell_of, check_lattice
+from ..lattice import Vectors, cell_of, check_lattice
 from ..methods.graphcut import LARGEST, Graphcut
+from ..model import Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplars
 from ..model.sourcemap import SourceMap
 from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ..search import LEAST, check_patch, large_patch, resolved_isometries
 from ..search.guide import check_guide, guided_patch
-from .graphcut import GraphcutGrowth, GraphcutSettings
+from .graphcut import GraphcutGrowth, GraphcutSettings, usage_rates
 from .improve import fill, refine
+from .usage_kernels import SHARE
 
 STAGE = 2403  # keeps this method's draws apart from those of others
 REFINED = 3, 5  # for so many windows so many of the worst places are covered anew: two graders saw no gain in more
+FINE = 1024  # rates of use are told in so many parts of a knee
 TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
 
 
@@ -92,6 +97,22 @@ def _steps(method: Graphcut) -> Vectors | None:
 def stitch_of(method: Graphcut) -> GraphcutSettings:
     """How patches are placed and joined; known once overreach is."""
     return GraphcutSettings(method.usage, method.seam, method.overreach or 0, _steps(method), method.evenness)
+
+
+def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:
+    """What the cuts made small beside seams: that exemplar pixels are shown again, in knees per million px.
+
+    A pixel that is shown n times costs n (n - 1) / 2 times its rate.
+    """
+    if not method.evenness:
+        return {}
+    shown = np.concatenate([
+        np.bincount(np.ravel_multi_index(smap.yx[smap.numbers == n].T, e.free.shape), minlength=e.free.size)
+        for n, e in enumerate(exemplars)
+    ])  # fmt: skip
+    feats, area = features(exemplars, method.channel_weights, method.structure), smap.height * smap.width
+    rate = usage_rates(feats, exemplars, area, FINE * method.evenness, method.lattice is not None)
+    return {"use": int((rate * shown * (shown - 1)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
 
 
 def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:

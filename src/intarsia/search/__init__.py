@@ -21,7 +21,7 @@ from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
 from ..foundation.geometry import ISOMETRIES, ISOMETRY_SETS
 from ..foundation.params import extent, words
 from ..kernels.maps import Grown, Posed, gather_all
-from ..model.exemplar import Exemplar, Exemplars, sampled
+from ..model import Exemplar, Exemplars, sampled
 from ..model.sourcemap import HOLE
 from .fourier_kernels import Correlated
 

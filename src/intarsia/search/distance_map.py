@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..analysis.features import RANGE, channel_shares, pose_array
 from ..foundation.arrays import Float32, Pair
 from ..foundation.geometry import ISOMETRIES
-from ..model import Kind
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Kind
 from . import Candidates, PosedExemplars, fourier_kernels
 from .fourier_kernels import FAR as FARTHEST
 

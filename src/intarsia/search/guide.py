@@ -19,9 +19,9 @@ from ..foundation.arrays import Array, Pair
 from ..foundation.geometry import Wrap
 from ..foundation.params import extent
 from ..kernels.maps import Grown
-from ..model import Plane
+from ..model import Exemplar, Exemplars
 from ..model.canvas import MAX_LABELS, Guide
-from ..model.exemplar import Exemplar, Exemplars
+from ..model.image import Plane
 from . import (
     LARGEST_SHARE,
     LEAST,

@@ -18,9 +18,9 @@ from ..foundation import InputError, MethodError, ParameterError, lazy, printabl
 from ..foundation.arrays import Pair
 from ..foundation.geometry import Wrap
 from ..foundation.run import Run, run_of
-from ..model import Plane, Transfer, converted
+from ..model import Exemplars
 from ..model.canvas import Guide
-from ..model.exemplar import Exemplars
+from ..model.image import Plane, Transfer, converted
 from ..model.sourcemap import SourceMap
 from ..request import Request, from_recipe
 from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_out, check_between, planned

@@ -37,9 +37,9 @@ from ..foundation.geometry import Wrap
 from ..foundation.params import AUTO, parameters
 from ..foundation.run import Run, run_of
 from ..methods import METHODS, Method, check_abilities, make, method_class, traits
-from ..model import MAX_SIDE
+from ..model import Exemplar, Exemplars, NotFiniteError
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar, Exemplars, NotFiniteError
+from ..model.image import MAX_SIDE
 from ..model.sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..seams import seam_total
 from ..search import element_patch, supplied

@@ -13,14 +13,14 @@ from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair, UInt8
 from ..foundation.geometry import Wrap
-from ..judging.score import OFTEN, Often, Spot, joins_at, too_often, usage_of
+from ..judging import OFTEN, Often, Spot, joins_at, too_often, usage_of
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice
-from ..model import Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Plane
 from ..regular.grid import phase_of
 from ..rendering.mixing import averaged
-from ..segments.segments import Segments, segments
+from ..segments import Segments, segments
 from .scoring import Outcome
 
 Pixels = UInt8

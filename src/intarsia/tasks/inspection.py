@@ -26,14 +26,14 @@ from ..foundation.run import Run
 from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice, Lattices
 from ..methods import make
-from ..model import Kind, Plane
+from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar
+from ..model.image import Kind, Plane
 from ..model.sourcemap import SourceMap
 from ..regular.rectify import Straight
 from ..regular.tiling import BAND, Tiling, periods_along, read_offsets
 from ..rendering.render import render
-from ..segments.segments import Segments, segments
+from ..segments import Segments, segments
 from ..synthesis import ExemplarLike, as_exemplars
 
 CELLS = 8  # periods that a tile holds at most to be a rectangle

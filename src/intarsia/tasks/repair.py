@@ -13,8 +13,8 @@ from ..analysis import valid_windows
 from ..foundation import MOST_PASSES, PASSES, InputError, ParameterError, expect, lazy, whole_within
 from ..foundation.run import Run, run_of
 from ..methods import Method, check_start, keeps_lattice, traits
+from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar
 from ..search import default_patch
 from ..synthesis import Synthesis
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from ..files.png import encode_png
 from ..foundation import InputError, expect, legible
-from ..judging.score import Score, Worth
+from ..judging import Score, Worth
 from ..synthesis import Synthesis
 from .drawings import Drawn, Pixels, looked, pictures_of
 from .scoring import Outcome

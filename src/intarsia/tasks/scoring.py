@@ -9,11 +9,11 @@ from typing import Any
 from ..foundation import InputError, ParameterError, QualityError, chosen
 from ..foundation.arrays import Pair
 from ..foundation.geometry import Wrap
+from ..judging import Judged, Score, judge
 from ..judging.parts import PARTS
-from ..judging.score import Judged, Score, judge
 from ..methods import check_start
-from ..model import Plane
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
+from ..model.image import Plane
 from ..model.sourcemap import SourceMap
 from ..seams import energy
 from ..synthesis import ExemplarLike, Synthesis, as_exemplars

@@ -25,12 +25,12 @@ from ..foundation.blend import Blend, Levelling
 from ..foundation.geometry import Wrap
 from ..foundation.params import AUTO, extent, parameters
 from ..foundation.run import Run, run_of
+from ..lattice import allowed, closing_length
 from ..lattice.candidates import UNIT
-from ..lattice.lattice import allowed, closing_length
 from ..methods import Method, make, traits
-from ..model import Plane
+from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
-from ..model.exemplar import Exemplar, Exemplars
+from ..model.image import Plane
 from ..model.sourcemap import identity
 from ..search import element_patch, supplied
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named

@@ -13,7 +13,7 @@ from ..foundation import AUTO_METHOD, expect
 from ..foundation.blend import Levelling
 from ..foundation.run import Run, run_of
 from ..methods import METHODS, make, method_class
-from ..model.exemplar import Exemplar
+from ..model import Exemplar
 from ..synthesis import synthesize
 from .completion import heal
 from .tileable import tile

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -16,11 +15,10 @@ from ..foundation.arrays import Array, Int32, Mask, Pair, UInt8
 from ..foundation.geometry import Wrap
 from ..foundation.run import Run
 from ..methods import Ability, Method
-from ..model import Plane
-from ..model.exemplar import Exemplar, Exemplars
+from ..model import Exemplar, Exemplars
+from ..model.image import Plane
 from ..model.sourcemap import SourceMap
 from ..synthesis import Synthesis, synthesize
-from ..tasks import replayed as made_again
 
 DEPTHS = ("uint8", "uint16", "float32")
 LONGEST = 45
@@ -170,8 +168,3 @@ def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
         which=np.where(holes, below.numbers, start.numbers),
         pose=np.where(holes, below.turns, start.turns),
     )
-
-
-def replayed(recipe: str, exemplars: Exemplars) -> Synthesis:
-    """Run a recipe (JSON, without a start map) again on its exemplars."""
-    return made_again(json.loads(recipe), exemplars)

@@ -12,7 +12,7 @@ from naive import all_distances, posed
 from numpy.typing import NDArray
 
 from intarsia.foundation.run import below, draw
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 
 STAGE = 2003
 

@@ -16,8 +16,8 @@ from intarsia.foundation import ParameterError
 from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, laid
 from intarsia.foundation.run import Probe
 from intarsia.kernels.maps import Grown
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.published.multrus2003 import sampling

@@ -13,7 +13,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
 from intarsia.kernels.maps import Grown
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE
 from intarsia.published.multrus2003.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
 from intarsia.search import Prices, isometry_ids, posed_exemplars

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from intarsia.foundation.geometry import Wrap
 from intarsia.foundation.run import below, draw
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 
 Pixel = tuple[int, int, int]  # variant, row, column of a posed exemplar
 Tap = tuple[int, int]

@@ -10,7 +10,7 @@ from published.pixels.naive_pixels import NaiveScan
 from published.pixels.test_wei_levoy import COLOUR, GRAY, TWO, USABLE, shown, smooth, with_hole
 
 import intarsia as ia
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 
 STAGE = ia.Ashikhmin.stage
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from published.pixels.naive_pixels import NaiveEfrosLeung
 
 import intarsia as ia
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.published.pixels.outward import _taps
 

@@ -11,8 +11,8 @@ from published.pixels.naive_pixels import NaiveScan
 
 import intarsia as ia
 from intarsia.foundation.run import below, draw
+from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.exemplar import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.published.pixels import raster_kernels
 from intarsia.published.pixels.raster_scan import Scan, tree_of

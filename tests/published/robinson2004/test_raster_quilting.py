@@ -11,7 +11,7 @@ from kernels.naive_cuts import two_path_mask
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation.run import below, draw
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.published.robinson2004.two_paths import STAGE, cut
 from intarsia.testing import texture
 

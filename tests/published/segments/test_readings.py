@@ -8,10 +8,10 @@ from segments.test_segments import dots
 from torture import TORTURE
 
 import intarsia as ia
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.published.segments.laying import ENERGIES, published_segments
+from intarsia.segments import SizeRule
 from intarsia.segments.feature_group import DISC, Group
-from intarsia.segments.segments import SizeRule
 
 
 def test_energies_are_those_that_are_printed():

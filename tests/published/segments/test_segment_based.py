@@ -9,10 +9,10 @@ from segments.naive_segments import naive_histogram, naive_zone_counts
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.kernels.maps import Grown
-from intarsia.model.exemplar import Exemplar
+from intarsia.model import Exemplar
 from intarsia.published.segments.laying import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, some
 from intarsia.search import Candidates, Prices, posed_exemplars
-from intarsia.segments.segments import segments
+from intarsia.segments import segments
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

@@ -12,7 +12,7 @@ from .. import CANCEL, Report
 from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
-    from ...model.exemplar import Exemplar
+    from ...model import Exemplar
     from ...model.sourcemap import SourceMap
 
 

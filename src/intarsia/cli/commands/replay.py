@@ -16,8 +16,8 @@ from .. import Report
 from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
+    from ...model import Exemplar
     from ...model.canvas import Guide
-    from ...model.exemplar import Exemplar
     from ...synthesis import Scene
 
 

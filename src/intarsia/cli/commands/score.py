@@ -11,9 +11,9 @@ from .. import CANCEL, Report, say
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
-    from ...judging.score import Score
-    from ...model import Plane
-    from ...model.exemplar import Exemplars
+    from ...judging import Score
+    from ...model import Exemplars
+    from ...model.image import Plane
     from ...model.sourcemap import SourceMap
     from ...tasks.scoring import Outcome
 

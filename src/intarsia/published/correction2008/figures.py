@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
 from ..figures import Figure, Panel, given, grown, row
 
 TITLE = "Memorandum of 2008 on the correction operation"

@@ -10,8 +10,8 @@ from scipy.ndimage import binary_dilation
 from ...analysis.elements import autocorrelation
 from ...analysis.features import features
 from ...foundation.arrays import Array
-from ...model import Plane
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
+from ...model.image import Plane
 from ...regular.tiling import best_tile
 from ..figures import Figure, Panel, Way, given, grown, row, shaded
 from .goodness import lattice_by_goodness

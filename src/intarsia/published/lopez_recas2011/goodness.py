@@ -16,7 +16,7 @@ from ...analysis.elements import autocorrelation
 from ...analysis.features import features
 from ...foundation import MethodError
 from ...foundation.arrays import Floats, Int16, Int32, Int64
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
 from .goodness_kernels import MILLION, best_pair
 
 

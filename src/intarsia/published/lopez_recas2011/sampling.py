@@ -23,9 +23,9 @@ from ...foundation.geometry import Box
 from ...foundation.params import AUTO
 from ...foundation.run import Run, below, draw
 from ...kernels.lattice_points import UNIT, lattice_points
-from ...lattice.lattice import Vector, cell_of, check_lattice, lattice_of, unfit
+from ...lattice import Vector, cell_of, check_lattice, lattice_of, unfit
+from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplar, Exemplars
 from ...model.sourcemap import SourceMap
 from ...patches import drafted
 from ...regular.mosaic import STRAIN, beside, returning

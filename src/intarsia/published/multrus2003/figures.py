@@ -15,9 +15,9 @@ from scipy.signal import fftconvolve
 
 from ...analysis.features import pose_array
 from ...foundation.arrays import Array
-from ...model import Kind, Plane
+from ...model import Exemplar
 from ...model.canvas import Guide
-from ...model.exemplar import Exemplar
+from ...model.image import Kind, Plane
 from ...tasks.completion import Margins, extended
 from ..figures import Figure, Panel, Way, cropped, given, grown, plotted, row, shaded
 

@@ -16,8 +16,8 @@ from ...analysis.features import features
 from ...foundation.arrays import Array, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below
+from ...model import Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplars
 from ...model.sourcemap import SourceMap
 from ...patches import Pick, Window
 from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from ...foundation.arrays import Int64
 from ...foundation.params import extent
 from ...foundation.run import Run
+from ...model import Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplars
 from ...model.sourcemap import SourceMap
 from .ashikhmin import Ashikhmin
 from .neighbourhood_kernels import Ground

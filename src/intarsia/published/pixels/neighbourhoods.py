@@ -12,7 +12,7 @@ from ...analysis import valid_windows
 from ...foundation import MethodError, ParameterError
 from ...foundation.arrays import Int16, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent, words
-from ...model.exemplar import Exemplar, Exemplars
+from ...model import Exemplar, Exemplars
 from ...search import PosedExemplars, elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 

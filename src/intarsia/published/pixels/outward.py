@@ -13,8 +13,8 @@ from ...foundation.arrays import Array, Pair
 from ...foundation.params import extent
 from ...foundation.run import Run, below, draw, draw_many
 from ...kernels.maps import Grown
+from ...model import Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplars
 from ...model.sourcemap import HOLE, SourceMap
 from ...patches import GrowingMap
 from ...search import isometry_ids, posed_exemplars

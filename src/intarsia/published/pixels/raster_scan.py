@@ -16,8 +16,8 @@ from ...foundation.params import words
 from ...foundation.run import below, draw_many
 from ...kernels import kd_tree
 from ...kernels.kd_tree import LEAF, Tree
+from ...model import Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplars
 from ...model.sourcemap import HOLE, SourceMap
 from ...patches import GrowingMap
 from ...search import posed_exemplars

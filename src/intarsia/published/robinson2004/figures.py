@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
 from ..figures import Figure, Panel, Way, grown, row
 
 TITLE = "Robinson 2004, An Implementation of the Efros and Freeman Image Quilting Algorithm"

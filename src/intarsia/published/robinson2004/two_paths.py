@@ -15,8 +15,8 @@ from ...analysis.features import features
 from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below, draw
+from ...model import Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplars
 from ...model.sourcemap import HOLE, SourceMap
 from ...search import check_patch, default_patch
 from .raster_quilting import RasterQuilting

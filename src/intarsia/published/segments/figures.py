@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from ...model import Plane
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
+from ...model.image import Plane
 from ...search import elements
 from ...tasks.drawings import segment_overlay
 from ..figures import Figure, Panel, Way, given, grown

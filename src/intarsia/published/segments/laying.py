@@ -19,16 +19,16 @@ from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below, draw_many
 from ...kernels.maps import Grown
+from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplar, Exemplars
 from ...model.sourcemap import HOLE, SourceMap
 from ...patches import Pick
 from ...patches.growth import Growth, PatchSettings, Repeats
 from ...search import Candidates, PosedExemplars, Prices, check_patch, fourier_kernels, nearest, supplied
 from ...search.fourier_kernels import FAR
+from ...segments import Segments, candidates_at, fallback, of_group, scales, segments
 from ...segments.feature_group import DISC, FINE, Group
 from ...segments.felzenszwalb import even_colours
-from ...segments.segments import Segments, candidates_at, fallback, of_group, scales, segments
 from .segment_based import SegmentBased
 
 STAGE = 2008  # keeps this method's draws apart from those of others

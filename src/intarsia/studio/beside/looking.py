@@ -14,8 +14,8 @@ from ... import files
 from ...files.png import encode_png
 from ...foundation import InputError
 from ...foundation.arrays import UInt8
-from ...model import Kind, Plane, Transfer, looked_at
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
+from ...model.image import Kind, Plane, Transfer, looked_at
 from ...model.sourcemap import SourceMap
 from .worker import Answer, Tell
 

@@ -19,8 +19,8 @@ from ...cli.exemplars import Held, hold
 from ...foundation import InputError, MethodError, ParameterError
 from ...foundation.run import Run
 from ...kernels import no_longer, on_first_compilation
-from ...model import Plane
-from ...model.exemplar import Exemplar, Exemplars
+from ...model import Exemplar, Exemplars
+from ...model.image import Plane
 from ...model.sourcemap import SourceMap
 from ...rendering.magnification import cut_out
 from ...synthesis import synthesize

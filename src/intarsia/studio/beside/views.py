@@ -21,9 +21,9 @@ from ...cli.verbs import read_argv
 from ...foundation import InputError
 from ...foundation.arrays import Array
 from ...foundation.geometry import Wrap
-from ...model import Kind, Plane
+from ...model import Exemplar
 from ...model.canvas import Canvas
-from ...model.exemplar import Exemplar
+from ...model.image import Kind, Plane
 from ...model.sourcemap import SourceMap
 from ...regular.rectify import straight_of
 from ...tasks.completion import healed_scene

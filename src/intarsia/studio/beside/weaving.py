@@ -16,10 +16,10 @@ from ...corrections.parallel_controllable import coarse
 from ...foundation import InputError, MethodError
 from ...foundation.geometry import Box
 from ...foundation.run import Run
-from ...giant.texture import Weave, weave
+from ...giant import Weave, weave
 from ...methods.parallel_controllable import ParallelControllable
-from ...model import Plane
-from ...model.exemplar import Exemplar
+from ...model import Exemplar
+from ...model.image import Plane
 from .looking import Pixels, exemplar_of, png, reduced, seen
 from .worker import Answer, Tell
 

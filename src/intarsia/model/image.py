@@ -1,0 +1,368 @@
+"""A plane is one picture of a surface: pixels, what they mean, and how they are coded.
+
+Packed maps are files whose channels hold one map each: occlusion, roughness and metallic in red, green and blue. Each
+channel becomes a plane of its own, so that it is compared by its own range; they are drawn, and written, as one
+picture again, channel beside channel.
+
+Below planes stand other depths of pixels alone, each rounded to the nearest value, and 8 bits to look at.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..foundation import CHANNELS, InputError, ParameterError, chosen, expect, said
+from ..foundation.arrays import Array, pixels_of
+
+DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
+MAX_SIDE = 1 << 20
+
+PACKINGS = {
+    "orm": ("ao", "roughness", "metallic"),
+    "arm": ("ao", "roughness", "metallic"),
+    "rma": ("roughness", "metallic", "ao"),
+}
+"""What the channels of a packed map hold whose name says it."""
+
+PACKED = "packed"
+"""A packed map whose name does not say what it holds; and the fact of a plane that tells where it was packed."""
+
+
+class Kind(StrEnum):
+    """What the numbers of a plane mean, and so how votes for a pixel mix."""
+
+    COLOUR = "colour"  # mixed in linear light, with alpha premultiplied
+    DATA = "data"  # mixed as it is: height, roughness, occlusion
+    NORMAL = "normal"  # vectors: turned with the piece, mixed, made unit length again
+    LABEL = "label"  # names: the strongest vote wins
+
+
+class Transfer(StrEnum):
+    """How light became numbers."""
+
+    SRGB = "srgb"
+    LINEAR = "linear"
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One picture of a surface: an array, its kind and its transfer curve.
+
+    Parameters
+    ----------
+    pixels : array, shape (H, W) or (H, W, C), C in 1..64
+        bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, unless it is read-only with
+        all that lies under it; then never written to.
+        A picture of Pillow is taken as Pillow shows it, at its depth; a palette of labels by its numbers.
+        Integer colour and data span the range of their type; float colour is 1.0 at white.
+    kind : Kind
+        COLOUR with 2 or 4 channels has alpha last, not premultiplied.
+    transfer : Transfer
+        SRGB or LINEAR; matters for COLOUR only.
+    meta : dict
+        Facts that travel to the output file: ``icc`` (bytes), ``name`` (the format it was read from).
+
+    Raises
+    ------
+    InputError
+        for another dtype or shape, or a plane without pixels.
+    """
+
+    pixels: Array
+    kind: Kind = Kind.COLOUR
+    transfer: Transfer = Transfer.SRGB
+    meta: dict[str, Any] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        kind = chosen(Kind, "kind", self.kind)
+        pixels = pixels_of(self.pixels, kind is Kind.LABEL)
+        if pixels.dtype.name not in DTYPES:
+            raise InputError(f"pixels of type {pixels.dtype} are not supported; convert to one of {', '.join(DTYPES)}.")
+        if pixels.ndim not in (2, 3) or 0 in pixels.shape:
+            raise InputError(f"an array of shape {pixels.shape} is no picture; give (height, width[, channels]).")
+        if pixels.ndim == 3 and pixels.shape[2] > 64:
+            raise InputError(f"{pixels.shape[2]} channels are too many; at most 64.")
+        if max(pixels.shape[:2]) > MAX_SIDE:
+            raise InputError(f"a side of {max(pixels.shape[:2])} px is too long; at most {MAX_SIDE}.")
+        if kind is Kind.NORMAL and (pixels.ndim != 3 or pixels.shape[2] != 3):
+            raise InputError("a normal map needs 3 channels; drop the others first.")
+        if kind is not Kind.LABEL and pixels.dtype.name in ("uint32", "bool"):
+            raise InputError(f"{pixels.dtype} pixels can only be labels; convert to uint8 or uint16.")
+        own = pixels.astype(pixels.dtype.newbyteorder("="), order="C", copy=not _frozen(pixels))
+        own.flags.writeable = False
+        object.__setattr__(self, "pixels", own)
+        object.__setattr__(self, "kind", kind)
+        object.__setattr__(self, "transfer", chosen(Transfer, "transfer", self.transfer))
+        expect(self.meta, dict, "meta", "a dict")
+
+    def __repr__(self) -> str:
+        return f"<plane: {self.width}x{self.height} px, {self.kind.value}, {self.pixels.dtype} x {self.channels}>"
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.pixels.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return int(self.pixels.shape[1])
+
+    @property
+    def channels(self) -> int:
+        """Channels, alpha included."""
+        return 1 if self.pixels.ndim == 2 else int(self.pixels.shape[2])
+
+    @property
+    def samples(self) -> Array:
+        """The pixels as (H, W, C), a view."""
+        return self.pixels.reshape(self.height, self.width, -1)
+
+    @property
+    def alpha(self) -> bool:
+        """True where the last channel is opacity."""
+        return self.kind is Kind.COLOUR and self.channels in (2, 4)
+
+    @property
+    def is_float(self) -> bool:
+        """True for half, float and double pixels."""
+        return bool(np.issubdtype(self.pixels.dtype, np.floating))
+
+    def like(self, pixels: Array) -> Plane:
+        """Return other pixels (H, W, C) as a plane of the same kind, coding and number of dimensions."""
+        if self.pixels.ndim == 2:
+            pixels = pixels[:, :, 0]
+        return Plane(pixels, self.kind, self.transfer, self.meta)
+
+    def hashed(self, digest: Any, name: str = "") -> None:
+        """Feed a digest with all of a plane that matters for a result."""
+        p = self.pixels
+        digest.update(f"{name}|{self.kind}|{self.transfer}|{p.dtype}|{p.shape}|".encode())
+        digest.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        return np.array(self.pixels, dtype=dtype) if copy or dtype else self.pixels
+
+    def _repr_png_(self) -> bytes:
+
+        return encoded(looked_at(self.pixels, self.kind, self.transfer is Transfer.LINEAR))
+
+
+def _frozen(pixels: Array) -> bool:
+    """Whether nobody can write to an array any more, neither through it nor through the array that it is a view of."""
+    under = pixels if pixels.base is None else pixels.base
+    return type(under) is np.ndarray and under.base is None and not (pixels.flags.writeable or under.flags.writeable)
+
+
+def unpacked(name: str, plane: Plane, order: Sequence[str] | None = None, file: str = "") -> dict[str, Plane]:
+    """Return the channels of a packed map as planes of data, by their names.
+
+    Parameters
+    ----------
+    name : str
+        What the map is called: ``orm``, ``arm``, ``rma`` or ``packed``.
+    plane : Plane
+        As many channels as are named, or more: those without a name are called ``orm_a`` and the like.
+    order : sequence of str, optional
+        What the channels hold, ``""`` where that is not known; by default as `name` says.
+    file : str
+        What messages call the map.
+
+    Raises
+    ------
+    ParameterError
+        where neither `order` nor `name` says what the channels hold.
+    InputError
+        for a map of fewer channels.
+    """
+    names = PACKINGS.get(name) if order is None else order
+    file = file or f"the plane {name}"
+    if names is None:
+        raise ParameterError(f"{file} is packed, and nothing says how; give --packed R=ao,G=roughness,B=metallic.")
+    if plane.channels < len(names) or plane.channels > len(CHANNELS):
+        held = ", ".join(n or "nothing" for n in names)
+        raise InputError(f"{file} has {plane.channels} channels, and should hold {held}; give another --packed or map.")
+    names = [*names, *[""] * (plane.channels - len(names))]
+    about, samples = plane.meta, plane.samples
+    return {
+        own or f"{name}_{CHANNELS[c].lower()}": Plane(
+            np.ascontiguousarray(samples[:, :, c]), Kind.DATA, plane.transfer,
+            about | {PACKED: (name, c, plane.channels)},
+        )
+        for c, own in enumerate(names)
+    }  # fmt: skip
+
+
+def packs_of(planes: Mapping[str, Plane]) -> dict[str, tuple[str, ...]]:
+    """Tell which planes lie in one packed map: its name -> theirs, channel by channel."""
+    found: dict[str, dict[int, str]] = {}
+    counts: dict[str, int] = {}
+    for name, plane in planes.items():
+        if PACKED in plane.meta:
+            pack, channel, counts[pack] = plane.meta[PACKED]
+            found.setdefault(pack, {})[channel] = name
+    return {pack: tuple(own[c] for c in sorted(own)) for pack, own in found.items() if len(own) == counts[pack]}
+
+
+def packed(planes: Sequence[Plane]) -> Plane:
+    """Return planes of one channel as one plane again."""
+    first = planes[0]
+    about = {key: value for key, value in first.meta.items() if key != PACKED}
+    return Plane(np.dstack([p.pixels for p in planes]), first.kind, first.transfer, about)
+
+
+EIGHT = np.dtype(np.uint8)
+
+
+_TOGETHER = 1 << 18  # samples
+DTYPE_OF_DEPTH = {"8": "uint8", "16": "uint16", "half": "float16", "float": "float32"}
+
+
+def dtype_of(depth: int | str) -> str:
+    """Return the type of pixel that a depth means."""
+    word = str(depth).lower() if isinstance(depth, (int, str)) else ""
+    if isinstance(depth, bool) or word not in DTYPE_OF_DEPTH:
+        raise ParameterError(f"depth={said(depth)} is not allowed; choose 8, 16, half or float.")
+    return DTYPE_OF_DEPTH[word]
+
+
+def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> Array:
+    """Return pixels (H, W) or (H, W, C) in another type; `kind` is "colour", "data" or "label".
+
+    Colour keeps its look: where floats become whole numbers, linear light gets the sRGB curve, and where whole numbers
+    become floats it is taken off. Whole numbers clip to 0..1, NaN becomes 0. Labels keep their numbers, and are refused
+    where these do not fit.
+    """
+    floats = pixels.dtype.kind == "f"
+    if pixels.dtype == dtype:
+        return pixels
+    if kind == "label":
+        return _numbers_kept(pixels, dtype)
+    if floats and dtype.kind == "f":
+        with np.errstate(over="ignore"):
+            return pixels.astype(dtype)
+    if not floats and dtype.kind == "u":
+        return _by_rows(pixels, dtype, lambda p: _other_codes(p, dtype))
+    if floats:
+        return _by_rows(pixels, dtype, lambda p: _to_codes(p, kind, linear, dtype))
+    top = np.float64(np.iinfo(pixels.dtype).max)
+    return _by_rows(pixels, dtype, lambda p: _on_colour(p / top, kind, from_srgb).astype(dtype))
+
+
+def _by_rows(pixels: Array, dtype: np.dtype[Any], change: Callable[[Array], Array]) -> Array:
+    """Change some rows at a time: on the way a sample takes 40 bytes."""
+    made = np.empty(pixels.shape, dtype)
+    rows = max(1, _TOGETHER // max(1, pixels[:1].size))
+    for y in range(0, len(pixels), rows):
+        made[y : y + rows] = change(pixels[y : y + rows])
+    return made
+
+
+def _to_codes(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> Array:
+    values = pixels.astype(np.float64)
+    if linear:
+        values = _on_colour(values, kind, to_srgb)
+    values = np.clip(np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    return np.floor(values * np.iinfo(dtype).max + 0.5).astype(dtype)
+
+
+def to_srgb(linear: Array) -> NDArray[np.float64]:
+    """Encode linear light by the sRGB curve (IEC 61966-2-1)."""
+    v = np.clip(np.nan_to_num(linear, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    code: NDArray[np.float64] = np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
+    return code
+
+
+def from_srgb(code: Array) -> NDArray[np.float64]:
+    """Decode the sRGB curve to linear light."""
+    v = np.asarray(code, np.float64)
+    light: NDArray[np.float64] = np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
+    return light
+
+
+def _on_colour(values: Array, kind: str, curve: Callable[[Array], Array]) -> Array:
+    if kind != "colour":
+        return values
+    if values.ndim == 2 or values.shape[2] not in (2, 4):
+        return curve(values)
+    return np.concatenate([curve(values[..., :-1]), values[..., -1:]], axis=-1)
+
+
+def _other_codes(pixels: Array, dtype: np.dtype[Any]) -> Array:
+    if pixels.dtype == np.uint8:
+        return pixels.astype(np.uint16) * np.uint16(257)
+    return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
+
+
+def _numbers_kept(pixels: Array, dtype: np.dtype[Any]) -> Array:
+    if pixels.dtype == bool:
+        return pixels.astype(dtype)
+    converted = pixels.astype(dtype)
+    if not np.array_equal(converted.astype(pixels.dtype), pixels):
+        raise ParameterError(f"labels up to {pixels.max()} do not fit {dtype}; choose a larger depth, or .tif.")
+    return converted
+
+
+def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
+    """Return 8 bits to look at: floats clipped, heights stretched to their range, labels in colours.
+
+    `pixels`: (H, W) or (H, W, C), as is what comes back. `kind` is "colour", "data" or "label"; `linear`: whether
+    colours are linear light.
+    """
+    samples = pixels.reshape(*pixels.shape[:2], -1)
+    if kind == "label":
+        seen = _in_colours(samples)
+    else:
+        seen = converted(_to_its_range(samples) if kind == "data" else samples, kind, linear, EIGHT)
+    if seen.shape[2] > 4:
+        seen = seen[:, :, :3]
+    return seen[:, :, 0] if seen.shape[2] == 1 else seen
+
+
+def encoded(pixels: Array, quality: int | None = None) -> bytes:
+    """Return 8 bits (H, W) or (H, W, C) as the bytes of a PNG, or, where a quality of 1 to 95 is named, of a JPEG."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    whole = pixels[:, :, 0] if pixels.ndim == 3 and pixels.shape[2] == 1 else pixels
+    lossy = {} if quality is None else {"quality": quality}
+    Image.fromarray(np.ascontiguousarray(whole)).save(buffer, "png" if quality is None else "jpeg", **lossy)
+    return buffer.getvalue()
+
+
+def _to_its_range(samples: Array) -> Array:
+    if samples.dtype.kind != "f":
+        return samples
+    values = samples.astype(np.float64)
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    return (values - low) / ((high - low) or 1.0) if low < 0.0 or high > 1.0 else values
+
+
+def _in_colours(values: Array) -> Array:
+    """Give every label a colour of its own; the colours of a coloured label map stay."""
+    if values.dtype == bool:
+        return values.astype(np.uint8) * np.uint8(255)
+    if values.shape[2] > 1:
+        return (
+            (values & 255).astype(np.uint8)
+            if values.dtype == np.uint32
+            else converted(values, "data", False, EIGHT)
+        )
+    if values.dtype.kind == "f":
+        values = values.astype(np.float32).view(np.uint32)
+    mixed = values[:, :, 0].astype(np.uint32)
+    mixed = (mixed ^ (mixed >> np.uint32(16))) * np.uint32(0x7FEB352D)
+    mixed = (mixed ^ (mixed >> np.uint32(15))) * np.uint32(0x846CA68B)
+    mixed ^= mixed >> np.uint32(16)
+    colours = np.stack([(mixed >> np.uint32(s)) & np.uint32(255) for s in (0, 8, 16)], axis=2)
+    colours = (colours * 3 // 4 + 48).astype(np.uint8)
+    colours[values[:, :, 0] == 0] = 0
+    return colours
