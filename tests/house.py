@@ -183,7 +183,7 @@ BUDGET = {
     "files": 16_345,
     "giant": 9_992,
     "judging": 10_975,
-    "kernels": 15_331,
+    "kernels": 15_328,
     "lattice": 13_157,
     "methods": 4_405,
     "patches": 17_984,

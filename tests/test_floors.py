@@ -227,6 +227,14 @@ def test_files_and_functions_stay_short(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", modules(), ids=named)
+def test_a_file_names_nothing_twice(path: Path) -> None:
+    """A constant that is set again means the later value above, too."""
+    given = [t for n in tree(path).body if isinstance(n, ast.Assign) for one in n.targets for t in ast.walk(one)]
+    names = [t.id for t in given if isinstance(t, ast.Name)]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("path", modules(), ids=named)
 def test_names_say_what_is_in_a_file(path: Path) -> None:
     assert not {"utils", "util", "core", "_shared", "shared", "common", "helpers", "misc"} & set(
         path.relative_to(ROOT).with_suffix("").parts

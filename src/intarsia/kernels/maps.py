@@ -225,7 +225,6 @@ def overlay(
     write_patch(grown, posed, y0, x0, v, u, s, take)
 
 
-HOLE = 255
 J = np.array([isometry.j for isometry in ISOMETRIES], dtype=np.int64).reshape(8, 4)
 """The matrices of the eight isometries, (a, b, c, d) each: rows move by a y + b x, columns by c y + d x."""
 

@@ -1,4 +1,4 @@
-"""Maps sewn by graph cuts, and any map improved by them: seams, even use of the exemplar, cut elements.
+"""Maps sewn by graph cuts, and any map improved by them: seams, and even use of the exemplar.
 
 How visible the seams of a map are: one number for a picture, another to choose among several ways to fill a hole.
 

@@ -298,7 +298,7 @@ def app_of(studio: Studio, token: str | None = None) -> Safety:
 
 FARTHEST = 1 << 40  # px from the middle
 WEAVES = 200
-SIDE, LEVELS = 256, 4  # px of a tile; from a pixel for a pixel to one for 8 x 8
+TILE, LEVELS = 256, 4  # px of a tile; from a pixel for a pixel to one for 8 x 8
 GROWN = ("method", "seed")  # beside the method's parameters
 
 
@@ -340,7 +340,7 @@ class Weaves:
         """Draw a tile (level, row, column) as PNG, unless nobody waits for it any more."""
         level, y, x = place
         _, drawn = self._get(name)
-        if not 0 <= level < LEVELS or (max(abs(y), abs(x)) + 1) * (SIDE << level) > FARTHEST:
+        if not 0 <= level < LEVELS or (max(abs(y), abs(x)) + 1) * (TILE << level) > FARTHEST:
             raise InputError(f"there is no such tile; levels are 0 to {LEVELS - 1}, and 2**40 px is as far as it goes.")
         key = ("tile", name, *place)
         found = self.pictures.get(key)
