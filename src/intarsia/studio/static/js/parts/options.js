@@ -9,7 +9,7 @@ import { group } from "./methods.js";
 const GROUPS = [
   ["Seams and light", ["feather", "mixing", "level", "repair"]],
   ["Exemplar", ["flatten", "scale", "toroidal", "alpha", "avoid"]],
-  ["Output", ["depth", "magnify", "trials", "by"]],
+  ["Output", ["depth", "magnify", "trials"]],
 ];
 
 /**
