@@ -62,8 +62,8 @@ def test_a_plain_canvas_is_the_window_at_the_origin() -> None:
 
 def test_windows_larger_than_a_cell_are_filled_by_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = small(3)[-50:70, -40:60]
-    for module in ("texture", "picture"):
-        monkeypatch.setattr(f"intarsia.giant.{module}.SIDE", 16)
+    for module in ("intarsia.giant", "intarsia.giant.picture"):
+        monkeypatch.setattr(f"{module}.SIDE", 16)
     assert (small(3)[-50:70, -40:60] == whole).all()
     assert (small(3).draw(Box(-50, -40, 70, 60)) == whole).all()
 

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
+from laws import replayed
 from seams.naive_recut import NaiveMap
 
 import intarsia as ia
@@ -27,7 +28,7 @@ from intarsia.seams.repair import Constraints, Repair, Repairing, kept, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import mended, repair_of
-from intarsia.testing import looked_up, replayed, texture
+from intarsia.testing import looked_up, texture
 
 QUILTING = ia.ImageQuilting(patch=12, overlap=4)
 SAMPLING = ia.PatchSampling(patch=10, overlap=2)

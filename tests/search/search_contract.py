@@ -11,8 +11,9 @@ from typing import ClassVar
 import numpy as np
 
 from intarsia.analysis.features import features
+from intarsia.foundation.arrays import Array
 from intarsia.kernels.maps import Grown
-from intarsia.model import Array, Exemplar
+from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE
 from intarsia.search import Candidates, PosedExemplars, Prices, Search, posed_exemplars
 from intarsia.testing.cases import noise, texture

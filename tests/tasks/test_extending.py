@@ -14,8 +14,8 @@ import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.cli import cli
+from intarsia.foundation.arrays import Array
 from intarsia.foundation.geometry import Wrap
-from intarsia.model import Array
 from intarsia.seams import seam_total
 from intarsia.tasks.completion import Margins
 from intarsia.testing.cases import as_depth, looked_up, texture
