@@ -80,7 +80,7 @@ class Synthesis:
         """What all seams of the map cost, in knees per million px: less is better, between maps of one exemplar."""
         return energy(self.exemplars, self.map)
 
-    @property
+    @cached_property
     def recipe_text(self) -> str:
         """The recipe, and the energy of what it makes with its terms, as JSON, the same bytes for the same recipe."""
         costs = {"energy": self.energy, **traits(self.method).terms(self.exemplars, self.map)}
