@@ -8,21 +8,23 @@ like there: the difference of each pixel and the other side's continuation (Kwat
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import NamedTuple
+
 import numpy as np
 
 from ..analysis import variance
 from ..analysis.features import Features, features, pose_array
 from ..foundation.arrays import Array, Pair
-from ..foundation.geometry import ISOMETRIES, Box
-from ..kernels.cuts import SeamPrice
+from ..foundation.geometry import Box
+from ..kernels.cuts import STEEPEST
+from ..kernels.maps import HOLE, NEAR
 from ..model import Exemplars
 from ..model.sourcemap import SourceMap, matrices, positions
 from ..patches.growth import knee_of
-from .energy_kernels import Part, Pieces, exact_energy, warped_energy
 
 # Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
 CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
-STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
 BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
 BAND = 128  # rows of a map that are looked at together, so that little memory is needed
 
@@ -38,90 +40,87 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     """
     feats = features(exemplars)
     knee = max(knee_of(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
-    pieces, total = _pieces(feats, exemplars, smap), 0
-    for first in range(0, smap.height, BAND):
-        size = min(BAND, smap.height - first), smap.width
-        band = _band(smap, first, size)
-        part = Part(band.yx, band.numbers, band.turns, size)
-        if band.exact:
-            total += exact_energy(part, pieces, SeamPrice(knee=knee))
-        else:
-            fine = positions(band.yx, band.sub), matrices(band.frame, band.turns)
-            total += warped_energy(part, fine, pieces, SeamPrice(knee=knee))
+    poses = range(8) if feats.normals else range(1)
+    looks = [[pose_array(feats.posed(n, p), BACK[p]) for p in poses] for n in range(len(exemplars))]
+    total = 0
+    for _, seam in _seams(exemplars, smap, looks):
+        cost = _distance(seam.over, seam.there) + _distance(seam.here, seam.back)
+        total += int(np.where(cost >= STEEPEST * knee, STEEPEST * cost, cost * cost // knee).sum())
     return 1_000_000 * total // (knee * smap.height * smap.width)
-
-
-def _band(smap: SourceMap, first: int, size: Pair) -> SourceMap:
-    """Rows of a map with the row below and the first column again, where it goes on there."""
-    more = first + size[0] < smap.height or smap.wrap.y
-    return smap.window(Box(first, 0, first + size[0] + more, size[1] + smap.wrap.x))
-
-
-def _pieces(feats: Features, exemplars: Exemplars, smap: SourceMap) -> Pieces:
-    """The exemplars as kernels of energies take them; one that is turned is another where it has normals."""
-    poses = smap.poses if feats.normals else (0,)
-    flat, shown, table, begin = list[Array](), list[Array](), np.zeros((len(exemplars), 8, 4), np.int64), 0
-    for number, e in enumerate(exemplars):
-        for pose in poses:
-            picture = pose_array(feats.posed(number, pose), BACK[pose])
-            height, width = picture.shape[:2]
-            table[number, pose if feats.normals else slice(None)] = begin, height, width, width
-            flat.append(picture.ravel())
-            shown.append(e.free.ravel().astype(np.uint8))
-            begin += picture.size
-    torus = np.repeat([e.toroidal for e in exemplars], 8)
-    channels = feats.pictures[0].shape[2]
-    return Pieces(np.concatenate(flat), table.reshape(-1, 4), np.concatenate(shown), torus, channels)
 
 
 def seam_total(feats: Features, exemplars: Exemplars, smap: SourceMap) -> int:
     """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
-    which, pose, total = smap.numbers, smap.turns, 0
-    for axis, wrap in ((0, smap.wrap.y), (1, smap.wrap.x)):
-        if smap.exact:
-            steps = STEPS[pose][:, :, :, axis]
-            broken = (smap.yx + steps != np.roll(smap.yx, -1, axis)).any(axis=2)
-        else:  # pieces lie between pixels: they go on where they do to within 1 px, and are read at the nearest pixel
-            j, at = matrices(smap.frame, pose)[:, :, :, axis], positions(smap.yx, smap.sub)
-            broken = (np.abs(np.roll(at, -1, axis) - at - (j + np.roll(j, -1, axis)) / 2) > 1).any(axis=2)
-            steps = np.rint(j).astype(np.int32)
-        for part in (which, pose):
-            broken |= part != np.roll(part, -1, axis)
-        if not wrap:
-            broken[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = False
-        total += _along(axis, broken, smap.yx, which, steps, feats, exemplars)
-    return total
+    shape = smap.height // CELL + 1, smap.width // CELL + 1, feats.pictures[0].shape[2]
+    total, tone = 0, np.zeros((2, *shape), np.int64)
+    for axis, seam in _seams(exemplars, smap, [[p] for p in feats.pictures]):
+        first, second = seam.over - seam.there, seam.here - seam.back
+        total += int(np.abs(first).sum() + np.abs(second).sum())
+        np.add.at(tone[axis], (seam.y // CELL, seam.x // CELL), first + np.where(seam.before[:, None], second, 0))
+    return total + TONE * int(np.abs(tone).sum())
 
 
-def _along(
-    axis: int, broken: Array, yx: Array, which: Array, steps: Array, feats: Features, exemplars: Exemplars
-) -> int:
-    """The cost of the seams between pixels and the next along an axis; `steps` (H, W, 2) lead on from each pixel."""
-    a, b = yx[broken], np.roll(yx, -1, axis)[broken]
-    which_a, which_b = which[broken], np.roll(which, -1, axis)[broken]
-    step_a, step_b = steps[broken], np.roll(steps, -1, axis)[broken]
-    here, there = _read(a, which_a, feats, exemplars)[0], _read(b, which_b, feats, exemplars)[0]
-    over, over_ok = _read(a + step_a, which_a, feats, exemplars)
-    back, back_ok = _read(b - step_b, which_b, feats, exemplars)
-    first, second, plain = (np.abs(p - q).sum(axis=1) for p, q in ((over, there), (back, here), (here, there)))
-    signed = np.where(over_ok[:, None], over - there, here - there) + np.where(back_ok[:, None], here - back, 0)
-    cells = tuple(index // CELL for index in np.nonzero(broken))
-    tone = np.zeros((broken.shape[0] // CELL + 1, broken.shape[1] // CELL + 1, signed.shape[1]), np.int64)
-    np.add.at(tone, cells, signed)
-    costs = np.where(over_ok, first, plain) + np.where(back_ok, second, plain)
-    return int(costs.sum()) + TONE * int(np.abs(tone).sum())
+class Seam(NamedTuple):
+    """Pixels of a map that the next ones along an axis do not continue, and what both pieces show at both places."""
+
+    y: Array  # (n,)
+    x: Array  # (n,)
+    here: Array  # (n, C): features of the pixels
+    over: Array  # (n, C): with what they would go on; themselves where their piece ends
+    back: Array  # (n, C): what would come before the next ones; those themselves where their piece begins
+    there: Array  # (n, C): features of the next ones
+    before: Array  # (n,): whether anything comes before the next ones
 
 
-def _read(at: Array, which: Array, feats: Features, exemplars: Exemplars) -> tuple[Array, Array]:
+def _seams(exemplars: Exemplars, smap: SourceMap, looks: list[list[Array]]) -> Iterator[tuple[int, Seam]]:
+    """The seams along each axis, band by band; `looks`: features of each exemplar, by pose or alike in all of them."""
+    for first in range(0, smap.height, BAND):
+        rows = min(BAND, smap.height - first)
+        more = first + rows < smap.height or smap.wrap.y
+        band = smap.window(Box(first, 0, first + rows + more, smap.width + smap.wrap.x))
+        for axis in range(2):
+            yield axis, _parted(axis, band, (rows, smap.width), first, exemplars, looks)
+
+
+def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemplars, looks: list[list[Array]]) -> Seam:
+    """The seams of a band of rows from `first` on; `size` without the row and column that are there to go on."""
+    this, that = ((np.s_[:-1, : size[1]], np.s_[1:, : size[1]]), (np.s_[: size[0], :-1], np.s_[: size[0], 1:]))[axis]
+    which, pose, broken = band.numbers, band.turns, np.zeros((), bool)
+    for part in (which, pose):
+        broken = broken | (part[this] != part[that])
+    j = matrices(band.frame, pose)[:, :, :, axis]
+    at = positions(band.yx, band.sub)
+    missed = np.abs(at[that] - at[this] - (j[this] + j[that]) / 2).max(axis=2)
+    broken |= missed > (0 if band.exact else NEAR)
+    broken &= (which[this] != HOLE) & (which[that] != HOLE)
+    y, x = np.nonzero(broken)
+    steps, ends = np.rint(j).astype(np.int32), []
+    for side, way in ((this, 1), (that, -1)):
+        yx, number, turn = band.yx[side][y, x], which[side][y, x], pose[side][y, x]
+        own, _ = _read(yx, number, turn, exemplars, looks)
+        on, there = _read(yx + way * steps[side][y, x], number, turn, exemplars, looks)
+        ends.append((own, np.where(there[:, None], on, own), there))
+    (here, over, _), (there, back, before) = ends
+    return Seam(first + y, x, here, over, back, there, before)
+
+
+def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: list[list[Array]]) -> tuple[Array, Array]:
     """Features at exemplar pixels, and whether they may be read: inside, and usable."""
-    out = np.zeros((len(at), feats.pictures[0].shape[2]), np.int64)
+    out = np.zeros((len(at), looks[0][0].shape[2]), np.int64)
     ok = np.zeros(len(at), bool)
     for number, exemplar in enumerate(exemplars):
-        mine = which == number
-        y, x = at[mine].T
-        height, width = exemplar.height, exemplar.width
-        inside = np.ones(len(y), bool) if exemplar.toroidal else (y >= 0) & (x >= 0) & (y < height) & (x < width)
-        y, x = y % height, x % width
-        ok[mine] = inside if exemplar.usable is None else inside & exemplar.usable[y, x]
-        out[mine] = feats.pictures[number][y, x]
+        for turn, look in enumerate(looks[number]):
+            mine = (which == number) & ((pose == turn) | (len(looks[number]) == 1))
+            y, x = at[mine].T
+            height, width = look.shape[:2]
+            inside = (y >= 0) & (x >= 0) & (y < height) & (x < width) | exemplar.toroidal
+            y, x = y % height, x % width
+            ok[mine], out[mine] = inside & exemplar.free[y, x], look[y, x]
     return out, ok
+
+
+def _distance(a: Array, b: Array) -> Array:
+    """How far features (n, C) are apart, rounded up: so distances keep the triangle inequality."""
+    squares = ((a - b) ** 2).sum(axis=1)
+    root = np.sqrt(squares).astype(np.int64)
+    return np.asarray(root + (root * root < squares))

@@ -6,19 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..foundation.arrays import Int16, Int32, Int64, Mask, Pair, UInt8
+from ..foundation.arrays import Int16, Int64, Mask, UInt8
 from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
-from ..kernels.maps import HOLE, J, canvas_place, goes_on
-
-
-class Part(NamedTuple):
-    """Rows and columns of a map, and one more of both where it goes on there."""
-
-    yx: Int32  # (h, w, 2)
-    which: UInt8  # (h, w): number of the exemplar, HOLE where none is
-    pose: UInt8  # (h, w)
-    size: Pair  # rows and columns without those that are there to go on
+from ..kernels.maps import HOLE, canvas_place
 
 
 class Pieces(NamedTuple):
@@ -136,60 +127,3 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
                     continue
                 back = beyond(pieces, (variant[ny, nx], yx[ny, nx, 0], yx[ny, nx, 1]), (-k, k - 1), there)
                 prices[y, x, k] = meeting(pieces, (here, on), (back, there), price)
-
-
-@kernel
-def exact_energy(part: Any, pieces: Any, price: Any) -> int:
-    """Return what a part of a map of whole pixels costs, each with its right and its lower neighbour.
-
-    Piece 8 n + p is exemplar n in pose p, of which `pieces` holds the pixels where the exemplar has them.
-    """
-    (yx, which, pose, (rows, columns)), total = part, 0
-    for y in range(rows):
-        for x in range(columns):
-            for axis in range(2):
-                v, u = (y + 1, x) if axis == 0 else (y, x + 1)
-                if v >= which.shape[0] or u >= which.shape[1]:
-                    continue
-                p, q = pose[y, x], pose[v, u]
-                on = J[p, axis], J[p, 2 + axis]
-                same = which[y, x] == which[v, u] and p == q
-                if same and yx[y, x, 0] + on[0] == yx[v, u, 0] and yx[y, x, 1] + on[1] == yx[v, u, 1]:
-                    continue
-                total += _parting(part, pieces, (y, x, v, u), (on, (J[q, axis], J[q, 2 + axis])), price)
-    return total
-
-
-@kernel
-def warped_energy(part: Any, fine: Any, pieces: Any, price: Any) -> int:
-    """Return the same of pieces that lie between pixels; `fine`: where (h, w, 2) and how (h, w, 2, 2) each pixel lies.
-
-    They go on where they do to within 1 px, and are read at the nearest pixel.
-    """
-    (_, which, pose, (rows, columns)), (at, j), total = part, fine, 0
-    for y in range(rows):
-        for x in range(columns):
-            for axis in range(2):
-                v, u = (y + 1, x) if axis == 0 else (y, x + 1)
-                if v >= which.shape[0] or u >= which.shape[1] or goes_on(at, j, which, pose, y, x, axis):
-                    continue
-                on = int(np.rint(j[y, x, 0, axis])), int(np.rint(j[y, x, 1, axis]))
-                back = int(np.rint(j[v, u, 0, axis])), int(np.rint(j[v, u, 1, axis]))
-                total += _parting(part, pieces, (y, x, v, u), (on, back), price)
-    return total
-
-
-@kernel
-def _parting(part: Any, pieces: Any, pair: Any, steps: Any, price: Any) -> int:
-    """What it costs that two neighbours are parted; `steps` lead on from the one, and to the other, in the exemplar."""
-    (yx, which, pose, _), (y, x, v, u), (on, back) = part, pair, steps
-    if which[y, x] == HOLE or which[v, u] == HOLE:
-        return 0
-    table, channels = pieces.table, pieces.channels
-    one, other = 8 * int(which[y, x]) + pose[y, x], 8 * int(which[v, u]) + pose[v, u]
-    here = table[one, 0] // channels + yx[y, x, 0] * table[one, 3] + yx[y, x, 1]
-    there = table[other, 0] // channels + yx[v, u, 0] * table[other, 3] + yx[v, u, 1]
-    over = beyond(pieces, (one, yx[y, x, 0], yx[y, x, 1]), on, here)
-    before = beyond(pieces, (other, yx[v, u, 0], yx[v, u, 1]), (-back[0], -back[1]), there)
-    total: int = meeting(pieces, (here, over), (before, there), price)
-    return total

@@ -36,10 +36,10 @@ from ..analysis import window_sums
 from ..analysis.features import Features, pose_array
 from ..analysis.popout import popout
 from ..foundation.arrays import Array, Int32, Mask, Pair
+from ..foundation.geometry import UNIT
 from ..foundation.run import draw
 from ..kernels.maps import Grown
 from ..lattice import Vector, Vectors, once_around
-from ..lattice.candidates import UNIT
 from ..model import Exemplars
 from ..model.sourcemap import HOLE
 from ..patches import Pick, picked, random_patch
