@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from intarsia.analysis.features import course_lines, features
-from intarsia.kernels.paths import surest_line
+from intarsia.analysis.oriented import surest_line
 from intarsia.model import Exemplar
 
 BEDS = (20, 52, 75, 117, 140)
@@ -46,8 +46,7 @@ def test_no_path_is_surer(seed):
     """What is told is what the path that is drawn adds up to, and a naive search finds no more."""
     rng = np.random.default_rng(seed)
     sure, bend = rng.integers(-20, 256, (int(rng.integers(1, 9)), int(rng.integers(1, 12)))), int(rng.integers(0, 300))
-    line = np.empty(sure.shape[1], np.int32)
-    total = surest_line(sure, bend, line)
+    line, total = surest_line(sure, bend)
     steps = np.abs(np.diff(line))
     assert steps.max(initial=0) <= 1
     assert total == sure[line, np.arange(len(line))].sum() - bend * steps.sum() == naive_surest(sure, bend)

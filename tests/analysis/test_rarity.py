@@ -7,8 +7,7 @@ import pytest
 from torture import TORTURE
 
 from intarsia.analysis.features import features
-from intarsia.analysis.popout import MOST_RARE, USUAL, rarity
-from intarsia.analysis.popout_kernels import likes_away
+from intarsia.analysis.popout import MOST_RARE, USUAL, likes_away, rarity
 from intarsia.model import Exemplar
 
 
@@ -106,8 +105,7 @@ def test_distances_are_exact_at_the_extremes():
     rng = np.random.default_rng(5)
     looks = rng.integers(-16 * 32768, 16 * 32767, (40, 16 * 64))
     looks[0], looks[1] = 16 * 32767, -16 * 32768
-    at, far = np.argwhere(np.ones((40, 1))), np.empty(40, np.int64)
-    likes_away(looks.astype(np.float64), at, looks.T.astype(np.float64), at, 1, (0, 0), 38, far)
+    far = likes_away(looks, np.argwhere(np.ones((40, 1))), np.arange(40), 1, (0, 0), 38)
     plain = ((looks[:, None] - looks[None]) ** 2).sum(axis=2).max(axis=1)
     assert far.tolist() == [math.isqrt(int(n)) for n in plain]
 

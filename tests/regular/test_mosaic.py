@@ -11,8 +11,7 @@ import torture
 from long import but_some
 
 import intarsia as ia
-from intarsia.foundation.geometry import Box
-from intarsia.lattice.candidates import UNIT
+from intarsia.foundation.geometry import UNIT, Box
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.regular.grid import BlockGrid

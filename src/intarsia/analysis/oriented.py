@@ -26,7 +26,6 @@ from scipy import fft
 
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask
-from ..kernels.paths import surest_line
 from . import block_sums, enlarged, factor_for
 
 DIRECTIONS = 12
@@ -145,6 +144,7 @@ def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
     return far
 
 
+NEVER = -(1 << 62)  # what no path adds up to
 BEND = SURE  # a line that steps aside by a px loses what a px of the surest outline is worth
 CLOSE = 24, 6  # lines are as far apart as this part of the shorter side, and so many px, or more
 LEAST_LINE = 0.5  # sureness of a line, bends subtracted. Of all that are found in 80 photographs a third has more
@@ -203,19 +203,41 @@ def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:
     return np.take_along_axis(at, number, axis=0), np.take_along_axis(at, number + 1, axis=0)
 
 
+def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
+    """Find the path from left to right that adds up most of `sure` (H, W): its row in every column (W,), and its sum.
+
+    From column to column it keeps its row, or costs `bend` to go one up or down: so much less the sum is. Of equal
+    paths it is the one that ends uppermost, and keeps its row longest before its end.
+    """
+    h, w = sure.shape
+    best, way = np.full(h + 2, NEVER, np.int64), np.zeros((w, h), np.int64)
+    best[1:-1] = sure[:, 0]
+    for x in range(1, w):
+        here, above, below = best[1:-1], best[:-2] - bend, best[2:] - bend
+        most = np.maximum(here, above)
+        way[x] = np.where(below > most, 1, -(above > here).astype(np.int64))
+        best[1:-1] = np.maximum(most, below) + sure[:, x]
+    line, at = np.empty(w, np.int64), int(best[1:-1].argmax())
+    for x in range(w - 1, -1, -1):
+        line[x] = at
+        at += way[x, at]
+    return line, int(best.max())
+
+
 def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
     """Look for lines along one axis, the surest first."""
     sure = np.ascontiguousarray(sure if axis == 0 else sure.T)
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
     left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # round the torus, lines end as they begin
-    path, found = np.empty(left.shape[1], np.int32), []
-    while surest_line(left, BEND, path) >= LEAST_LINE * SURE * len(path):
+    found, (path, total) = [], surest_line(left, BEND)
+    while total >= LEAST_LINE * SURE * len(path):
         line = np.roll(path[w // 2 : w // 2 + w], w // 2) if toroidal else path.copy()
         if _goes_through(sure[line, np.arange(w)]):
             found.append(line)
         far = np.abs(y - line)
         taken = (np.minimum(far, h - far) if toroidal else far) < close
         left[np.tile(taken, (1, left.shape[1] // w))] = -len(path) * SURE
+        path, total = surest_line(left, BEND)
     if len(found) < FEWEST:
         return None
     at = np.sort(np.array(found), axis=0)

@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from ..foundation import ndimage
-from ..foundation.arrays import Array, Int16, Int32, Mask, Pair
+from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..foundation.run import draw_many
-from . import FINE, block_sums, enlarged, factor_for, popout_kernels, reduced, running_sums
+from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
 USUAL = 256  # what the median spot has
 FAR = 1 << 12  # beyond all features
@@ -32,6 +32,7 @@ MOST = 16 * USUAL  # and no spot more: as far as that, all are seen at once
 WORK_SIDE = 384  # px: larger exemplars are looked at on reduced copies
 RADII = 2, 5, 10, 18  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
 ROOM = 8  # a scale needs an exemplar so many times as large
+ROWS = 1024  # spots that are compared at a time
 REFERENCES = 500  # spots that all are compared with
 LIKES = 3, 200  # the nearest three in two hundred are a spot's likes,
 LEAST_LIKES = 3  # but no fewer
@@ -100,8 +101,14 @@ def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> t
 
 
 def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
-    """Average pictures (C, H, W) three times over squares of 2 radius + 1 px, rounded down each time."""
-    popout_kernels.average(values, radius, toroidal)
+    """Average pictures (C, H, W) three times over squares of 2 radius + 1 px, rounded down each time.
+
+    All sums are whole numbers below 2**53: so they, and what is rounded down, are exact.
+    """
+    for _ in range(3):
+        for axis in (1, 2):
+            mean = ndimage.uniform_filter1d(values, 2 * radius + 1, axis, mode="wrap" if toroidal else "reflect")
+            values = np.floor(mean, out=mean)
     return values
 
 
@@ -158,14 +165,35 @@ def _relative(
     None is nearer than `apart` (on a torus of `size`), what is nearer than `least` looks as far, and all are 256 where
     fewer than `few` have a like.
     """
-    theirs, far = np.ascontiguousarray(spots[others].T, np.float64), np.empty(len(spots), np.int64)
-    popout_kernels.likes_away(spots.astype(np.float64), at, theirs, at[others], apart, size, rank, far)
+    far = likes_away(spots, at, others, apart, size, rank)
     known = far >= 0
     if known.sum() < few:
         return np.full(len(spots), USUAL, np.int64)
     far = np.maximum(far, least)
     usual = int(np.sort(far[known])[known.sum() // 2])
     return np.where(known, np.minimum((USUAL * far + usual // 2) // usual, MOST), USUAL)
+
+
+def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int) -> Int64:
+    """How far the like of this rank, from 0, is from every spot (n, C), rounded down; -1 where there are not so many.
+
+    The numbers of spots and what is computed of them are whole and below 2**53, so that products of float64 are exact.
+    """
+    out, theirs = np.full(len(spots), -1, np.int64), spots[others].astype(np.float64)
+    square = (theirs * theirs).sum(axis=1)
+    for begin in range(0, len(spots) if rank < len(others) else 0, ROWS):
+        part = np.s_[begin : begin + ROWS]
+        mine = spots[part].astype(np.float64)
+        far = (mine * mine).sum(axis=1)[:, None] - 2 * (mine @ theirs.T) + square
+        beside = np.ones(far.shape, np.bool_)
+        for axis in range(2):
+            away = np.abs(at[part, axis][:, None] - at[others, axis])
+            beside &= (np.minimum(away, size[axis] - away) if size[axis] else away) < apart
+        far[beside] = np.inf
+        best = np.partition(far, rank, axis=1)[:, rank]
+        there = best < np.inf
+        out[part][there] = np.sqrt(best[there])
+    return out
 
 
 MOST_RARE = 4 * USUAL  # rarities end here: 4 times the median is simply unique

@@ -23,8 +23,8 @@ from ..analysis.structure import Border, Structure, border_of, flat_colours, str
 from ..analysis.symmetry import allowed_isometries, refused
 from ..foundation import MethodError, lazy
 from ..foundation.arrays import Int16
+from ..foundation.geometry import UNIT
 from ..lattice import cell_of, lattices_of, vectors_of
-from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice, Lattices, told_by_peaks
 from ..model import Exemplar, Exemplars, sampled
 from ..model.canvas import Canvas

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+UNIT = 256  # lattice vectors are whole numbers of 1/256 px
+
 
 class Wrap(StrEnum):
     """Along which axes the canvas closes on itself."""

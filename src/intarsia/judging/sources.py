@@ -20,9 +20,9 @@ import numpy as np
 
 from ..analysis import spreads
 from ..foundation.arrays import Array, Int16, Mask, Pair
+from ..foundation.geometry import UNIT
 from ..foundation.run import draw
 from ..lattice import Vector, find_lattice
-from ..lattice.candidates import UNIT
 from .windows import ALL, SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px

@@ -29,10 +29,10 @@ from ..analysis import factor_for, reduced
 from ..analysis.features import features
 from ..foundation import MethodError, ParameterError
 from ..foundation.arrays import Int16, Int64, Mask
+from ..foundation.geometry import UNIT
 from ..foundation.params import Steps, Weights
 from ..model import Exemplar
 from .candidates import (
-    UNIT,
     CorrelatedPictures,
     CorrelationMap,
     correlation_map,

@@ -17,6 +17,7 @@ Source: Lopez Recas 2011, sections 3.1 and 3.2. Departures: high-pass, second ch
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,7 +27,8 @@ from scipy.fft import dctn, idctn, next_fast_len, rfft2
 from ..analysis import spreads
 from ..analysis.elements import autocorrelation, gaussian
 from ..foundation import ndimage
-from ..foundation.arrays import Array, Floats, Int32, Int64, Mask
+from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
+from ..foundation.geometry import UNIT
 from .scoring_kernels import top_of
 
 MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below
@@ -137,13 +139,36 @@ def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
     return np.asarray((picture - light / np.maximum(mass, 1e-9)) * weight[..., None])
 
 
-UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 SHORTEST = 4  # px: shorter vectors are grain, not elements
 PEAKS = 45  # correlation peaks that are paired
 LOOKED_AT = 1000  # strongest peaks whose dominance is known
 EQUAL = 10_000  # millionths: peaks that differ less are equally high
 WAVES = 10  # spectral peaks that are paired, of each picture
 LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
+
+
+def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Sequence[int]) -> Int64:
+    """List the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, a by a.
+
+    `first`, `v1`, `v2`: (y, x) in 1/256 px; `low`, `high`: first and last px of the box, (y, x).
+    """
+    ends = [(a * UNIT - UNIT // 2, b * UNIT + UNIT // 2 - 1) for a, b in zip(low, high, strict=True)]
+    if any(last < begin for begin, last in ends):
+        return np.empty((0, 2), np.int64)
+    corners = [((y - first[0]) * v2[1] - (x - first[1]) * v2[0]) // (v1[0] * v2[1] - v1[1] * v2[0])
+               for y in ends[0] for x in ends[1]]  # fmt: skip
+    a = np.arange(min(corners), max(corners) + 2)
+    least, most = np.full(len(a), -(1 << 60)), np.full(len(a), 1 << 60)
+    for p, along, step, (begin, last) in zip(first, v1, v2, ends, strict=True):
+        at = p + a * along
+        if step == 0:
+            most[(at < begin) | (at > last)] = -(1 << 61)
+            continue
+        to, back = (last - at, at - begin) if step > 0 else (at - begin, last - at)
+        least, most = np.maximum(least, -(back // abs(step))), np.minimum(most, to // abs(step))
+    counts = np.maximum(most - least + 1, 0)
+    b = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts - least, counts)
+    return np.asarray(first + np.repeat(a, counts)[:, None] * v1 + b[:, None] * v2, np.int64)
 
 
 class Sensible(NamedTuple):

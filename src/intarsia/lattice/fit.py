@@ -23,7 +23,8 @@ import numpy as np
 
 from ..foundation import ndimage
 from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
-from .candidates import UNIT, CorrelationMap, canonical, distinct
+from ..foundation.geometry import UNIT
+from .candidates import CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
 
 WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing

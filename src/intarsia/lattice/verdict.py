@@ -25,9 +25,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ..foundation.arrays import Floats, Int64, Mask, Pair
-from .candidates import MILLION, SHORTEST, UNIT, CorrelatedPictures, CorrelationMap
+from ..foundation.geometry import UNIT
+from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap
 from .fit import ENOUGH, Fit, Scored, regularity
-from .scoring_kernels import course_profile, pitch_contrasts, top_of
+from .scoring_kernels import NOTHING, course_profile, top_of
 
 
 class Turning(NamedTuple):
@@ -111,6 +112,20 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     if lines < 1 or contrasts[k] <= 0:
         return None
     return RowPitch((float(pitch * y / norm), float(pitch * x / norm)), int(contrasts[k]), lines, residual)
+
+
+def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
+    """Return the mean of a profile at whole pitches minus that at half pitches; pitches in 1/256 of a step."""
+    seen, levels = int(mass.nonzero()[0].max(initial=0)), []
+    for half in range(2):
+        at = (pitches >> half)[:, None] + pitches[:, None] * np.arange((seen << 8) // int(pitches.min()) + 1)
+        there = (at >> 8) + 1 <= seen
+        low, part = np.where(there, at >> 8, 0), at & 255
+        weight = np.where(there, mass[low], 0)
+        total = (weight * ((mean[low] * (256 - part) + mean[low + 1] * part) >> 8)).sum(axis=1)
+        level = total // np.maximum(weight.sum(axis=1), 1)
+        levels.append(np.where(weight.any(axis=1), level, NOTHING))
+    return np.asarray(np.where(np.minimum(*levels) > NOTHING, levels[0] - levels[1], NOTHING))
 
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:

@@ -15,9 +15,9 @@ import numpy as np
 from ..analysis.features import Features
 from ..foundation import MethodError, ndimage
 from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
+from ..foundation.geometry import UNIT
 from ..kernels import paths
 from ..lattice import Vector
-from ..lattice.candidates import UNIT
 from ..model import Exemplar
 from .wall_kernels import FACE as CUT
 

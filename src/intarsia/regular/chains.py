@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..foundation.arrays import Array, Int64, Pair
+from ..foundation.geometry import UNIT
 from ..foundation.run import below, draw
-from ..lattice.candidates import UNIT
 from . import wall_kernels
 from .brickwork import Bricks, Brickwork
 from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..foundation.geometry import UNIT
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.jit import kernel
-from ..kernels.lattice_points import UNIT
 from ..kernels.maxflow import FREE, NEW, OLD
 
 FAR = np.int64(1) << 60
@@ -48,7 +48,8 @@ def add_phase_costs(picture: Any, shift: Any, border: int, period: float, total:
                 if k + 1 < border and last[k + 1] < best:
                     best = last[k + 1]
                 here[k] = best + cost[top + k, x]
-            last[:] = here
+            for k in range(border):
+                last[k] = here[k]
         best = last[0]
         for k in range(1, border):
             best = min(best, last[k])
@@ -185,7 +186,7 @@ def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
 def best_fits(
     picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int
 ) -> Any:
-    """Find the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3), rising.
+    """Find the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3).
 
     All `shifts` (n, 2) are compared on a part of the zone, the best `keep` then moved by up to `tolerance` px.
     """
@@ -211,7 +212,7 @@ def best_fits(
         out[count, 0] = mismatch(picture, usable, places, values, many, by, bx, LIMIT)
         out[count, 1], out[count, 2] = by, bx
         count += 1
-    return out[np.argsort(out[:count, 0], kind="mergesort")]
+    return out[:count]
 
 
 @kernel

@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
-from ..kernels.lattice_points import lattice_points
+from ..foundation.geometry import UNIT
 from ..lattice import Vector, Vectors
-from ..lattice.candidates import UNIT
+from ..lattice.candidates import lattice_points
 from . import gap_kernels
 
 Places = dict[Pair, Int64]
@@ -165,15 +165,15 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     height, width = valid.shape
     low, high = np.array(grid.reach, np.int64)
     box = -low // UNIT - 1, (np.array((height, width)) * UNIT - high) // UNIT + 1
-    at = np.array(grid.origin(*kind), np.int64)
-    places: Int64 = lattice_points(at, np.array(v1, np.int64), np.array(v2, np.int64), *box)
+    places = lattice_points(grid.origin(*kind), v1, v2, *np.array(box).tolist())
     inside = (places + low >= -UNIT // 2).all(axis=1)
     inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
     places = places[inside]
     if not valid.all() and len(places):
         ok = gap_kernels.all_usable(places, np.array((grid.rows, grid.columns), np.int64), valid)
         places = places[ok]
-    return places[np.lexsort((places[:, 1], places[:, 0]))]
+    order = np.lexsort((places[:, 1], places[:, 0]))
+    return np.asarray(places[order])
 
 
 def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:

@@ -27,9 +27,9 @@ from ..analysis import nearest
 from ..analysis.features import features
 from ..foundation import ParameterError
 from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
+from ..foundation.geometry import UNIT
 from ..foundation.run import Run, below, deck, draw
 from ..lattice import cell_of, unfit
-from ..lattice.candidates import UNIT
 from ..methods.near_regular import NearRegular
 from ..model import Exemplar
 from ..model.canvas import Canvas
@@ -258,7 +258,8 @@ class Mosaic:
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
         """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
         picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
-        return np.asarray(gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT))
+        found = gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT)
+        return np.asarray(found[np.argsort(found[:, 0], kind="stable")])
 
     def _random(self, i: int, j: int) -> int:
         """The place that a random block is read from: all of them in each square of blocks, shuffled."""

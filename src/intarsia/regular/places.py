@@ -18,9 +18,9 @@ import numpy as np
 
 from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
+from ..foundation.geometry import UNIT
 from ..kernels import paths
 from ..kernels.paths import BARRED
-from ..lattice.candidates import UNIT
 from ..methods.near_regular import NearRegular
 from .grid import BlockGrid, Cell, Places, block_places, block_vectors, phased
 

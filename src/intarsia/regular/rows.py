@@ -18,9 +18,9 @@ import numpy as np
 
 from ..foundation import ParameterError
 from ..foundation.arrays import Int64, Pair
+from ..foundation.geometry import UNIT
 from ..foundation.run import below, deck, draw
 from ..lattice import unfit
-from ..lattice.candidates import UNIT
 from ..model.canvas import Canvas
 from .brickwork import Line
 

@@ -4,27 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..foundation.arrays import Int16, Int32, Int64, Mask
+from ..foundation.arrays import Int32, Int64
 from ..kernels.jit import kernel
-
-
-@kernel
-def squared_steps(
-    features: Int16, usable: Mask, dy: int, dx: int, out: Int64
-) -> None:
-    """Fill in the squared difference of every px from the one a step away; -1 where either cannot be used."""
-    height, width, channels = features.shape
-    for y in range(height):
-        for x in range(width):
-            out[y, x] = -1
-            i, j = y + dy, x + dx
-            if i < 0 or j < 0 or i >= height or j >= width or not (usable[y, x] and usable[i, j]):
-                continue
-            total = 0
-            for c in range(channels):
-                d = np.int64(features[i, j, c]) - features[y, x, c]
-                total += d * d
-            out[y, x] = total
 
 
 @kernel

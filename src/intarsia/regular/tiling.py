@@ -26,13 +26,13 @@ import numpy as np
 from ..analysis.features import features
 from ..foundation import MethodError, ParameterError
 from ..foundation.arrays import Int16, Int32, Int64, Mask, Pair
+from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run
 from ..lattice import Pairs, Vector, Vectors, cell_of
-from ..lattice.candidates import UNIT
 from ..model import Exemplar
 from ..model.canvas import Canvas
-from .tile_kernels import band_costs, lay_tile, squared_steps
+from .tile_kernels import band_costs, lay_tile
 
 Rates = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
 
@@ -218,9 +218,8 @@ def best_tile(
     height, width, _ = features.shape
     mask = np.ones((height, width), np.bool_) if usable is None else usable
     costs = np.zeros((height, width), np.int64)
-    difference = np.empty((height, width), np.int64)
     for step, side in (whole, whole[::-1]):
-        squared_steps(features, mask, *step, difference)
+        difference = squared_steps(features, mask, *step)
         if abs(side[0]) >= abs(side[1]):
             band_costs(difference, side[0], side[1], band, costs)
         else:
@@ -236,6 +235,16 @@ def best_tile(
     return Tile((y, x), whole, int(costs[y, x]), costs)
 
 
+def squared_steps(features: Int16, usable: Mask, dy: int, dx: int) -> Int64:
+    """The squared difference of every px from the one a step away; -1 where either cannot be used."""
+    out = np.full(usable.shape, -1, np.int64)
+    here = tuple(np.s_[max(0, -d) : max(0, n - max(0, d))] for d, n in zip((dy, dx), usable.shape, strict=True))
+    there = tuple(np.s_[max(0, d) : max(0, n + min(0, d))] for d, n in zip((dy, dx), usable.shape, strict=True))
+    apart = features[there].astype(np.int64) - features[here]
+    out[here] = np.where(usable[here] & usable[there], (apart * apart).sum(axis=2), -1)
+    return out
+
+
 def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> float:
     """Say how much the periods of a texture differ: 0 they are equal, 1 they are no more alike than any two places.
 
@@ -245,10 +254,9 @@ def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> floa
     spread = 2 * float(((known - known.mean(axis=0)) ** 2).sum(axis=1).mean())
     if spread == 0:
         return 0.0
-    found = np.empty(features.shape[:2], np.int64)
     total, count = 0, 0
     for vector in vectors:
-        squared_steps(features, usable, *_in_px(vector), found)
+        found = squared_steps(features, usable, *_in_px(vector))
         total += int(found[found >= 0].sum())
         count += int((found >= 0).sum())
     return math.sqrt(total / count / spread) if count else 1.0

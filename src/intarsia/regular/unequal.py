@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..analysis.features import course_lines, features
+from ..analysis.oriented import surest_line
 from ..foundation import MethodError, ndimage
 from ..foundation.arrays import Array, Int16, Int64, Mask
+from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
-from ..kernels import paths
-from ..lattice.candidates import UNIT
 from ..model import Exemplar
 from .brickwork import (
     FACE,
@@ -195,14 +195,12 @@ def _fields(smooth: Array, reach: int) -> list[Int64]:
 def _drawn(cost: Array, lines: Array, reach: int) -> Int64:
     """The cheapest paths not farther from lines (n, W) than some px."""
     (height, width), aside, found = cost.shape, np.arange(-reach, reach + 1)[:, None], list[Array]()
-    path = np.empty(width, np.int32)
     for line in lines:
         y = line + aside
         sure = FACE - cost[np.clip(y, 0, height - 1), np.arange(width)].astype(np.int64)
         sure -= FINDING.pull * aside**2 // reach**2
         sure[(y < 0) | (y >= height)] = FACE // 2
-        paths.surest_line(np.ascontiguousarray(sure), UNEQUAL.bend, path)
-        found.append(line + path - reach)
+        found.append(line + surest_line(sure, UNEQUAL.bend)[0] - reach)
     return np.stack(found)
 
 

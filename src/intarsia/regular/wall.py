@@ -22,11 +22,11 @@ from ..analysis import nearest
 from ..analysis.features import features
 from ..foundation import MethodError, ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Pair
+from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run, below, draw
 from ..kernels import paths
 from ..lattice import Pairs, cell_of
-from ..lattice.candidates import UNIT
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from . import wall_kernels

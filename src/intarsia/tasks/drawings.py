@@ -12,9 +12,8 @@ from .. import files
 from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair, UInt8
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import UNIT, Wrap
 from ..judging import OFTEN, Often, Spot, joins_at, too_often, usage_of
-from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice
 from ..model import Exemplar
 from ..model.image import Plane

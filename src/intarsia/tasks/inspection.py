@@ -21,9 +21,8 @@ from ..choosing.facts import Facts
 from ..foundation import OVERLAYS, MethodError, ParameterError, said
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import UNIT, Wrap
 from ..foundation.run import Run
-from ..lattice.candidates import UNIT
 from ..lattice.verdict import Lattice, Lattices
 from ..methods import make
 from ..model import Exemplar

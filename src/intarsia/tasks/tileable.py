@@ -22,11 +22,10 @@ from ..choosing.facts import Facts
 from ..foundation import AUTO_METHOD, InputError, ParameterError, called, chosen, size_of, whole_within
 from ..foundation.arrays import Int16, Mask, Pair
 from ..foundation.blend import Blend, Levelling
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import UNIT, Wrap
 from ..foundation.params import AUTO, extent, parameters
 from ..foundation.run import Run, run_of
 from ..lattice import allowed, closing_length
-from ..lattice.candidates import UNIT
 from ..methods import Method, make, traits
 from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas

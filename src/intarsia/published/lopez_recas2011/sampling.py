@@ -19,11 +19,11 @@ from ...analysis import valid_windows
 from ...analysis.features import features
 from ...foundation import MethodError, ParameterError
 from ...foundation.arrays import Array, Int16, Int32, Laid, Mask, Pair
-from ...foundation.geometry import Box
+from ...foundation.geometry import UNIT, Box
 from ...foundation.params import AUTO
 from ...foundation.run import Run, below, draw
-from ...kernels.lattice_points import UNIT, lattice_points
 from ...lattice import Vector, cell_of, check_lattice, lattice_of, unfit
+from ...lattice.candidates import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
@@ -204,8 +204,8 @@ class Sampling:
 
     def _places(self, block: Pair, slack: int) -> Array:
         """The places of a block in the lattice, or up to `slack` px beyond the exemplar: (n, 2) px."""
-        low, high = np.full(2, -slack), np.array(self.valid.shape) - 1 + slack
-        points: Array = lattice_points(np.array(self._first(*block), np.int64), self.cell[0], self.cell[1], low, high)
+        low, high = (-slack, -slack), [n - 1 + slack for n in self.valid.shape]
+        points = lattice_points(self._first(*block), self.cell[0], self.cell[1], low, high)
         return (points + UNIT // 2) // UNIT
 
     def _drawn(self, block: Pair) -> Pair:
