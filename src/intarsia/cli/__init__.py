@@ -35,7 +35,7 @@ else:
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
 MOST = 2000  # characters of a line
 
-RARELY = 50_000  # new objects between two looks for garbage: compiling makes millions, and leaves little of it
+RARELY = 300_000  # new objects between two looks for garbage: compiling makes millions, and leaves little of it
 
 CANCEL = Event()
 """Set by Ctrl-C, SIGTERM and SIGHUP; every Run of the command line watches it."""

@@ -135,8 +135,6 @@ def _compiling() -> Iterator[None]:
             if not _depth:
                 del codegen._library_class
                 if collects:
-                    if gc.get_freeze_count():  # a process that does one thing and ends: what is left behind stays
-                        gc.freeze()
                     gc.enable()
 
 
