@@ -16,15 +16,16 @@ import numpy as np
 from ..analysis import variance
 from ..analysis.features import Features, features, pose_array
 from ..foundation.arrays import Array, Pair
-from ..foundation.geometry import Box
+from ..foundation.geometry import ISOMETRIES, Box
 from ..kernels.cuts import STEEPEST
 from ..kernels.maps import HOLE, NEAR
 from ..model import Exemplars
-from ..model.sourcemap import SourceMap, matrices, positions
+from ..model.sourcemap import SourceMap
 from ..patches.growth import knee_of
 
 # Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
 CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
+STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
 BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
 BAND = 128  # rows of a map that are looked at together, so that little memory is needed
 
@@ -88,10 +89,11 @@ def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemp
     which, pose, broken = band.numbers, band.turns, np.zeros((), bool)
     for part in (which, pose):
         broken = broken | (part[this] != part[that])
-    j = matrices(band.frame, pose)[:, :, :, axis]
-    at = positions(band.yx, band.sub)
-    missed = np.abs(at[that] - at[this] - (j[this] + j[that]) / 2).max(axis=2)
-    broken |= missed > (0 if band.exact else NEAR)
+    j = STEPS[:, :, axis][np.minimum(pose, 7)] if band.frame is None else band.frame[:, :, :, axis].astype(np.float64)
+    for k in range(2):
+        at = band.yx[:, :, k] if band.sub is None else band.yx[:, :, k] + band.sub[:, :, k].astype(np.float64)
+        ahead, mean = at[that] - at[this], j[:, :, k]
+        broken |= (ahead != mean[this]) if band.exact else np.abs(ahead - (mean[this] + mean[that]) / 2) > NEAR
     broken &= (which[this] != HOLE) & (which[that] != HOLE)
     y, x = np.nonzero(broken)
     steps, ends = np.rint(j).astype(np.int32), []
