@@ -492,11 +492,15 @@ def test_a_guide_is_honoured() -> None:
 
 
 def test_defaults_follow_from_the_texture() -> None:
-    """One and a half elements, at most 0.4 of the side; overlap half, overreach a sixth, 3 refinements for 5."""
+    """0.7 of 1.5 elements, of at most 0.4 of the side, all of it in step; overlap half, overreach a sixth, 3 for 5."""
     e = Exemplar.of(texture(192, 160, 3))
     resolved = ia.Graphcut().resolved([e], Canvas(300, 300))
     plain = search.default_patch([e])
-    assert resolved.patch == max(plain, min(3 * plain // 2, 64))
+    large = max(plain, min(3 * plain // 2, 64))
+    assert resolved.patch == large * 7 // 10
+    assert ia.Graphcut(lattice=((20, 0), (0, 20))).resolved([e], Canvas(300, 300)).patch == large
+    begun = Canvas(192, 160, start=identity([e.source], 0))
+    assert ia.Graphcut().resolved([e], begun).patch == large
     assert resolved.overlap == resolved.patch // 2
     assert resolved.overreach == resolved.patch // 6
     rows = -(-(300 - resolved.overlap) // resolved.pitch[0])

@@ -61,8 +61,8 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
 
 def test_what_strikes_is_dearer_up_to_a_limit() -> None:
     strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]])]
-    assert rates(strikes, 4, 2).tolist() == [2 * SHARE * n for n in (1, 1, 3, MOST, 0, 1)]
-    assert rates(strikes, 4, 2, 2.0).tolist() == [2 * SHARE * n for n in (0, 1, 3, MOST, 0, 0)]
+    assert rates(strikes, 4, 2).tolist() == [2 * SHARE * n for n in (1, 1, 5, MOST, 0, 1)]
+    assert rates(strikes, 4, 2, 2.0).tolist() == [2 * SHARE * n for n in (0, 1, 5, MOST, 0, 0)]
 
 
 @pytest.mark.parametrize("poses", ["none", "both"])

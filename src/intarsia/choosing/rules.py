@@ -134,7 +134,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "closing", "graphcut", "all of the canvas is filled already but the borders, which are to continue in each "
         "other, and what lies beside them may change",
-        _closes, _nothing,
+        _closes, lambda f: {"evenness": 0.0},
         lambda f: ("Across the borders patches are cut in whose seams are free to run around its elements.",),
     ),
     ChoiceRule(

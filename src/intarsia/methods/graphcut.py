@@ -41,7 +41,8 @@ class Graphcut(methods.CutSquares):
     )
 
     patch: int | tuple[int, int] | None = param(
-        AUTO, "extent", "side of a window; automatic: one and a half elements of the texture",
+        AUTO, "extent", "side of a window; automatic: about one element of the texture, half as large again with a "
+        "lattice or a start",
         low=1, high=LARGEST, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
@@ -67,7 +68,7 @@ class Graphcut(methods.CutSquares):
     usage: float = methods.usage_price()
     evenness: float = param(
         0.12, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
-        "knees (three eighths of the spread of colours); up to eight times as much where it strikes, nothing on bare "
+        "knees (three eighths of the spread of colours); up to 64 times as much where it strikes, nothing on bare "
         "ground, in step with a lattice only what strikes; 0: none",
         low=0, high=100,
     )  # fmt: skip

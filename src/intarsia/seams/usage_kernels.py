@@ -1,6 +1,6 @@
 """Even use of the exemplar, a term of the energy: what is shown more often than area asks costs, for every pixel.
 
-Windows of one and a half elements must lie inside the exemplar, so its middle belongs to thousands of placements and
+Windows of an element must lie inside the exemplar, so its middle belongs to thousands of placements and
 its rim to hardly any. Here every exemplar pixel has a count of how often the map shows it, kept as cuts are laid. To
 show it once more costs its count times a rate; so what a cut takes and leaves has a price for each pixel, positive or
 negative, beside that of seams, and the least cut is that of their sum: the derivative of a quadratic energy of use.
@@ -22,7 +22,7 @@ from ..kernels.maps import HOLE, Grown
 from ..kernels.maxflow import FREE, NEW
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
-USUAL, MOST = 256, 8  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
+USUAL, MOST = 256, 64  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
 
 
 class Usage(NamedTuple):
@@ -41,11 +41,11 @@ def rates(strikes: Sequence[Array], price: float, due: float, least: float = 0.5
 
     `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
     `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual costs up
-    to MOST times that: the same thing is seen again at once. What strikes less than `least` times as much as usual
-    costs nothing, such as bare ground (0), of which nobody sees that it returns.
+    to MOST times that, by the square of how much more: the same thing is seen again at once. What strikes less than
+    `least` times as much as usual costs nothing, such as bare ground (0), of which nobody sees that it returns.
     """
     far = np.concatenate([s.ravel() for s in strikes]) / USUAL
-    weight = np.where(far < least, 0, np.clip(2 * far - 3, 1, MOST))
+    weight = np.where(far < least, 0, np.minimum(1 + (2 * np.maximum(far - 2, 0)) ** 2, MOST))
     return np.rint(SHARE * price * weight / due).astype(np.int32)
 
 

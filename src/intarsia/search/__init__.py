@@ -336,14 +336,16 @@ def element_patch(exemplars: Exemplars) -> int:
     return fitting(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
 
 
-def large_patch(exemplars: Exemplars) -> int:
+def free_patch(exemplars: Exemplars, share: int = 100) -> int:
     """Return a patch side in px for seams of free shape: half as much again, up to 0.4 of the exemplar's side.
 
-    Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats.
+    Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats. Where
+    nothing is to be kept a `share` of that, in per cent, is enough: what returns is seen sooner than what is cut.
     """
     plain = default_patch(exemplars)
     side = min(min(e.height, e.width) for e in sampled(exemplars))
-    return supplied(exemplars, max(plain, min(3 * plain // 2, 2 * side // 5)))
+    large = max(plain, min(3 * plain // 2, 2 * side // 5))
+    return supplied(exemplars, max(large * share // 100, min(plain, LEAST)))
 
 
 def supplied(exemplars: Exemplars, patch: int, least: int = LEAST) -> int:
