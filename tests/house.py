@@ -189,7 +189,7 @@ BUDGET = {
     "patches": 17_984,
     "published": 40_746,
     "regular": 40_748,
-    "rendering": 21_214,
+    "rendering": 21_323,
     "request": 9_956,
     "root": 2_722,
     "seams": 20_563,
