@@ -24,7 +24,7 @@ from .improve import fill, refine
 from .usage_kernels import SHARE
 
 STAGE = 2403  # keeps this method's draws apart from those of others
-REFINED = 3, 5  # for so many windows so many of the worst places are covered anew: more gained nothing, 2 did worse once
+REFINED = 3, 5  # for so many windows so many of the worst places are covered anew: 5 gained nothing, 2 did worse once
 SMALLER = 70  # % of the largest patches, where nothing is to be kept: at 100 and 50 people liked fewer pictures
 FINE = 1024  # rates of use are told in so many parts of a knee
 TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
