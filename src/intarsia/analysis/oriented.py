@@ -229,15 +229,14 @@ def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
     sure = np.ascontiguousarray(sure if axis == 0 else sure.T)
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
     left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # round the torus, lines end as they begin
-    found, (path, total) = [], surest_line(left, BEND)
-    while total >= LEAST_LINE * SURE * len(path):
-        line = np.roll(path[w // 2 : w // 2 + w], w // 2) if toroidal else path.copy()
+    found, length = list[Array](), left.shape[1]
+    while (best := surest_line(left, BEND))[1] >= LEAST_LINE * SURE * length:
+        line = np.roll(best[0][w // 2 : w // 2 + w], w // 2) if toroidal else best[0]
         if _goes_through(sure[line, np.arange(w)]):
             found.append(line)
         far = np.abs(y - line)
         taken = (np.minimum(far, h - far) if toroidal else far) < close
-        left[np.tile(taken, (1, left.shape[1] // w))] = -len(path) * SURE
-        path, total = surest_line(left, BEND)
+        left[np.tile(taken, (1, length // w))] = -length * SURE
     if len(found) < FEWEST:
         return None
     at = np.sort(np.array(found), axis=0)

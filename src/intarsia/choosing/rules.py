@@ -134,7 +134,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "closing", "graphcut", "all of the canvas is filled already but the borders, which are to continue in each "
         "other, and what lies beside them may change",
-        _closes, lambda f: {"evenness": 0.0},
+        _closes, lambda f: {"evenness": 0.0},  # nearly all of it is shown once, as it lies
         lambda f: ("Across the borders patches are cut in whose seams are free to run around its elements.",),
     ),
     ChoiceRule(

@@ -16,17 +16,17 @@ import numpy as np
 from ..analysis import variance
 from ..analysis.features import Features, features, pose_array
 from ..foundation.arrays import Array, Pair
-from ..foundation.geometry import ISOMETRIES, Box
+from ..foundation.geometry import Box
 from ..kernels.cuts import STEEPEST
-from ..kernels.maps import HOLE, NEAR
+from ..kernels.maps import HOLE, NEAR, J
 from ..model import Exemplars
 from ..model.sourcemap import SourceMap
 from ..patches.growth import knee_of
 
 # Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
 CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
-STEPS = np.array([i.j for i in ISOMETRIES], np.int32)
 BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
+Looks = list[dict[int, Array]]  # features of each exemplar by pose; of one pose alone: those of all
 BAND = 128  # rows of a map that are looked at together, so that little memory is needed
 
 
@@ -41,8 +41,8 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     """
     feats = features(exemplars)
     knee = max(knee_of(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
-    poses = range(8) if feats.normals else range(1)
-    looks = [[pose_array(feats.posed(n, p), BACK[p]) for p in poses] for n in range(len(exemplars))]
+    poses = (smap.poses if feats.normals else ()) or (0,)
+    looks = [{p: pose_array(feats.posed(n, p), BACK[p]) for p in poses} for n in range(len(exemplars))]
     total = 0
     for _, seam in _seams(exemplars, smap, looks):
         cost = _distance(seam.over, seam.there) + _distance(seam.here, seam.back)
@@ -54,7 +54,7 @@ def seam_total(feats: Features, exemplars: Exemplars, smap: SourceMap) -> int:
     """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
     shape = smap.height // CELL + 1, smap.width // CELL + 1, feats.pictures[0].shape[2]
     total, tone = 0, np.zeros((2, *shape), np.int64)
-    for axis, seam in _seams(exemplars, smap, [[p] for p in feats.pictures]):
+    for axis, seam in _seams(exemplars, smap, [{0: p} for p in feats.pictures]):
         first, second = seam.over - seam.there, seam.here - seam.back
         total += int(np.abs(first).sum() + np.abs(second).sum())
         np.add.at(tone[axis], (seam.y // CELL, seam.x // CELL), first + np.where(seam.before[:, None], second, 0))
@@ -73,8 +73,8 @@ class Seam(NamedTuple):
     before: Array  # (n,): whether anything comes before the next ones
 
 
-def _seams(exemplars: Exemplars, smap: SourceMap, looks: list[list[Array]]) -> Iterator[tuple[int, Seam]]:
-    """The seams along each axis, band by band; `looks`: features of each exemplar, by pose or alike in all of them."""
+def _seams(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tuple[int, Seam]]:
+    """The seams along each axis, band by band."""
     for first in range(0, smap.height, BAND):
         rows = min(BAND, smap.height - first)
         more = first + rows < smap.height or smap.wrap.y
@@ -83,13 +83,13 @@ def _seams(exemplars: Exemplars, smap: SourceMap, looks: list[list[Array]]) -> I
             yield axis, _parted(axis, band, (rows, smap.width), first, exemplars, looks)
 
 
-def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemplars, looks: list[list[Array]]) -> Seam:
+def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemplars, looks: Looks) -> Seam:
     """The seams of a band of rows from `first` on; `size` without the row and column that are there to go on."""
     this, that = ((np.s_[:-1, : size[1]], np.s_[1:, : size[1]]), (np.s_[: size[0], :-1], np.s_[: size[0], 1:]))[axis]
     which, pose, broken = band.numbers, band.turns, np.zeros((), bool)
     for part in (which, pose):
         broken = broken | (part[this] != part[that])
-    j = STEPS[:, :, axis][np.minimum(pose, 7)] if band.frame is None else band.frame[:, :, :, axis].astype(np.float64)
+    j = J[:, axis::2][np.minimum(pose, 7)] if band.frame is None else band.frame[:, :, :, axis].astype(np.float64)
     for k in range(2):
         at = band.yx[:, :, k] if band.sub is None else band.yx[:, :, k] + band.sub[:, :, k].astype(np.float64)
         ahead, mean = at[that] - at[this], j[:, :, k]
@@ -106,12 +106,12 @@ def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemp
     return Seam(first + y, x, here, over, back, there, before)
 
 
-def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: list[list[Array]]) -> tuple[Array, Array]:
+def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: Looks) -> tuple[Array, Array]:
     """Features at exemplar pixels, and whether they may be read: inside, and usable."""
-    out = np.zeros((len(at), looks[0][0].shape[2]), np.int64)
+    out = np.zeros((len(at), next(iter(looks[0].values())).shape[2]), np.int64)
     ok = np.zeros(len(at), bool)
     for number, exemplar in enumerate(exemplars):
-        for turn, look in enumerate(looks[number]):
+        for turn, look in looks[number].items():
             mine = (which == number) & ((pose == turn) | (len(looks[number]) == 1))
             y, x = at[mine].T
             height, width = look.shape[:2]

@@ -336,7 +336,7 @@ def element_patch(exemplars: Exemplars) -> int:
     return fitting(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
 
 
-def free_patch(exemplars: Exemplars, share: int = 100) -> int:
+def free_patch(exemplars: Exemplars, share: int) -> int:
     """Return a patch side in px for seams of free shape: half as much again, up to 0.4 of the exemplar's side.
 
     Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats. Where
