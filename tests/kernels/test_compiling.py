@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import operator
 import os
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 from numba.core import event
 from numba.core.registry import cpu_target
 
+from intarsia.kernels import compiling
 from intarsia.kernels.compiling import Kernel, KernelCache
 
 
@@ -96,10 +98,22 @@ def test_numba_is_left_as_it_was_also_where_a_kernel_cannot_be_compiled() -> Non
     with pytest.raises(numba.errors.TypingError):
         kernel(lambda a: a.nothing_of_the_kind)(VALUES)
     assert "_library_class" not in vars(codegen)
+    assert "get_call_type" not in vars(numba.types.Function)
     assert gc.isenabled()
     pair()[1](VALUES, 7)
     assert "_library_class" not in vars(codegen)
+    assert "get_call_type" not in vars(numba.types.Function)
     assert gc.isenabled()
+
+
+def test_what_a_call_of_numba_is_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+    plain: Any = compiling._asked
+    monkeypatch.setattr(compiling, "_asked", lambda *what: asked.append(what[0].typing_key) or plain(*what))
+    monkeypatch.setattr(compiling, "_answers", {})
+    assert kernel(lambda a, b: (a - b) * (b - a) * (a - 2.5 * b))(3.0, 1.0) == -2.0
+    assert asked.count(operator.sub) == 1
+    assert asked.count(operator.mul) == 1
 
 
 def test_functions_of_others_can_use_what_kernels_use_and_the_kernels_themselves() -> None:

@@ -37,13 +37,16 @@ if not numba.__version__.startswith(KNOWN):
 
 unliteral: Any = _unliteral
 types: Any = numba.types
+_asked: Any = types.functions.BaseFunction.get_call_type
 _environment_of: Any = environment.lookup_environment
 _key_of: Any = caching.FunctionCache._index_key
 _rebuild: Any = CompileResult._rebuild
 _dumps: Any = serialize.dumps
 _runtime: Any = nrt.rtsys
 
-OPTIONS = {"nopython": True, "nogil": True, "boundscheck": None, "no_cfunc_wrapper": True}
+# no kernel divides by 0; a test of every divisor would take longer to compile, and keep loops out of vector registers
+OPTIONS = {"nopython": True, "nogil": True, "boundscheck": None, "no_cfunc_wrapper": True, "error_model": "numpy"}
+INLINED = 6000  # bytes of bitcode, 2300 of them nothing: what is larger is not inlined, and was simplified by itself
 
 
 class _NoEnvironments:
@@ -84,16 +87,22 @@ class Library(JITCodeLibrary):
 
     def _get_module_for_linking(self) -> Any:
         if self._shared_module is None and not self._finalized:
-            module = self._final_module.clone()
+            module, large = self._final_module.clone(), []
             for library in dict.fromkeys(self._linking_libraries):
                 self._reload_init.update(library._reload_init)
-                module.link_in(library._get_module_for_linking(), preserve=True)
+                called = library._get_module_for_linking()
+                if len(called.as_bitcode()) < INLINED:
+                    module.link_in(called, preserve=True)
+                else:
+                    large.append(called)
             # without this what is linked in is inlined less well: corrections took a sixth longer
             options = create_pipeline_tuning_options(speed_level=2)
             options.loop_vectorization = options.slp_vectorization = False
             options.loop_unrolling = False  # what is unrolled here fills no vector registers later: half as fast
             builder = create_pass_builder(self._codegen._tm, options)
             builder.getModulePassManager().run(module, builder)
+            for called in large:
+                module.link_in(called, preserve=True)
             for function in module.functions:
                 if not function.is_declaration and function.linkage == Linkage.external:
                     function.linkage = "linkonce_odr"
@@ -114,12 +123,23 @@ class Library(JITCodeLibrary):
                 self._codegen.set_env(variable.name, found)
 
 
+_answers: dict[Any, Any] = {}  # a function of numba's, what it is called with -> what the call is, the function
+
+
+def _answered(function: Any, context: Any, args: Any, kws: Any) -> Any:
+    """What a call of a function of numba's is, asked once: numba tries all forms of `+` at each `+` that it meets."""
+    key = id(function), args, tuple(kws.items())
+    if key not in _answers:
+        _answers[key] = _asked(function, context, args, kws), function
+    return _answers[key][0]
+
+
 _depth = 0  # how many kernels are being compiled, each for the one before; behind numba's lock
 
 
 @contextmanager
 def _compiling() -> Iterator[None]:
-    """Compile for a kernel: with the lean library for all that it calls, and without collections of garbage."""
+    """Compile for a kernel: a lean library for all that it calls, nothing asked twice, no garbage collected."""
     global _depth
     with global_compiler_lock:
         codegen = cpu_target.target_context.codegen()
@@ -127,13 +147,14 @@ def _compiling() -> Iterator[None]:
         if not _depth:
             gc.disable()
             codegen._library_class = Library
+            types.Function.get_call_type = _answered
         _depth += 1
         try:
             yield
         finally:
             _depth -= 1
             if not _depth:
-                del codegen._library_class
+                del codegen._library_class, types.Function.get_call_type
                 if collects:
                     gc.enable()
 

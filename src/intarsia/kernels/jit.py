@@ -38,7 +38,7 @@ def plain(function: Callable[..., Any]) -> Any:
     folder, before = plain_folder(), config.CACHE_DIR
     config.CACHE_DIR = folder or before
     try:
-        return numba.njit(nogil=True, cache=folder is not None)(function)
+        return numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(function)
     finally:
         config.CACHE_DIR = before
 

@@ -48,7 +48,7 @@ from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
-from .placement_kernels import ONE, Look, Samples, mark_steps
+from .placement_kernels import ONE, Look, Samples
 from .recut_kernels import NEVER, Draft, drafted
 from .usage_kernels import NO_USAGE, Usage, count_map, rates
 
@@ -176,10 +176,15 @@ def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> M
     corners = [(y, x) for y in (-slack - 1, valid.shape[0] + slack) for x in (-slack - 1, valid.shape[1] + slack)]
     away = [((y - place[0]) * UNIT, (x - place[1]) * UNIT) for y, x in corners]
     numbers = [(y * d - x * c) // area for y, x in away], [(x * a - y * b) // area for y, x in away]
-    ends = np.array([(min(k) - 1, max(k) + 3) for k in numbers], np.int64)
-    there = np.zeros(valid.shape, np.uint8)
-    mark_steps(np.array(vectors, np.int64), ends, place, False, (UNIT, slack), valid.view(np.uint8), there)
-    found = there.view(bool)
+    m, n = np.ix_(*(range(min(k) - 1, max(k) + 3) for k in numbers))
+    around = np.arange(-slack, slack + 1)
+    y = (place[0] + (m * a + n * c + UNIT // 2) // UNIT)[:, :, None, None] + around[:, None]
+    x = (place[1] + (m * b + n * d + UNIT // 2) // UNIT)[:, :, None, None] + around
+    y, x = np.broadcast_arrays(y, x)
+    inside = (y >= 0) & (y < valid.shape[0]) & (x >= 0) & (x < valid.shape[1])
+    found = np.zeros(valid.shape, bool)
+    found[y[inside], x[inside]] = True
+    found &= valid
     return found if found.any() or not valid.any() else in_step(valid, vectors, place, 2 * slack + 1)
 
 

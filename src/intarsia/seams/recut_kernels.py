@@ -51,7 +51,9 @@ def look(
     """
     (variant, yx, wrap), table, channels = grown, pieces.table, pieces.channels
     (height, width), (h, w) = variant.shape, old.shape
-    columns, shown, begins = np.empty(w, np.uint64), np.empty((3, h, w), np.int32), table[:, 0] // channels
+    columns, shown, begins = np.empty(w, np.uint64), np.empty((3, h, w), np.int32), np.empty(len(table), np.int64)
+    for k in range(len(table)):
+        begins[k] = table[k, 0] // channels
     for j in range(w):
         columns[j] = canvas_place(box[1] + j * step, width, wrap[1])
     for i in range(h):
@@ -77,7 +79,7 @@ def look(
 def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid: Any) -> Any:
     """List the pairs between which no piece goes on, and price them; `shown` (3, h, w): variants, rows and columns."""
     h, w = old.shape
-    apart, counts = np.zeros((2, h, w), np.uint8), np.zeros((2, h), np.int64)
+    apart, counts, total = np.zeros((2, h, w), np.uint8), np.zeros((2, h), np.int64), 0
     for k in range(2):
         down, right = np.int32(k * step), np.int32(step - k * step)
         for i in range(h - k):
@@ -89,7 +91,8 @@ def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid:
                 out[j] = (v[j] != u[j]) | ((v[j] != HOLE) & leaps)
                 count += out[j]
             counts[k, i] = count
-    joints, number = np.empty((counts.sum(), 5), np.int32), 0
+            total += count
+    joints, number = np.empty((total, 5), np.int32), 0
     for k in range(2):
         for i in range(h):
             for j in range(w if counts[k, i] else 0):
@@ -355,7 +358,7 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
     (height, width), (h, w) = variant.shape, take.shape
     v = pick[0]
     rows, columns = table[v, 1], table[v, 2]
-    first, stride, origin, shown = table[:, 0] // pieces.channels, table[:, 3], usage.origin, usage.shown
+    channels, origin, shown = pieces.channels, usage.origin, usage.shown
     counted, right = usage.rate.size > 0, pick[2] % columns
     top, left, bottom, end = h, w, 0, 0
     for i in range(h):
@@ -365,8 +368,9 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
                 if counted:
                     was = variant[y, x]
                     if was != HOLE:
-                        shown[origin[first[was] + yx[y, x, 0] * stride[was] + yx[y, x, 1]]] -= 1
-                    shown[origin[first[v] + row * stride[v] + column]] += 1
+                        old = table[was, 0] // channels + yx[y, x, 0] * table[was, 3] + yx[y, x, 1]
+                        shown[origin[old]] -= 1
+                    shown[origin[table[v, 0] // channels + row * table[v, 3] + column]] += 1
                 variant[y, x], yx[y, x, 0], yx[y, x, 1] = v, row, column
                 top, left, bottom, end = min(top, i), min(left, j), max(bottom, i + 1), max(end, j + 1)
             x, column = x + 1 if x + 1 < width else 0, column + 1 if column + 1 < columns else 0
