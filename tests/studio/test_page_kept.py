@@ -151,7 +151,7 @@ def test_a_new_start_brings_back_what_was_set_and_painted(browser: Browser, tmp_
     assert all(not np.array_equal(a, b) for a, b in zip(plain, before, strict=True))
     with studio(tmp_path / "folder") as served, desk(browser, served, fresh=False) as page:
         page.page.get_by_role("heading", name="tiles", exact=True).wait_for()
-        assert page.page.evaluate("getComputedStyle(document.body).backgroundColor") == theme
+        expect(page.page.locator("body")).to_have_css("background-color", theme)
         expect(page.page.get_by_text("Parts are marked as avoided.")).to_be_visible()
         for a, b in zip(before, painted(page, before), strict=True):
             assert np.array_equal(a, b)
