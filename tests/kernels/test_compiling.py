@@ -116,6 +116,21 @@ def test_what_a_call_of_numba_is_is_asked_once(monkeypatch: pytest.MonkeyPatch) 
     assert asked.count(operator.mul) == 1
 
 
+@pytest.mark.long
+def test_no_kernel_divides_by_0_in_what_warms_up(tmp_path: Path) -> None:
+    script = """if True:
+    import sys
+    from intarsia.kernels import compiling
+    compiling.OPTIONS["error_model"] = "python"  # which raises where one does
+    from intarsia.__main__ import main
+    sys.argv = ["intarsia", "warm-up", "--quiet"]
+    main()
+    """
+    around = {**os.environ, "INTARSIA_CACHE": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", script], env=around, check=True)
+    assert any(tmp_path.rglob("*.kernel"))
+
+
 def test_functions_of_others_can_use_what_kernels_use_and_the_kernels_themselves() -> None:
     inner, outer = pair()
     outer(VALUES, 7)

@@ -44,7 +44,7 @@ _rebuild: Any = CompileResult._rebuild
 _dumps: Any = serialize.dumps
 _runtime: Any = nrt.rtsys
 
-# no kernel divides by 0; a test of every divisor would take longer to compile, and keep loops out of vector registers
+# no kernel divides by 0, by a test; an error made ready at every divisor takes longer to compile
 OPTIONS = {"nopython": True, "nogil": True, "boundscheck": None, "no_cfunc_wrapper": True, "error_model": "numpy"}
 INLINED = 6000  # bytes of bitcode, 2300 of them nothing: what is larger is not inlined, and was simplified by itself
 

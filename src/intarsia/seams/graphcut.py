@@ -177,14 +177,12 @@ def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> M
     away = [((y - place[0]) * UNIT, (x - place[1]) * UNIT) for y, x in corners]
     numbers = [(y * d - x * c) // area for y, x in away], [(x * a - y * b) // area for y, x in away]
     m, n = np.ix_(*(range(min(k) - 1, max(k) + 3) for k in numbers))
-    around = np.arange(-slack, slack + 1)
-    y = (place[0] + (m * a + n * c + UNIT // 2) // UNIT)[:, :, None, None] + around[:, None]
-    x = (place[1] + (m * b + n * d + UNIT // 2) // UNIT)[:, :, None, None] + around
-    y, x = np.broadcast_arrays(y, x)
-    inside = (y >= 0) & (y < valid.shape[0]) & (x >= 0) & (x < valid.shape[1])
-    found = np.zeros(valid.shape, bool)
+    y = place[0] + (m * a + n * c + UNIT // 2) // UNIT + slack
+    x = place[1] + (m * b + n * d + UNIT // 2) // UNIT + slack
+    found = np.zeros([side + 2 * slack for side in valid.shape], bool)
+    inside = (y >= 0) & (y < found.shape[0]) & (x >= 0) & (x < found.shape[1])
     found[y[inside], x[inside]] = True
-    found &= valid
+    found = valid & (window_sums(found, (2 * slack + 1, 2 * slack + 1)) > 0)
     return found if found.any() or not valid.any() else in_step(valid, vectors, place, 2 * slack + 1)
 
 

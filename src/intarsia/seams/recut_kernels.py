@@ -358,7 +358,7 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
     (height, width), (h, w) = variant.shape, take.shape
     v = pick[0]
     rows, columns = table[v, 1], table[v, 2]
-    channels, origin, shown = pieces.channels, usage.origin, usage.shown
+    channels, origin, shown, begin = pieces.channels, usage.origin, usage.shown, table[v, 0] // pieces.channels
     counted, right = usage.rate.size > 0, pick[2] % columns
     top, left, bottom, end = h, w, 0, 0
     for i in range(h):
@@ -370,7 +370,7 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
                     if was != HOLE:
                         old = table[was, 0] // channels + yx[y, x, 0] * table[was, 3] + yx[y, x, 1]
                         shown[origin[old]] -= 1
-                    shown[origin[table[v, 0] // channels + row * table[v, 3] + column]] += 1
+                    shown[origin[begin + row * table[v, 3] + column]] += 1
                 variant[y, x], yx[y, x, 0], yx[y, x, 1] = v, row, column
                 top, left, bottom, end = min(top, i), min(left, j), max(bottom, i + 1), max(end, j + 1)
             x, column = x + 1 if x + 1 < width else 0, column + 1 if column + 1 < columns else 0
