@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import subprocess
 import sys
 from pathlib import Path
@@ -54,6 +55,28 @@ def test_in_a_larger_one_small_work_is_done_and_large_work_refused_before_it_beg
     assert "address space" in line
     assert "--size" in line
     assert not (tmp_path / "p.png").exists()
+
+
+AGAIN = """
+import resource
+from intarsia.disk import make_room
+make_room()
+import numpy as np
+def faults():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+np.ones(1 << 19)
+before = faults()
+for _ in range(50):
+    np.ones(1 << 19)
+print(faults() - before)
+"""
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="options of glibc's heap")
+def test_arrays_are_made_of_what_others_left() -> None:
+    """Each of 50 arrays has 1024 pages, which the system would clear for it."""
+    done = subprocess.run([sys.executable, "-c", AGAIN], capture_output=True, text=True, check=True)
+    assert int(done.stdout) < 2 * 1024
 
 
 @linux

@@ -49,6 +49,23 @@ def test_several_threads_really_work_at_the_same_time() -> None:
         each(lambda _: barrier.wait(), range(3))
 
 
+def test_a_crew_stays_for_all_pools() -> None:
+    """The same threads serve one pool after another, and are gone at the end; alone the run itself is its crew."""
+    run, seen = ia.Run(2), set[int]()
+    barrier = threading.Barrier(2, timeout=20)
+    with run.crew() as crew:
+        assert crew == run
+        for _ in range(3):
+            with crew.pool() as each:
+                each(lambda _: seen.add(threading.get_ident()) or barrier.wait(), range(2))
+        assert len(seen) == 2
+        assert seen <= {t.ident for t in threading.enumerate()}
+    assert not seen & {t.ident for t in threading.enumerate()}
+    alone = ia.Run(1)
+    with alone.crew() as crew:
+        assert crew is alone
+
+
 def test_steps_are_told_before_cancelling_is_looked_at() -> None:
     event, told = threading.Event(), []
     run = ia.Run(step=lambda done, total, draft: told.append((done, total, draft)), cancel=event)

@@ -40,6 +40,7 @@ BARE, SEEN = 5, 16  # px of a square that is bare ground, where colours vary by 
 APART = 3  # radii: nearer spots show the same
 NARROW = 50  # directions in which spots differ less than by 1 / 50 of all their variance are not widened more
 FIXED = 64  # distances are kept in 1/64 of a spread
+NOWHERE = (1 << 31) - 1  # how far away is what is no like
 STAGE = 1999  # which spots are references hangs on this number and on their places
 
 
@@ -180,19 +181,25 @@ def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, r
     The numbers of spots and what is computed of them are whole and below 2**53, so that products of float64 are exact.
     """
     out, theirs = np.full(len(spots), -1, np.int64), spots[others].astype(np.float64)
-    square = (theirs * theirs).sum(axis=1)
+    square, places = (theirs * theirs).sum(axis=1), at.astype(np.int16 if at.max(initial=0) < 1 << 14 else np.int64)
     for begin in range(0, len(spots) if rank < len(others) else 0, ROWS):
         part = np.s_[begin : begin + ROWS]
         mine = spots[part].astype(np.float64)
-        far = (mine * mine).sum(axis=1)[:, None] - 2 * (mine @ theirs.T) + square
+        far = mine @ theirs.T
+        far *= -2
+        far += (mine * mine).sum(axis=1)[:, None]
+        far += square
         beside = np.ones(far.shape, np.bool_)
         for axis in range(2):
-            away = np.abs(at[part, axis][:, None] - at[others, axis])
+            away = np.abs(places[part, axis][:, None] - places[others, axis])
             beside &= (np.minimum(away, size[axis] - away) if size[axis] else away) < apart
-        far[beside] = np.inf
-        best = np.partition(far, rank, axis=1)[:, rank]
-        there = best < np.inf
-        out[part][there] = np.sqrt(best[there])
+        narrow = far.max(initial=0) < NOWHERE  # numbers of half the width are parted five times as fast
+        kept: Array = far.astype(np.int32) if narrow else far
+        none = NOWHERE if narrow else np.inf
+        kept[beside] = none
+        best: Array = np.partition(kept, rank, axis=1)[:, rank]
+        there = best != none
+        out[part][there] = np.sqrt(best[there].astype(np.float64))
     return out
 
 

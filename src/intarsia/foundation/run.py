@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -71,6 +71,7 @@ class Run:
     cancel: Event | None = None
     notes: list[str] = field(default_factory=list, compare=False)
     probe: Probe | None = None
+    _crew: ThreadPoolExecutor | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         try:
@@ -129,13 +130,22 @@ class Run:
         if self.workers == 1:
             yield _in_turn
             return
-        with ThreadPoolExecutor(self.workers) as executor:
+        with nullcontext(self._crew) if self._crew else ThreadPoolExecutor(self.workers) as executor:
 
             def each(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
                 items = list(items)
                 return _in_turn(function, items) if len(items) < 2 else list(executor.map(function, items))
 
             yield each
+
+    @contextmanager
+    def crew(self) -> Iterator[Run]:
+        """Yield this run with threads that stay, for many pools one after another; what they do opens none."""
+        if self.workers == 1 or self._crew:
+            yield self
+            return
+        with ThreadPoolExecutor(self.workers) as executor:
+            yield replace(self, _crew=executor)
 
 
 def run_of(run: Run | None) -> Run:

@@ -41,7 +41,7 @@ FINE = 14
 _EXACT = 6  # px: so far the recurrence is used, which loses digits further out
 _EULER = 0.57721566490153286
 _BITS, _OPACITY = 16, 8  # of a value, of a weight
-_SIDE = 1024  # px of a cell, at least
+_SIDE = 512  # px of a cell, at least: several threads share those of a picture
 
 
 @dataclass(frozen=True)
