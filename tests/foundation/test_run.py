@@ -50,7 +50,7 @@ def test_several_threads_really_work_at_the_same_time() -> None:
 
 
 def test_a_crew_stays_for_all_pools() -> None:
-    """The same threads serve one pool after another, and are gone at the end; alone the run itself is its crew."""
+    """The same threads serve one pool after another, and are gone at the end."""
     run, seen = ia.Run(2), set[int]()
     barrier = threading.Barrier(2, timeout=20)
     with run.crew() as crew:
@@ -61,9 +61,8 @@ def test_a_crew_stays_for_all_pools() -> None:
         assert len(seen) == 2
         assert seen <= {t.ident for t in threading.enumerate()}
     assert not seen & {t.ident for t in threading.enumerate()}
-    alone = ia.Run(1)
-    with alone.crew() as crew:
-        assert crew is alone
+    with ia.Run(1).crew() as crew, crew.pool() as each:
+        assert set(each(lambda _: threading.get_ident(), range(3))) == {threading.get_ident()}
 
 
 def test_steps_are_told_before_cancelling_is_looked_at() -> None:

@@ -132,9 +132,9 @@ def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32], saved:
 
 
 def naive_repeats(
-    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], row: Source, look: Look
+    naive: NaiveMap, sources: Sources, box: tuple[int, int, int, int], row: Source, look: Look, once: int
 ) -> int:
-    """How much of a candidate is shown already, 256 = all of it once; near the window up to four times that."""
+    """How much more what a candidate shows counts for lying near, 256 = all of it once; `once` less what goes on."""
     y0, x0, h, w = box
     reach, total, step = 3 * max(h, w) // 2 + 1, 0, look.step
     rows = [(look.y + a) % naive.size[0] for a in range(step // 2, look.rows, step)]
@@ -150,7 +150,7 @@ def naive_repeats(
         if naive.toroidal[v]:
             di, dj = di % naive.usable[v].shape[0], dj % naive.usable[v].shape[1]
         goes_on = (di, dj) == (gap[0] + h // 2, gap[1] + w // 2)
-        if 0 <= di < h and 0 <= dj < w and not goes_on:
+        if 0 <= di < h and 0 <= dj < w:
             far = max(map(abs, gap))
-            total += 256 + (768 * (reach - far) // reach if far < reach else 0)
+            total += -once if goes_on else 768 * (reach - far) // reach if far < reach else 0
     return total * step * step // (h * w)

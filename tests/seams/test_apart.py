@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 
 import numpy as np
@@ -14,6 +15,7 @@ from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.seams import graphcut, placement_kernels
 from intarsia.seams.placement_kernels import ONE
+from intarsia.seams.usage_kernels import count_map
 from intarsia.search import Candidates
 from intarsia.testing import texture
 
@@ -135,14 +137,16 @@ def posed_alike(sewing: graphcut.GraphcutGrowth, y: int, x: int, k: int) -> tupl
 
 @pytest.mark.parametrize(("seed", "toroidal"), [(0, False), (1, True)])
 def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) -> None:
-    """As pixel by pixel: it counts as much as in the same pose, more near by; only in the same one it may go on."""
+    """As pixel by pixel: near by it counts as much as in the same pose; only in the same one it may go on."""
     sewing = sewing_of((Wrap.NONE, Wrap.X)[seed], (0, 1, 5, 6), toroidal, two=not seed)
     scattered(sewing, seed)
     rng, step, (height, width) = np.random.default_rng(seed), 7, sewing.variant.shape
     least = -6 if toroidal else 0  # over the border of what goes on
     rows = np.array([(0, v % 4, *(int(n) for n in rng.integers(least, 24, 2))) for v in range(8)], np.int64)
     look = placement_kernels.Look(0, 0, height, width, step)
-    out = sewing.repeats((9, 20, 16, 16), rows, placement_kernels.samples_of(sewing.grown, sewing.pieces.table, look))
+    samples, out = placement_kernels.samples_of(sewing.grown, sewing.pieces.table, look), np.empty(len(rows), np.int64)
+    how = (sewing.variants.turns, samples, (9, 20, 16, 16), rows, ONE // 2)
+    placement_kernels.repeats(sewing.grown, sewing.pieces, *how, out)
     for total, (_, k, u, s) in zip(out.tolist(), rows.tolist(), strict=True):
         want, reach, (tall, wide) = 0, 3 * 16 // 2 + 1, sewing.variants.table[k, 1:3].tolist()
         for y, x in product(range(step // 2, height, step), range(step // 2, width, step)):
@@ -155,27 +159,47 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
             i, j = place[0] - u, place[1] - s
             i, j = (i % tall, j % wide) if sewing.variants.toroidal[k] else (i, j)
             goes_on = sewing.variant[y, x] == k and (i, j) == (dy + 8, dx + 8)
-            if 0 <= i < 16 and 0 <= j < 16 and not goes_on:
+            if 0 <= i < 16 and 0 <= j < 16:
                 far = max(abs(dy), abs(dx))
-                want += ONE + (3 * ONE * (reach - far) // reach if far < reach else 0)
+                want += -ONE // 2 if goes_on else 3 * ONE * (reach - far) // reach if far < reach else 0
         assert total == want * step * step // 256
 
 
-@pytest.mark.parametrize("step", [4, 5])
-def test_what_is_shown_is_counted_in_cells(step: int) -> None:
-    """As pixel by pixel: every step-th pixel counts for the coarse cell it lies in, in every pose, or for the last."""
+@pytest.mark.parametrize("nearby", [1000, 20])
+def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As pixel by pixel, in every pose, by the cells of the search; of a large map as much as of what is near."""
+    monkeypatch.setattr(graphcut, "NEARBY", nearby)
     sewing = sewing_of(poses=(0, 5), two=True)
-    scattered(sewing, step)
-    sewing._step = step
+    scattered(sewing, 4)
+    count_map(sewing.grown, sewing.pieces.table, sewing.pieces.channels, sewing.usage)
     assert sewing._search is not None
+    sides = [max(nearby, 2 * int(sewing.variants.table[:, 1:3].max()))] * 2
+    once = ONE * math.prod(map(min, sides, sewing.variant.shape)) // sewing.variant.size
     f, (h, w) = sewing._search.factor, sewing._search.cells
-    for v, (valid, counts) in enumerate(zip(sewing._search.valid, sewing.search_prices().counts, strict=True)):
+    for v, (valid, counts) in enumerate(zip(sewing._search.valid, sewing.told.counts, strict=True)):
         cells = np.zeros((valid.shape[0] + h - 1, valid.shape[1] + w - 1), np.int64)
-        for y, x in product(range(0, sewing.variant.shape[0], step), range(0, sewing.variant.shape[1], step)):
+        for y, x in np.ndindex(*sewing.variant.shape):
             place = posed_alike(sewing, y, x, v)
-            if place is not None:
-                i, j = (min(n // f, m - 1) for n, m in zip(place, cells.shape, strict=True))
-                cells[i, j] += 1
-        for i, j in product(range(valid.shape[0]), range(valid.shape[1])):
-            want = int(cells[i : i + h, j : j + w].sum()) * step * step * ONE // (h * w * f * f)
-            assert counts[i, j] == want
+            if place is not None and all(n // f < m for n, m in zip(place, cells.shape, strict=True)):
+                cells[place[0] // f, place[1] // f] += 1
+        for i, j in np.ndindex(*valid.shape):
+            assert counts[i, j] == int(cells[i : i + h, j : j + w].sum()) * once // (h * w * f * f)
+
+
+def test_patches_are_counted_again_once_one_is_laid() -> None:
+    """What a window shows is dearer as soon as it is laid, and until then the same."""
+    e = Exemplar.of(texture(40, 40, 3, 9))
+    growth = Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
+    empty, box = sewing.told, (0, 0, 16, 16)
+    assert not any(counts.any() for counts in empty.counts)
+    cut = sewing.best(box, [(0, 8, 12)])
+    assert cut is not None
+    assert sewing.told is empty
+    sewing.paste(cut)
+    assert sewing._search is not None
+    assert sewing.told.counts[0][8 // sewing._search.factor, 12 // sewing._search.factor] == ONE
+    rows = np.array([(0, 0, 8, 12), (0, 0, 24, 0)], np.int64)
+    known = np.ones((16, 16), bool)
+    prices = sewing.priced((14, 14, 16, 16), Candidates(rows, 1000, np.empty(0), known))
+    assert prices[0] > 1000 * graphcut.REPEAT * sewing.stitch.usage > prices[1] == 0

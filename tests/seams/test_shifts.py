@@ -99,8 +99,8 @@ def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pyt
     monkeypatch.setattr(sewing, "placements", lambda *_: drawn)
     monkeypatch.setattr(sewing, "best", lambda box, picks, limit: tried.extend(picks))
     box = (10, 22, 16, 16)
-    sewing.cheapest(box, sewing.found(box), 1, filling=False)
+    sewing.cheapest(box, sewing.found([box], Run(1))[0], 1, filling=False)
     assert tried == [*sewing.shown(box), *drawn[:4]]
     tried.clear()
-    sewing.cheapest(box, sewing.found(box), 1, filling=True)
+    sewing.cheapest(box, sewing.found([box], Run(1))[0], 1, filling=True)
     assert tried == drawn

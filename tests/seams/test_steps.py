@@ -13,7 +13,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
-from intarsia.seams import graphcut
+from intarsia.seams import graphcut, steps
 from intarsia.seams.improve import fill
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.testing import texture
@@ -49,7 +49,7 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
     place = int(dice.integers(-90, 90)), int(dice.integers(-90, 90))
     slack = int(dice.integers(0, 4))
     first, second = vectors[:: 1 if seed % 2 else -1]
-    found = graphcut.in_step(valid, (first, second), place, slack)
+    found = steps.in_step(valid, (first, second), place, slack)
     assert (found == in_step(valid, (first, second), place, slack)).all()
     assert found.any() == valid.any()
     assert not (found & ~valid).any()
@@ -57,13 +57,13 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
 
 def test_a_place_is_in_step_with_itself_and_with_nothing_between() -> None:
     valid = np.ones((40, 40), bool)
-    found = graphcut.in_step(valid, VECTORS, (20, 20), 0)
+    found = steps.in_step(valid, VECTORS, (20, 20), 0)
     assert found[20, 20]
     assert abs(found.sum() - 40 * 40 * 65536 / (4544 * 3392 + 384 * 512)) < 4
 
 
 def test_where_nothing_is_in_step_the_slack_grows() -> None:
-    found = graphcut.in_step(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
+    found = steps.in_step(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
     assert found.any()
 
 
@@ -71,11 +71,11 @@ def test_where_nothing_is_in_step_the_slack_grows() -> None:
 def test_all_of_a_picture_is_in_step_with_its_first_pixel(seed: int) -> None:
     exemplar = Exemplar.of(texture(72, 80))
     made = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30, lattice=LATTICE), seed=seed)
-    assert off(made.map).max() <= 2 * graphcut.SLACK + 1  # the first patch, too, may be off by its rounding
+    assert off(made.map).max() <= 2 * steps.SLACK + 1  # the first patch, too, may be off by its rounding
     away = made.map.yx - np.moveaxis(np.indices((150, 130)), 0, 2)
     assert len(np.unique(away.reshape(-1, 2), axis=0)) > 5
     free = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30), seed=seed)
-    assert off(free.map).max() > 2 * graphcut.SLACK + 1
+    assert off(free.map).max() > 2 * steps.SLACK + 1
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -85,9 +85,9 @@ def test_every_px_of_the_canvas_leads_as_far_as_every_other(seed: int) -> None:
     first = tuple(map(tuple, dice.integers(0, 40, (2, 2)).tolist()))
     for at in dice.integers(0, 400, (20, 2)).tolist():
         exact = np.array(first[0]) + ((np.array(at) - first[1]) / shape) @ np.array(around) / 256
-        assert np.abs(graphcut.led(around, first, at, shape) - exact).max() <= 1
+        assert np.abs(steps.led(around, first, at, shape) - exact).max() <= 1
     for axis, n in enumerate(shape):
-        once = graphcut.led(around, ((0, 0), (0, 0)), (n * (1 - axis), n * axis), shape)
+        once = steps.led(around, ((0, 0), (0, 0)), (n * (1 - axis), n * axis), shape)
         assert np.abs(once - np.array(around[axis]) / 256).max() <= 0.5
 
 
@@ -101,7 +101,7 @@ def test_on_a_canvas_that_wraps_all_is_in_step_with_a_lattice_that_closes(wrap: 
         if known:
             stretch[axis] = np.array(lattice.once_around(vectors, shape[axis], axis)) / (256 * shape[axis])
     within = np.abs(stretch - np.eye(2)).max() * 35  # what a patch, which is not stretched, is off where it ends
-    most = 2 * graphcut.SLACK + 1.5 + within  # what shows the first pixel may be off, too
+    most = 2 * steps.SLACK + 1.5 + within  # what shows the first pixel may be off, too
     stretched, plain = off(made.map, stretch=stretch), off(made.map)
     assert stretched.max() <= most
     assert stretched.mean() < 0.9 * plain.mean()
@@ -127,7 +127,7 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
     yx[there], which[there] = np.moveaxis(np.indices((6, 6)), 0, 2) + np.array((66, 74)), 0
     start = SourceMap(yx, which, None, (exemplar.source,))
     made = ia.synthesize(exemplar, method=ia.Graphcut(patch=30, lattice=LATTICE), seed=1, start=start)
-    assert off(made.map, (64, 72)).max() <= graphcut.SLACK + 1
+    assert off(made.map, (64, 72)).max() <= steps.SLACK + 1
 
 
 @pytest.mark.parametrize(

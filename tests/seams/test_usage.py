@@ -152,9 +152,10 @@ def test_bare_ground_costs_nothing(toroidal: bool) -> None:
     assert (rate[72:] > 0).all()
 
 
-def test_where_nothing_is_asked_nothing_is_counted() -> None:
+def test_where_nothing_is_asked_use_is_counted_and_costs_nothing() -> None:
     sewn = grown([Exemplar.of(texture(40, 44, 3, 1))], Canvas(60, 60), evenness=0)
-    assert sewn.usage.rate.size == sewn.usage.shown.size == 0
+    assert sewn.usage.rate.size == 0
+    assert sewn.usage.shown.sum() == 3600
 
 
 @pytest.mark.parametrize("lattice", [None, ((14.0, 0.0), (0.0, 12.0))])

@@ -181,7 +181,7 @@ def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, r
     The numbers of spots and what is computed of them are whole and below 2**53, so that products of float64 are exact.
     """
     out, theirs = np.full(len(spots), -1, np.int64), spots[others].astype(np.float64)
-    square, places = (theirs * theirs).sum(axis=1), at.astype(np.int16 if at.max(initial=0) < 1 << 14 else np.int64)
+    square, places = (theirs * theirs).sum(axis=1), at.astype(np.int32)
     for begin in range(0, len(spots) if rank < len(others) else 0, ROWS):
         part = np.s_[begin : begin + ROWS]
         mine = spots[part].astype(np.float64)
@@ -193,13 +193,12 @@ def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, r
         for axis in range(2):
             away = np.abs(places[part, axis][:, None] - places[others, axis])
             beside &= (np.minimum(away, size[axis] - away) if size[axis] else away) < apart
-        narrow = far.max(initial=0) < NOWHERE  # numbers of half the width are parted five times as fast
-        kept: Array = far.astype(np.int32) if narrow else far
-        none = NOWHERE if narrow else np.inf
-        kept[beside] = none
-        best: Array = np.partition(kept, rank, axis=1)[:, rank]
-        there = best != none
-        out[part][there] = np.sqrt(best[there].astype(np.float64))
+        if far.max() < NOWHERE:  # numbers of half the width are parted five times as fast
+            far = far.astype(np.int32)
+        far[beside] = none = np.inf if far.dtype.kind == "f" else NOWHERE
+        best = np.partition(far, rank, axis=1)[:, rank]
+        there = best < none
+        out[part][there] = np.sqrt(best[there])
     return out
 
 

@@ -141,9 +141,6 @@ class Run:
     @contextmanager
     def crew(self) -> Iterator[Run]:
         """Yield this run with threads that stay, for many pools one after another; what they do opens none."""
-        if self.workers == 1 or self._crew:
-            yield self
-            return
         with ThreadPoolExecutor(self.workers) as executor:
             yield replace(self, _crew=executor)
 

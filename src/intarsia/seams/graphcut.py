@@ -13,13 +13,6 @@ Which pieces of a map lie about a window, as placements for it: a piece may grow
 
 A window of one piece that grows as far as a cut says is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate
 Energy Minimization via Graph Cuts", IEEE PAMI 23, 2001), kept to the surroundings of a bad place. No search is needed.
-
-Patches in step: all lie whole steps of one lattice from the first, give or take a few px. Where threads cross there is
-no straight joint to cut along, so blocks of whole periods end in the middle of a strand; patches of free shape find
-their way around it, but miss the lattice. In step they do both. On a canvas that wraps the lattice is stretched until
-it holds whole periods: what is off by that is taken up a little from patch to patch.
-
-Source: no paper; the lattice of Lopez Recas, Hilsmann and Eisert 2011 asked of the patches of Kwatra et al. 2003.
 """
 
 from __future__ import annotations
@@ -28,18 +21,19 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from ..analysis import window_sums
+from ..analysis import block_sums, window_sums
 from ..analysis.features import Features, pose_array
 from ..analysis.popout import popout
 from ..foundation.arrays import Array, Int32, Mask, Pair
 from ..foundation.geometry import UNIT
-from ..foundation.run import draw
+from ..foundation.run import Run, draw
 from ..kernels.maps import Grown
-from ..lattice import Vector, Vectors, once_around
+from ..lattice import Vectors, once_around
 from ..model import Exemplars
 from ..model.sourcemap import HOLE
 from ..patches import Pick, picked, random_patch
@@ -48,15 +42,16 @@ from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
 from . import energy_kernels, placement_kernels, recut_kernels
 from .energy_kernels import Pieces
-from .placement_kernels import ONE, Look, Samples
+from .placement_kernels import ONE, Look
 from .recut_kernels import NEVER, Draft, drafted
-from .usage_kernels import NO_USAGE, Usage, count_map, rates
+from .steps import in_step, led
+from .usage_kernels import Usage, count_map, rates
 
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 Bar = Callable[[Box, Pick], Array]
 
-NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen with a window, where repeats are counted
-SAMPLES = 128  # along each side of that it is looked at in about so many places
+NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen together; of larger maps so much counts
+SAMPLES = 64  # along each side of what lies about a window it is looked at in at most so many places
 TRIES = 12  # placements that are drawn for a window and compared by rough cuts; 1 as published
 RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are drawn; sigma^2 the exemplars' variance
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
@@ -70,9 +65,6 @@ GONE = 64 * 20  # beyond, a chance is none
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
 MOST = 32  # at most 1 / MOST of a window may lie beside itself
-# px off the lattice, as threads are not quite where it says. Of seven weaves together seams cost 4 % less with 1 (of
-# rattan and chain mail 8 % more), 1 % more with 6 (of parquet and bamboo 16 %)
-SLACK = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,38 +146,6 @@ def shifts_around(
     return list(zip((found // columns // rows).tolist(), y.tolist(), x.tolist(), strict=True))
 
 
-def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Sequence[int]) -> Pair:
-    """Return the place of the exemplar, which may lie beyond it, that a px of the canvas is in step with.
-
-    `first`: a px of the exemplar, and where the canvas shows it. `around`: where all rows and all columns of the canvas
-    lead, (rows, columns) in 1/256 px: as far as on the canvas, or steps of the lattice where it wraps.
-    """
-    y, x = first[0]
-    for step, n, here, there in zip(around, shape, first[1], at, strict=True):
-        y, x = (p + (2 * (there - here) * s + n * UNIT) // (2 * n * UNIT) for p, s in zip((y, x), step, strict=True))
-    return y, x
-
-
-def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> Mask:
-    """Say which of the places `valid` lie whole steps from `place`, which may lie anywhere, give or take `slack` px.
-
-    `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.
-    """
-    (a, b), (c, d) = vectors
-    area = a * d - b * c
-    corners = [(y, x) for y in (-slack - 1, valid.shape[0] + slack) for x in (-slack - 1, valid.shape[1] + slack)]
-    away = [((y - place[0]) * UNIT, (x - place[1]) * UNIT) for y, x in corners]
-    numbers = [(y * d - x * c) // area for y, x in away], [(x * a - y * b) // area for y, x in away]
-    m, n = np.ix_(*(range(min(k) - 1, max(k) + 3) for k in numbers))
-    y = place[0] + (m * a + n * c + UNIT // 2) // UNIT + slack
-    x = place[1] + (m * b + n * d + UNIT // 2) // UNIT + slack
-    found = np.zeros([side + 2 * slack for side in valid.shape], bool)
-    inside = (y >= 0) & (y < found.shape[0]) & (x >= 0) & (x < found.shape[1])
-    found[y[inside], x[inside]] = True
-    found = valid & (window_sums(found, (2 * slack + 1, 2 * slack + 1)) > 0)
-    return found if found.any() or not valid.any() else in_step(valid, vectors, place, 2 * slack + 1)
-
-
 def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool) -> Int32:
     """What each showing of an exemplar pixel costs the next one, on a canvas of so many px."""
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
@@ -210,8 +170,8 @@ class GraphcutGrowth:
         self.wraps = growth.layout.wraps
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
-        self.nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
-        self._step = max(4, math.isqrt(math.prod(min(n, self.nearby) for n in self.variant.shape)) // SAMPLES)
+        nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
+        self.once = ONE * math.prod(min(n, nearby) for n in self.variant.shape) // self.variant.size
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
         self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
@@ -222,7 +182,8 @@ class GraphcutGrowth:
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = (int(self.yx[y, x, 0]), int(self.yx[y, x, 1])), (y, x)
-        self.usage = self._counted(stitch.evenness) if stitch.evenness else NO_USAGE
+        self.usage = self._counted(stitch.evenness)
+        self._told: Prices | None = None
         self.note((0, 0, *self.variant.shape))
 
     def _counted(self, price: float) -> Usage:
@@ -230,9 +191,11 @@ class GraphcutGrowth:
         feats, exemplars = self.growth.features, self.growth.exemplars
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
-        price *= self.growth.seam_price("sharp").knee
-        rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None)
-        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, np.zeros_like(rate))
+        rate, shown = np.zeros(0, np.int32), np.zeros(begins[-1], np.int32)
+        if price:
+            price *= self.growth.seam_price("sharp").knee
+            rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None)
+        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, shown)
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage
 
@@ -313,42 +276,73 @@ class GraphcutGrowth:
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        shown = self.repeats(box, found.rows, self.samples(box, self._step))
+        assert self._search is not None
+        rows, shown = found.rows, self.nearby(box, found.rows)
+        for v, counts in enumerate(self.told.counts):
+            mine = rows[:, 1] == v
+            y, x = np.minimum(rows[mine, 2:] // self._search.factor, np.subtract(counts.shape, 1)).T
+            shown[mine] += counts[y, x]
         price = round(REPEAT * self.stitch.usage * found.usual)
-        return np.asarray(found.rows[:, 0] + shown * price // ONE)
+        return np.asarray(rows[:, 0] + np.maximum(shown, 0) * price // ONE)
 
-    def samples(self, box: Box, step: int) -> Samples:
-        """What is looked at around a window, of the map as it is."""
-        return placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box, step))
-
-    def repeats(self, box: Box, rows: Array, samples: Samples) -> Array:
-        """How often what each candidate would show in a box is among samples of the map; ONE: all of it, once."""
+    def nearby(self, box: Box, rows: Array) -> Array:
+        """How much more what each candidate would show counts for lying near what is alike; ONE: all of it, once."""
         shown = np.empty(len(rows), np.int64)
-        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, shown)
+        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
+        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
         return shown
 
-    def look(self, box: Box, step: int) -> Look:
-        """Every so many-th pixel of the canvas around a window, as near around it as borders let."""
-        firsts, sides = [], []
+    def look(self, box: Box) -> Look:
+        """Every so many-th pixel of the canvas about a window, as far as a repeat counts more."""
+        firsts, sides, reach = [], [], placement_kernels.reach_of(box[2], box[3])
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
-            side = min(self.nearby, length)
-            first = begin + n // 2 - side // 2
-            firsts.append(0 if side == length else first % length if wrap else min(max(first, 0), length - side))
-            sides.append(side)
-        return Look(firsts[0], firsts[1], sides[0], sides[1], step)
+            low, high = begin + n // 2 - reach, begin + n // 2 + reach + 1
+            if wrap:
+                low, high = (low % length, low % length + high - low) if high - low < length else (0, length)
+            else:
+                low, high = max(low, 0), min(high, length)
+            firsts.append(low)
+            sides.append(high - low)
+        return Look(firsts[0], firsts[1], sides[0], sides[1], max(EVERY, -(-2 * reach // SAMPLES)))
 
-    def found(self, box: Box) -> Candidates:
-        """The candidates for a window as the map now is."""
+    @property
+    def told(self) -> Prices:
+        """How often the map shows every patch, by its first cell in the search; counted again once a patch is laid."""
+        if self._told is None:
+            assert self._search is not None
+            search, counts = self._search, []
+            f, (h, w) = search.factor, search.cells
+            for v, valid in enumerate(search.valid):
+                counts.append(np.zeros(valid.shape, np.int32))
+                if valid.size:
+                    rows, columns = self.variants.picture(v).shape[:2]
+                    begin = self.pieces.table[v, 0] // self.pieces.channels
+                    origin = self.usage.origin[begin : begin + rows * columns].reshape(rows, columns)
+                    within = window_sums(block_sums(self.usage.shown[origin], f), (h, w))
+                    counts[v][:] = within * self.once // (h * w * f * f)
+            self._told = Prices(counts, round(REPEAT * self.stitch.usage * 65536))
+        return self._told
+
+    def found(self, boxes: Sequence[Box], run: Run) -> list[Candidates]:
+        """The candidates for windows that lie apart, as the map now is."""
         assert self._search is not None
-        search = self._search if self.first is None else self._search.within(self._allowed(box))
-        return search.find(self.grown, np.array([box[:2]], np.int64), self.search_prices(box))[0]
+        search, told, first = self._search, self.told, self.first
+        size = 1 if first else min(search.batch(), -(-len(boxes) // run.workers))
+        chunks = [np.array([box[:2] for box in boxes[n : n + size]], np.int64) for n in range(0, len(boxes), size)]
 
-    def _allowed(self, box: Box) -> Sequence[Mask]:
-        """Where the patches may lie that go into a window: anywhere, or in step with the first one."""
+        def some(at: Array) -> list[Candidates]:
+            among = search.within(self._allowed(at[0].tolist())) if first else search
+            return among.find(self.grown, at, told)
+
+        with run.pool() as each:
+            return [candidates for part in each(some, chunks) for candidates in part]
+
+    def _allowed(self, at: Sequence[int]) -> Sequence[Mask]:
+        """Where the patches may lie that go into a window at `at`: anywhere, or in step with the first one."""
         valid, lattice = self.variants.valid, self.stitch.lattice
         if lattice is None or self.first is None:
             return valid
-        place = led(self._around, self.first, box[:2], self.variant.shape)
+        place = led(self._around, self.first, (at[0], at[1]), self.variant.shape)
         return [in_step(v, lattice, place) for v in valid]
 
     @contextmanager
@@ -363,23 +357,6 @@ class GraphcutGrowth:
         finally:
             for hole, variant in zip(holes, kept, strict=True):
                 self.variant[hole] = variant
-
-    def search_prices(self, box: Box | None = None) -> Prices:
-        """How often every patch is shown already, around a window or anywhere, for the short-list."""
-        assert self._search is not None
-        search, step, frames = self._search, self._step, np.zeros((len(self.variants), 3), np.int64)
-        height, width = self.variant.shape
-        look = self.look(box, step) if box else Look(0, 0, height, width, step)
-        f, (h, w) = search.factor, search.cells
-        for v, valid in enumerate(search.valid):
-            frames[v, 1:] = np.add(valid.shape, (h - 1, w - 1)) if valid.size else 0
-        ends = np.cumsum(frames[:, 1] * frames[:, 2])
-        frames[1:, 0], shown, counts = ends[:-1], np.zeros(ends[-1], np.int64), []
-        placement_kernels.count_cells(self.grown, self.variants.turns, frames, look, f, shown)
-        for valid, (begin, high, wide), end in zip(search.valid, frames.tolist(), ends.tolist(), strict=True):
-            within = window_sums(shown[begin:end].reshape(high, wide), (h, w)) if valid.size else np.zeros(valid.shape)
-            counts.append((within * (step * step * ONE) // (h * w * f * f)).astype(np.int32))
-        return Prices(counts, round(REPEAT * self.stitch.usage * 65536))
 
     # ---- cutting
 
@@ -440,7 +417,7 @@ class GraphcutGrowth:
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""
         top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
-        y, x = cut.box[:2]
+        (y, x), self._told = cut.box[:2], None
         if self.stitch.lattice is not None and self.first is None:
             self.first = (cut.pick[1], cut.pick[2]), (y, x)
         self.note((y + top - 1, x + left - 1, h + 1, w + 1))
@@ -462,14 +439,21 @@ def drawn(chances: list[int], most: int, bits: int) -> list[int]:
     return out
 
 
+@cache
+def _likelihoods() -> Array:
+    """2**30 exp(-x / 64) for every whole number x that is likely at all, in whole numbers, the same everywhere."""
+    x = np.arange(GONE + 1)
+    out, factor = np.full(len(x), 1 << 30, np.int64), TINY
+    for bit in range(GONE.bit_length()):
+        out = np.where(x >> bit & 1 > 0, out * factor >> 30, out)
+        factor = factor * factor >> 30
+    out[GONE] = 0
+    return out
+
+
 def likelihood(x: Array) -> Array:
     """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
-    out = np.full(len(x), 1 << 30, np.int64)
-    rest, factor = x.astype(np.int64), TINY
-    for _ in range(GONE.bit_length()):
-        out = np.where(rest & 1 > 0, out * factor >> 30, out)
-        rest, factor = rest >> 1, factor * factor >> 30
-    return np.where(x >= GONE, 0, out)
+    return np.asarray(_likelihoods()[np.minimum(x, GONE)])
 
 
 def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:

@@ -76,8 +76,8 @@ class Drawing:
     def found(self, sites: list[Place], run: Run) -> Sequence[Candidates]:
         """The candidates; the middle of what is to be covered does not count."""
         holes = [middle(place.box) for place in sites if self.worst is not None]
-        with self.sewn.opened(holes), run.pool() as each:
-            return each(lambda place: self.sewn.found(place.box), sites)
+        with self.sewn.opened(holes):
+            return self.sewn.found([place.box for place in sites], run)
 
     def best(self, site: Place, found: Candidates) -> Cut | None:
         """The cheapest cut of those that are drawn."""

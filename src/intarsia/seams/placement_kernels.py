@@ -87,17 +87,22 @@ def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> boo
     return begin < first + count and begin + CELL > first
 
 
+def reach_of(rows: int, columns: int) -> int:
+    """Return how far from the middle of a window a repeat counts more, px: one and a half windows."""
+    return 3 * max(rows, columns) // 2 + 1
+
+
 @kernel
 def repeats(
-    grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, out: Any
+    grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, once: int, out: Any
 ) -> None:
-    """Count for each candidate how much of what it shows is on the canvas already: ONE = all of it, once.
+    """Count for each candidate how much more what it shows of what lies about the window counts: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
     the candidates; `samples`: of the map as it is. Within one and a half windows of the middle a repeat counts up to
-    NEAR times more.
-    What merely goes on from the canvas is no repeat; what is shown in another pose is one, by `turns` as
-    ``PosedExemplars.turns``. Only cells are looked at that hold what is shown.
+    NEAR times more than anywhere, where all of it counts `once`.
+    What merely goes on from the canvas is no repeat, so `once` is taken back; what is shown in another pose is one, by
+    `turns` as ``PosedExemplars.turns``. Only cells are looked at that hold what is shown.
     """
     (variant, _, wrap), table, torus = grown, pieces.table, pieces.torus
     (height, width), h, w = variant.shape, box[2], box[3]
@@ -134,35 +139,11 @@ def repeats(
                         if wrap[1]:
                             dx = (dx + width // 2) % width - width // 2
                         if u == v and i == dy + h // 2 and j == dx + w // 2:
-                            continue  # it goes on from the canvas
+                            total -= once  # it goes on from the canvas
+                            continue
                         far = max(abs(dy), abs(dx))
-                        total += ONE + (NEAR * ONE * (reach - far) // reach if far < reach else 0)
+                        total += NEAR * ONE * (reach - far) // reach if far < reach else 0
         out[k] = total * step * step // (h * w)
-
-
-@kernel
-def count_cells(grown: Any, turns: Any, frames: Any, look: Any, side: int, out: Any) -> None:
-    """Count how often a part of the canvas shows every cell of side x side px of the variants.
-
-    What is shown in another pose counts, too, by `turns` as ``PosedExemplars.turns``. `frames` (V, 3): where the cells
-    of a variant begin in `out`, their rows and columns, the last of which hold what lies beyond, too.
-    """
-    variant, yx, _ = grown
-    for a in range(0, look.rows, look.step):
-        y = (look.y + a) % variant.shape[0]
-        for b in range(0, look.columns, look.step):
-            x = (look.x + b) % variant.shape[1]
-            v = variant[y, x]
-            if v == HOLE:
-                continue
-            for u in range(len(frames)):
-                if frames[u, 1] == 0 or (u != v and not turns[v, u, 6]):
-                    continue
-                p, q = yx[y, x, 0], yx[y, x, 1]
-                if u != v:
-                    p, q = posed_place(turns[v, u], p, q)
-                row, column = min(p // side, frames[u, 1] - 1), min(q // side, frames[u, 2] - 1)
-                out[frames[u, 0] + row * frames[u, 2] + column] += 1
 
 
 @kernel

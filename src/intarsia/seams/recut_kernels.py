@@ -359,7 +359,7 @@ def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: An
     v = pick[0]
     rows, columns = table[v, 1], table[v, 2]
     channels, origin, shown, begin = pieces.channels, usage.origin, usage.shown, table[v, 0] // pieces.channels
-    counted, right = usage.rate.size > 0, pick[2] % columns
+    counted, right = usage.shown.size > 0, pick[2] % columns
     top, left, bottom, end = h, w, 0, 0
     for i in range(h):
         y, row, x, column = canvas_place(box[0] + i, height, wrap[0]), (pick[1] + i) % rows, box[1], right

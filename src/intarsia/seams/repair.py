@@ -27,8 +27,7 @@ from ..model.canvas import Canvas, Guide
 from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings
-from ..search import Candidates, Prices
-from ..search.fourier import PatchSearch
+from ..search import Candidates
 from .graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
 from .improve import improve
 from .worst import WorstSeams
@@ -212,25 +211,17 @@ class Repairing:
         stitch = GraphcutSettings(seam="sharp", margin=margin)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
-        self.told: Prices  # what patches cost besides how they fit, by the map before a wave
 
     def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
-        self.told = self.sewing.search_prices()
         laid = improve(self, {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}, run, tick)
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
     def found(self, sites: list[Any], run: Run) -> list[Candidates]:
         """What fits around the middles of windows."""
-        sewn, search = self.sewing, self.growth.finder
-        assert isinstance(search, PatchSearch)
-        firsts = np.array([box[:2] for box in sites], np.int64)
-        size = min(search.batch(), -(-len(sites) // run.workers))
-        chunks = [firsts[begin : begin + size] for begin in range(0, len(sites), size)]
-        with sewn.opened(list(map(middle, sites)), sewn.locked), run.pool() as each:  # what stays must be fitted
-            found = each(lambda chunk: search.find(sewn.grown, chunk, self.told), chunks)
-        return [candidates for part in found for candidates in part]
+        with self.sewing.opened(list(map(middle, sites)), self.sewing.locked):  # what stays must be fitted
+            return self.sewing.found(sites, run)
 
     def best(self, site: Box, found: Candidates) -> Cut | None:
         """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""

@@ -58,8 +58,9 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
         return _guided(method, exemplars, canvas, seed, run)
     growth = Growth(settings_of(method), exemplars, canvas)
     sewn = GraphcutGrowth(growth, stitch_of(method))
-    fill(sewn, seed, STAGE, run, method.refinements or 0)
-    refine(sewn, seed, STAGE, run, method.refinements or 0)
+    with run.crew() as crew:
+        fill(sewn, seed, STAGE, crew, method.refinements or 0)
+        refine(sewn, seed, STAGE, crew, method.refinements or 0)
     return growth.map(method.blend)
 
 

@@ -29,11 +29,9 @@ class Usage(NamedTuple):
     """How often a map shows every exemplar pixel, and what that costs."""
 
     origin: Int32  # (pixels of all variants,): which exemplar pixel each is
-    rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: nothing is counted
+    rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: it costs nothing
     shown: Int32  # (exemplar pixels,): how often each is shown
 
-
-NO_USAGE = Usage(*np.zeros((3, 0), np.int32))
 
 
 def rates(strikes: Sequence[Array], price: float, due: float, least: float = 0.5) -> Int32:
