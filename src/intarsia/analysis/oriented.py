@@ -210,18 +210,17 @@ def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
     paths it is the one that ends uppermost, and keeps its row longest before its end.
     """
     h, w = sure.shape
-    best, way = np.full(h + 2, NEVER, np.int64), np.zeros((w, h), np.int64)
-    best[1:-1] = sure[:, 0]
+    best = np.full((w, h + 2), NEVER, np.int64)
+    best[0, 1:-1] = sure[:, 0]
     for x in range(1, w):
-        here, above, below = best[1:-1], best[:-2] - bend, best[2:] - bend
-        most = np.maximum(here, above)
-        way[x] = np.where(below > most, 1, -(above > here).astype(np.int64))
-        best[1:-1] = np.maximum(most, below) + sure[:, x]
-    line, at = np.empty(w, np.int64), int(best[1:-1].argmax())
+        before, here = best[x - 1], sure[:, x]
+        best[x, 1:-1] = np.maximum(np.maximum(before[:-2], before[2:]) - bend, before[1:-1]) + here
+    line, at = np.empty(w, np.int64), int(best[-1, 1:-1].argmax())
     for x in range(w - 1, -1, -1):
         line[x] = at
-        at += way[x, at]
-    return line, int(best.max())
+        above, here, below = best[x - 1, at : at + 3].tolist()  # of the first column nobody asks where it came from
+        at += 1 if below - bend > max(here, above - bend) else -(above - bend > here)
+    return line, int(best[-1].max())
 
 
 def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:

@@ -453,7 +453,7 @@ def _likelihoods() -> Array:
 
 def likelihood(x: Array) -> Array:
     """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
-    return np.asarray(_likelihoods()[np.minimum(x, GONE)])
+    return _likelihoods()[np.minimum(x, GONE)]
 
 
 def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:
