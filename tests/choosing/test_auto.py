@@ -17,6 +17,7 @@ from click.testing import CliRunner, Result
 import intarsia as ia
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing import rules
+from intarsia.choosing.auto import GENERAL
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.choosing.trials import LEAST_GAIN, trial_methods
@@ -598,3 +599,14 @@ def test_lattices_that_are_nearly_none_or_nearly_one_are_told(
     said = _lattice_tie(SimpleNamespace(lattices=lattices))  # type: ignore[arg-type]
     assert ("nearly a tie" in said) is bool(tie)
     assert tie in said
+
+
+def test_what_comes_next_is_measured_once_it_is_asked() -> None:
+    """Rules after the one that leads ask for facts of their own: stones in courses here, which take a fifth of all."""
+    choice = ia.Auto().choose([ia.read("sample:brick")], CANVAS)
+    assert choice.rule == "bent-courses"
+    assert "masonry" not in vars(choice.facts)
+    others = choice.others()
+    assert "masonry" in vars(choice.facts)
+    assert others[-1].rule in GENERAL
+    assert choice.others() is others

@@ -40,7 +40,7 @@ BARE, SEEN = 5, 16  # px of a square that is bare ground, where colours vary by 
 APART = 3  # radii: nearer spots show the same
 NARROW = 50  # directions in which spots differ less than by 1 / 50 of all their variance are not widened more
 FIXED = 64  # distances are kept in 1/64 of a spread
-NOWHERE = (1 << 31) - 1  # how far away is what is no like
+NOWHERE = 1 << 30  # how far away is what is no like
 STAGE = 1999  # which spots are references hangs on this number and on their places
 
 

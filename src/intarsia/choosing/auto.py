@@ -9,8 +9,9 @@ The rules are in ``rules.py``, the measurements in ``facts.py``, the trials in `
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..foundation import (
@@ -58,8 +59,8 @@ class Choice:
         How many variants are made, to keep the best of.
     given : dict
         The parameters that were asked for.
-    others : tuple of Choice
-        What comes next if the method cannot serve this exemplar after all.
+    others : function
+        What comes next, best first, if the method cannot serve this exemplar after all; measured once it is asked.
     """
 
     method: Method
@@ -69,7 +70,7 @@ class Choice:
     facts: choosing_facts.Facts
     trials: int = 1
     given: Mapping[str, Any] = field(default_factory=dict)
-    others: tuple[Choice, ...] = ()
+    others: Callable[[], tuple[Choice, ...]] = tuple
 
     @property
     def decided(self) -> dict[str, Any]:
@@ -159,21 +160,23 @@ class Auto:
 
     def decide(self, facts: choosing_facts.Facts) -> Choice:
         """Choose by facts that are known."""
-        exemplars, canvas, ranked = facts.exemplars, facts.canvas, self.ranked(facts)
-        found: list[Choice] = []
-        refused: IntarsiaError | None = None
-        for rule, slug, values, why in ranked:
+        able = self._able(facts)
+        first = next(able)
+        return replace(first, warnings=choosing_facts.warnings_of(facts), others=cache(lambda: tuple(able)))
+
+    def _able(self, facts: choosing_facts.Facts) -> Iterator[Choice]:
+        """The choices that can serve, best first; an error where there are none."""
+        refused, served = None, False
+        for rule, slug, values, why in self.ranked(facts):
             try:
-                method = make(slug, {**values, **self.given}).resolved(exemplars, canvas)
+                method = make(slug, {**values, **self.given}).resolved(facts.exemplars, facts.canvas)
             except IntarsiaError as e:
                 refused = refused or e
                 continue
-            found.append(Choice(method, rule, why, (), facts, self.trials, dict(self.given)))
-            if len(found) == 1 and rule in GENERAL:
-                break
-        if not found:
+            yield Choice(method, rule, why, (), facts, self.trials, dict(self.given))
+            served = True
+        if not served:
             raise refused or ParameterError(self._none(facts))
-        return replace(found[0], warnings=choosing_facts.warnings_of(facts), others=tuple(found[1:]))
 
     def leading(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
         """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
@@ -183,23 +186,23 @@ class Auto:
             return Choice(make(slug, known), rule, why, choosing_facts.warnings_of(facts), facts, given=known)
         raise ParameterError(self._none(facts))
 
-    def ranked(self, facts: choosing_facts.Facts) -> list[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
-        """Return (rule, method, parameters, reasons), best first: the rules that hold, then what else there is."""
+    def ranked(self, facts: choosing_facts.Facts) -> Iterator[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
+        """Yield (rule, method, parameters, reasons), best first: the rules that hold, then what else there is."""
         asked = needed(facts.exemplars, facts.canvas)
         able = [s for s in self.able if asked <= method_class(s).supports]
-        out = []
+        listed = list[str]()
         for rule in rules.RULES:
             if rule.method in able and rule.holds(facts):
                 names = {p.name for p in parameters(method_class(rule.method))}
                 values = {k: v for k, v in rule.parameters(facts).items() if k in names}
-                out.append((rule.name, rule.method, values, rule.why(facts)))
+                yield rule.name, rule.method, values, rule.why(facts)
+                listed.append(rule.method)
                 if rule.name in GENERAL:
                     break
-        listed = {slug for _, slug, *_ in out}
         for slug in able:
-            if slug not in listed and (self.given or self.needs or not out):
-                out.append((ONLY, slug, {}, (f"Of the methods that can do what is asked, {slug} is the first.",)))
-        return out
+            if slug not in listed and (self.given or self.needs or not listed):
+                listed.append(slug)
+                yield ONLY, slug, {}, (f"Of the methods that can do what is asked, {slug} is the first.",)
 
     def _none(self, facts: choosing_facts.Facts) -> str:
         words = ", ".join(sorted(a.value for a in needed(facts.exemplars, facts.canvas) | self.needs))

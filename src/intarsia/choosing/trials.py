@@ -7,6 +7,7 @@ the same picture. Another method is never tried: between methods the score is wr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -49,7 +50,7 @@ def carried_out(
     several.
     """
     refused: MethodError | ParameterError | None = None
-    for one in (choice, *choice.others):
+    for one in _in_turn(choice):
         try:
             best, scores = _best(one, exemplars, canvas, seed, run)
         except (MethodError, ParameterError) as e:
@@ -60,6 +61,11 @@ def carried_out(
         return one, best, scores
     assert refused is not None
     raise refused
+
+
+def _in_turn(choice: Choice) -> Iterator[Choice]:
+    yield choice
+    yield from choice.others()
 
 
 def _best(

@@ -296,14 +296,11 @@ class GraphcutGrowth:
         """Every so many-th pixel of the canvas about a window, as far as a repeat counts more."""
         firsts, sides, reach = [], [], placement_kernels.reach_of(box[2], box[3])
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
-            low, high = begin + n // 2 - reach, begin + n // 2 + reach + 1
-            if wrap:
-                low, high = (low % length, low % length + high - low) if high - low < length else (0, length)
-            else:
-                low, high = max(low, 0), min(high, length)
-            firsts.append(low)
-            sides.append(high - low)
-        return Look(firsts[0], firsts[1], sides[0], sides[1], max(EVERY, -(-2 * reach // SAMPLES)))
+            first, side = begin + n // 2 - reach, 2 * reach + 1
+            low, high = (0, length) if wrap else (max(-first, 0), length - first)
+            firsts.append((first + low) % length)
+            sides.append(min(side, high) - low)
+        return Look(firsts[0], firsts[1], sides[0], sides[1], max(EVERY, 2 * reach // SAMPLES + 1))
 
     @property
     def told(self) -> Prices:
