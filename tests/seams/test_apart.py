@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import product
 
 import numpy as np
@@ -169,12 +168,13 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
 def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """As pixel by pixel, in every pose, by the cells of the search; of a large map as much as of what is near."""
     monkeypatch.setattr(graphcut, "NEARBY", nearby)
-    sewing = sewing_of(poses=(0, 5), two=True)
+    exemplars = [Exemplar.of(texture(20, 24, 1, seed)) for seed in range(2)]
+    growth = Growth(PatchSettings((8, 8), (3, 3), isometries=(0, 5)), exemplars, Canvas(60, 70))
+    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.1))
     scattered(sewing, 4)
     count_map(sewing.grown, sewing.pieces.table, sewing.pieces.channels, sewing.usage)
     assert sewing._search is not None
-    sides = [max(nearby, 2 * int(sewing.variants.table[:, 1:3].max()))] * 2
-    once = ONE * math.prod(map(min, sides, sewing.variant.shape)) // sewing.variant.size
+    once = ONE * min(max(nearby, 48), 60) * min(max(nearby, 48), 70) // (60 * 70)
     f, (h, w) = sewing._search.factor, sewing._search.cells
     for v, (valid, counts) in enumerate(zip(sewing._search.valid, sewing.told.counts, strict=True)):
         cells = np.zeros((valid.shape[0] + h - 1, valid.shape[1] + w - 1), np.int64)
