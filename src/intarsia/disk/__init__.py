@@ -136,7 +136,7 @@ BLAS = "OPENBLAS_NUM_THREADS"
 """Read when numpy is imported; no result depends on it."""
 
 
-KEPT = ((-1, 64 << 20), (-3, 4 << 20))
+KEPT = ((-1, 64 << 20), (-3, 32 << 20))
 """Options of glibc's heap: it gives back what is free beyond so many bytes, and maps arrays of so many each by itself.
 
 By itself it gives back each array as it is dropped, and the next one is made of pages that the system first clears: 70
