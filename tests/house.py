@@ -192,7 +192,7 @@ BUDGET = {
     "rendering": 21_323,
     "request": 9_956,
     "root": 2_722,
-    "seams": 20_196,
+    "seams": 20_198,
     "search": 13_722,
     "segments": 5_130,
     "studio": 23_911,

@@ -191,7 +191,8 @@ class GraphcutGrowth:
         feats, exemplars = self.growth.features, self.growth.exemplars
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
-        rate, shown = np.zeros(0, np.int32), np.zeros(begins[-1], np.int32)
+        shown = np.zeros(begins[-1], np.int32)
+        rate = shown[:0]
         if price:
             price *= self.growth.seam_price("sharp").knee
             rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None)
@@ -296,11 +297,11 @@ class GraphcutGrowth:
         """Every so many-th pixel of the canvas about a window, as far as a repeat counts more."""
         firsts, sides, reach = [], [], placement_kernels.reach_of(box[2], box[3])
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
-            first, side = begin + n // 2 - reach, 2 * reach + 1
+            first = 0 if wrap and 2 * reach >= length else begin + n // 2 - reach
             low, high = (0, length) if wrap else (max(-first, 0), length - first)
             firsts.append((first + low) % length)
-            sides.append(min(side, high) - low)
-        return Look(firsts[0], firsts[1], sides[0], sides[1], max(EVERY, 2 * reach // SAMPLES + 1))
+            sides.append(min(2 * reach + 1, high) - low)
+        return Look(firsts[0], firsts[1], sides[0], sides[1], max(EVERY, -(-2 * reach // SAMPLES)))
 
     @property
     def told(self) -> Prices:
