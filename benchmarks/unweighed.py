@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from intarsia.analysis.features import features
+from intarsia.analysis.features import Features, features
 from intarsia.foundation.geometry import Wrap
 from intarsia.judging import drawn, known_of
 from intarsia.judging.parts import mean_step, sources_of
@@ -25,10 +25,13 @@ from intarsia.judging.sources import ASKED, STEP, Level
 from intarsia.judging.windows import nearest
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import SourceMap
-from intarsia.seams import seam_total
+from intarsia.seams import seams_of
 
 RARE = 9, 10  # nine of ten windows are nearer to their like: farther is strange
 SIZES = 2  # of windows: the smallest
+
+# Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
+CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
 
 Picture = NDArray[np.int16]
 
@@ -42,6 +45,18 @@ def beside(exemplars: Sequence[Exemplar], smap: SourceMap) -> dict[str, float]:
     counts = [c if e.usable is None else c[e.usable] for c, e in zip(smap.usage(), exemplars, strict=True)]
     unshown = sum(int((c == 0).sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     return far_off(pictures, exemplars, drawn(pictures, smap)) | {"seams": 100 * seams, "unshown": 100 * unshown}
+
+
+def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
+    """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
+    shape = smap.height // CELL + 1, smap.width // CELL + 1, feats.pictures[0].shape[2]
+    total, tone = 0, np.zeros((2, *shape), np.int64)
+    for axis, seam in seams_of(exemplars, smap, [{0: p} for p in feats.pictures]):
+        first, second = seam.over - seam.there, seam.here - seam.back
+        total += int(np.abs(first).sum() + np.abs(second).sum())
+        before = (seam.back != seam.there).any(axis=1)  # whether anything comes before the next ones
+        np.add.at(tone[axis], (seam.y // CELL, seam.x // CELL), first + np.where(before[:, None], second, 0))
+    return total + TONE * int(np.abs(tone).sum())
 
 
 def of_picture(exemplar: Exemplar, output: Exemplar) -> dict[str, float]:

@@ -173,8 +173,8 @@ def _docstring(node: ast.AST) -> ast.Expr | None:
 
 
 BUDGET = {
-    "analysis": 17_557,
-    "choosing": 6_735,
+    "analysis": 17_749,
+    "choosing": 6_484,
     "cli": 23_656,
     "corrections": 20_985,
     "foundation": 8_646,
@@ -192,11 +192,11 @@ BUDGET = {
     "rendering": 21_323,
     "request": 9_956,
     "root": 2_722,
-    "seams": 20_198,
+    "seams": 20_246,
     "search": 13_722,
     "segments": 5_130,
     "studio": 23_911,
-    "tasks": 16_784,
+    "tasks": 16_777,
     "testing": 4_867,
 }
 """Most tokens of each room, the rooms in it counted, and of the modules beside the rooms (root).

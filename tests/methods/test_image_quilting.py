@@ -27,9 +27,9 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import SourceMap, identity
 from intarsia.patches import waves
-from intarsia.seams import seam_total
 from intarsia.search import WindowGrid
 from intarsia.testing import noise, texture
+from unweighed import seam_total
 
 # ---- the algorithm, against a slow twin ---------------------------------------------------------------------------
 

@@ -29,6 +29,7 @@ class NaiveMap:
     wraps: tuple[bool, bool]
     gradient: bool = False
     knee: int = 0
+    visible: list[NDArray[np.int16]] | None = None  # how much differences count, in 1/128; none: as what they are
 
     def grown(self, v: int, y: int, x: int) -> Source | None:
         """The pixel of a variant, if there is one that may be shown."""
@@ -42,11 +43,17 @@ class NaiveMap:
         v, y, x = source
         return self.grown(v, y + dy, x + dx) or source
 
-    def apart(self, a: Source, b: Source) -> int:
+    def far(self, a: Source, b: Source) -> int:
         """Distance of two pixels, rounded up."""
         p, q = (self.pictures[v][y, x].astype(int) for v, y, x in (a, b))
         total = int(((p - q) ** 2).sum())
         return math.isqrt(total) + (math.isqrt(total) ** 2 < total)
+
+    def apart(self, a: Source, b: Source) -> int:
+        """The same, as far as it is seen at both."""
+        if self.visible is None:
+            return self.far(a, b)
+        return self.far(a, b) * sum(int(self.visible[v][y, x]) for v, y, x in (a, b)) // 256
 
     def pair(self, a: Source, b: Source, dy: int, dx: int) -> int:
         """What the seam between two neighbours costs, of which the second lies (dy, dx) further."""
@@ -56,7 +63,7 @@ class NaiveMap:
         cost = self.apart(a, back) + self.apart(over, b)
         if self.knee:
             return 4 * cost if cost >= 4 * self.knee else cost * cost // self.knee
-        return cost * 256 // (16 + self.apart(a, over) + self.apart(back, b)) if self.gradient else cost
+        return cost * 256 // (16 + self.far(a, over) + self.far(back, b)) if self.gradient else cost
 
     def neighbours(self) -> Iterator[tuple[tuple[int, int], tuple[int, int], int, int]]:
         """All pairs of neighbouring places, over wrapped borders, too."""

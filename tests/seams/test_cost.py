@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from analysis.naive_masking import visibility
 
 import intarsia as ia
 from intarsia.analysis.features import features
@@ -14,8 +15,9 @@ from intarsia.foundation.geometry import ISOMETRIES, Wrap
 from intarsia.methods import METHODS, make
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import SourceMap, identity
-from intarsia.seams import energy, seam_total
+from intarsia.seams import energy
 from intarsia.testing import noise, texture
+from unweighed import seam_total
 
 
 def slowly(e: Exemplar, smap: SourceMap) -> int:
@@ -102,6 +104,7 @@ def slow_energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
         n = len(seen)
         spread.append(sum(n * sum(v * v for v in c) - sum(c) ** 2 for c in zip(*seen, strict=True)) // n**2)
     knee = max(max(math.isqrt(s) * 3 // 8, 1) for s in spread)
+    visible = [visibility(p, knee, e.usable, e.toroidal) for p, e in zip(feats.pictures, exemplars, strict=True)]
 
     def number(y: int, x: int) -> int:
         return 0 if smap.which is None else int(smap.which[y, x])
@@ -110,7 +113,7 @@ def slow_energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
         return 0 if smap.pose is None else int(smap.pose[y, x])
 
     def shown(at: tuple[int, int], beside: tuple[int, int] = (0, 0)) -> np.ndarray:
-        """What the piece at a place shows there, or would show `beside` it in the exemplar; its own where it ends."""
+        """What the piece at a place shows there, or would `beside` it; its own where it ends. Last, how it is seen."""
         e, (y, x) = exemplars[number(*at)], (int(n) for n in smap.yx[at])
         v, u = y + beside[0], x + beside[1]
         if e.toroidal:
@@ -121,11 +124,12 @@ def slow_energy(exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
         colour = feats.pictures[number(*at)][v, u].astype(int)
         for k in feats.normals:
             colour[k : k + 3] = turned(colour[k : k + 3], pose(*at))
-        return colour
+        return np.append(colour, visible[number(*at)][v, u])
 
     def apart(a: np.ndarray, b: np.ndarray) -> int:
-        squares = sum((int(p) - int(q)) ** 2 for p, q in zip(a, b, strict=True))
-        return math.isqrt(squares) + (math.isqrt(squares) ** 2 < squares)
+        squares = sum((int(p) - int(q)) ** 2 for p, q in zip(a[:-1], b[:-1], strict=True))
+        far = math.isqrt(squares) + (math.isqrt(squares) ** 2 < squares)
+        return far * int(a[-1] + b[-1]) // 256
 
     total = 0
     for y, x in np.ndindex(smap.height, smap.width):

@@ -7,6 +7,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from analysis.naive_masking import visibility
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from seams.naive_recut import (
@@ -54,12 +55,14 @@ class Scene:
         pictures = [rng.integers(0, 60, (h, w, 2)).astype(np.int16) for h, w in shapes]
         usable = [rng.random(s) < 0.9 for s in shapes]
         torus = [bool(t) for t in rng.integers(0, 2, 2)]
-        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, price.gradient, price.knee)
+        visible = [rng.integers(64, 400, s).astype(np.int16) for s in shapes]
+        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, price.gradient, price.knee, visible)
         self.flat = np.concatenate([p.ravel() for p in pictures])
         begins = np.cumsum([0, pictures[0].size])
         self.table = np.array([(b, h, w, w) for b, (h, w) in zip(begins, shapes, strict=True)], np.int64)
         shown = np.concatenate([u.ravel() for u in usable]).astype(np.uint8)
-        self.pieces = energy_kernels.Pieces(self.flat, self.table, shown, np.array(torus), 2)
+        counts = np.concatenate([v.ravel() for v in visible])
+        self.pieces = energy_kernels.Pieces(self.flat, self.table, shown, np.array(torus), 2, counts)
         self.variant = np.full(size, HOLE, np.uint8)
         self.yx = np.zeros((*size, 2), np.int32)
         self.locked = rng.random(size) < 0.05
@@ -153,14 +156,14 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
 
-    flat, table, usable, torus, channels = scene.pieces[:5]
+    flat, table, usable, torus, channels, visible = scene.pieces
     rows = [(int(b) // channels, int(m), int(n)) for b, m, n, _ in table]
     parts = [larger(flat.reshape(-1, channels)[b : b + m * n].reshape(m, n, channels)) for b, m, n in rows]
-    shown = [larger(usable[b : b + m * n].reshape(m, n)).ravel() for b, m, n in rows]
+    shown, seen = ([larger(of[b : b + m * n].reshape(m, n)).ravel() for b, m, n in rows] for of in (usable, visible))
     begins = np.cumsum([0, parts[0].size])
     places = np.array([(b, *p.shape[:2], p.shape[1]) for b, p in zip(begins, parts, strict=True)], np.int64)
     pieces = energy_kernels.Pieces(
-        np.concatenate([p.ravel() for p in parts]), places, np.concatenate(shown), torus, channels
+        np.concatenate([p.ravel() for p in parts]), places, np.concatenate(shown), torus, channels, np.concatenate(seen)
     )
     scene.shown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
     scene.pieces, scene.locked = pieces, larger(scene.locked)
@@ -349,7 +352,8 @@ def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
     size = smap.height, smap.width
     wraps = smap.wrap.y, smap.wrap.x
-    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.knee)
+    visible = [visibility(picture, price.knee, exemplar.usable, exemplar.toroidal)] if price.knee else None
+    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.knee, visible)
     sources = {
         (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
     }

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from analysis.naive_masking import visibility
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,10 +41,11 @@ def naive_total(made: Synthesis) -> int:
     pictures = features.features(made.exemplars).pictures
     knee = knee_of(max(variance(p, e.usable) for p, e in zip(pictures, made.exemplars, strict=True)))
     usable = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in made.exemplars]
+    seen = [visibility(p, knee, e.usable, e.toroidal) for p, e in zip(pictures, made.exemplars, strict=True)]
     smap, which = made.map, np.zeros((made.map.height, made.map.width), int)
     which = which if smap.which is None else smap.which
     naive = NaiveMap(list(pictures), usable, [e.toroidal for e in made.exemplars], (smap.height, smap.width),
-                     (smap.wrap.y, smap.wrap.x), knee=knee)  # fmt: skip
+                     (smap.wrap.y, smap.wrap.x), knee=knee, visible=seen)  # fmt: skip
     return naive.total({
         (y, x): (int(which[y, x]), int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1]))
         for y, x in product(range(smap.height), range(smap.width))

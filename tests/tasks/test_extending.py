@@ -16,9 +16,9 @@ from intarsia.analysis.features import features
 from intarsia.cli import cli
 from intarsia.foundation.arrays import Array
 from intarsia.foundation.geometry import Wrap
-from intarsia.seams import seam_total
 from intarsia.tasks.completion import Margins
 from intarsia.testing.cases import as_depth, looked_up, texture
+from unweighed import seam_total
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5)
 SAMPLING = ia.PatchSampling(patch=6, overlap=4)

@@ -17,8 +17,9 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS as METHODS_THERE
 from intarsia.model.image import Transfer
 from intarsia.seams import energy
+from intarsia.synthesis import filled
 from intarsia.tasks import completion
-from intarsia.tasks.completion import attempts, grown_hole, patch_for, scene_to_heal, thickness
+from intarsia.tasks.completion import attempts, grown_hole, least_seams, patch_for, scene_to_heal, thickness
 from intarsia.testing.cases import as_depth, looked_up, noise, texture
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5, tolerance=0)
@@ -185,6 +186,16 @@ def test_the_patch_suits_the_hole_and_its_surroundings() -> None:
     assert attempts(scene, ia.ImageQuilting(usage=0.2)) == [ia.ImageQuilting(usage=0.2, patch=patch_for(scene))]
     assert len(attempts(scene_to_heal(e, small), ia.ImageQuilting())) > 1
     assert (np.asarray(ia.heal(e, most))[:12] == e.base.pixels[:12]).all()
+
+
+def test_of_several_sizes_that_is_kept_whose_seams_are_least_seen() -> None:
+    small = np.zeros((80, 90), bool)
+    small[30:42, 40:52] = True
+    scene, run = scene_to_heal(ia.Exemplar.of(texture(80, 90, 1, 1)), small), ia.Run(1)
+    tried = attempts(scene, ia.ImageQuilting())
+    costs = [filled(scene, one, 3, ia.Blend(0), run).energy for one in tried]
+    assert len(set(costs)) > 2
+    assert least_seams(scene, tried, 3, run).energy == min(costs)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Maps sewn by graph cuts, and any map improved by them: seams, and even use of the exemplar.
 
-How visible the seams of a map are: one number for a picture, another to choose among several ways to fill a hole.
+How visible the seams of a map are: one number for a picture, by which ways to fill a hole are compared, too.
 
 Between two neighbouring pixels that do not continue one another runs a seam. It costs what both sides would look
 like there: the difference of each pixel and the other side's continuation (Kwatra et al. 2003, equation 1).
@@ -8,14 +8,15 @@ like there: the difference of each pixel and the other side's continuation (Kwat
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..analysis import variance
-from ..analysis.features import Features, features, pose_array
-from ..foundation.arrays import Array, Pair
+from ..analysis.features import features, pose_array
+from ..analysis.masking import ONCE, visibility
+from ..foundation.arrays import Array, Int16, Pair
 from ..foundation.geometry import Box
 from ..kernels.cuts import STEEPEST
 from ..kernels.maps import HOLE, NEAR, J
@@ -23,8 +24,6 @@ from ..model import Exemplars
 from ..model.sourcemap import SourceMap
 from ..patches.growth import knee_of
 
-# Grain hides a step of tone from single differences; summed with their sign over cells of 8 px, it is seen.
-CELL, TONE = 8, 2  # px; how much it counts beside them; at 0 a step as large as grain is not seen
 BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
 Looks = list[dict[int, Array]]  # features of each exemplar by pose; of one pose alone: those of all
 BAND = 128  # rows of a map that are looked at together, so that little memory is needed
@@ -42,23 +41,20 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     feats = features(exemplars)
     knee = max(knee_of(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
     poses = (smap.poses if feats.normals else ()) or (0,)
-    looks = [{p: pose_array(feats.posed(n, p), BACK[p]) for p in poses} for n in range(len(exemplars))]
+    looks = [
+        {p: np.dstack([pose_array(feats.posed(n, p), BACK[p]), seen]) for p in poses}
+        for n, seen in enumerate(visibilities(feats.pictures, exemplars, knee))
+    ]
     total = 0
-    for _, seam in _seams(exemplars, smap, looks):
+    for _, seam in seams_of(exemplars, smap, looks):
         cost = _distance(seam.over, seam.there) + _distance(seam.here, seam.back)
         total += int(np.where(cost >= STEEPEST * knee, STEEPEST * cost, cost * cost // knee).sum())
     return 1_000_000 * total // (knee * smap.height * smap.width)
 
 
-def seam_total(feats: Features, exemplars: Exemplars, smap: SourceMap) -> int:
-    """Return the cost of all seams of a map without holes, in units of the features; 0 where it is one piece."""
-    shape = smap.height // CELL + 1, smap.width // CELL + 1, feats.pictures[0].shape[2]
-    total, tone = 0, np.zeros((2, *shape), np.int64)
-    for axis, seam in _seams(exemplars, smap, [{0: p} for p in feats.pictures]):
-        first, second = seam.over - seam.there, seam.here - seam.back
-        total += int(np.abs(first).sum() + np.abs(second).sum())
-        np.add.at(tone[axis], (seam.y // CELL, seam.x // CELL), first + np.where(seam.before[:, None], second, 0))
-    return total + TONE * int(np.abs(tone).sum())
+def visibilities(pictures: Sequence[Int16], exemplars: Exemplars, knee: int) -> list[Array]:
+    """How much differences of features count at every pixel of each exemplar, by a price with a knee."""
+    return [visibility(p, knee, e.usable, e.toroidal) for p, e in zip(pictures, exemplars, strict=True)]
 
 
 class Seam(NamedTuple):
@@ -70,10 +66,9 @@ class Seam(NamedTuple):
     over: Array  # (n, C): with what they would go on; themselves where their piece ends
     back: Array  # (n, C): what would come before the next ones; those themselves where their piece begins
     there: Array  # (n, C): features of the next ones
-    before: Array  # (n,): whether anything comes before the next ones
 
 
-def _seams(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tuple[int, Seam]]:
+def seams_of(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tuple[int, Seam]]:
     """The seams along each axis, band by band."""
     for first in range(0, smap.height, BAND):
         rows = min(BAND, smap.height - first)
@@ -101,9 +96,9 @@ def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemp
         yx, number, turn = band.yx[side][y, x], which[side][y, x], pose[side][y, x]
         own, _ = _read(yx, number, turn, exemplars, looks)
         on, there = _read(yx + way * steps[side][y, x], number, turn, exemplars, looks)
-        ends.append((own, np.where(there[:, None], on, own), there))
-    (here, over, _), (there, back, before) = ends
-    return Seam(first + y, x, here, over, back, there, before)
+        ends.append((own, np.where(there[:, None], on, own)))
+    (here, over), (there, back) = ends
+    return Seam(first + y, x, here, over, back, there)
 
 
 def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: Looks) -> tuple[Array, Array]:
@@ -122,7 +117,7 @@ def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: Loo
 
 
 def _distance(a: Array, b: Array) -> Array:
-    """How far features (n, C) are apart, rounded up: so distances keep the triangle inequality."""
-    squares = ((a - b) ** 2).sum(axis=1)
+    """How far features are apart, rounded up, as far as that is seen: (n, C + 1), at last how visible they are."""
+    squares = ((a[:, :-1] - b[:, :-1]) ** 2).sum(axis=1)
     root = np.sqrt(squares).astype(np.int64)
-    return np.asarray(root + (root * root < squares))
+    return np.asarray((root + (root * root < squares)) * (a[:, -1] + b[:, -1]) // (2 * ONCE))

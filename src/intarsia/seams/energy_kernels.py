@@ -11,6 +11,8 @@ from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 
+TWICE = 8  # bits: what two pixels count at which differences count as what they are, `ONCE` each
+
 
 class Pieces(NamedTuple):
     """What a map is sewn from: the posed exemplars laid end to end, and which of their pixels may be shown."""
@@ -20,6 +22,7 @@ class Pieces(NamedTuple):
     usable: UInt8  # (pixels,): 1 where a pixel may be shown
     torus: Mask  # (V,): whether it continues in itself
     channels: int
+    visible: Int16  # (pixels,): how much a difference counts at each, in 1/128
 
 
 @kernel
@@ -36,6 +39,13 @@ def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
         return 0
     root = int(np.sqrt(np.float64(total)))
     return root + 1 if root * root < total else root
+
+
+@kernel
+def seen_distance(pieces: Any, a: int, b: int) -> int:
+    """Return how far the features of two pixels are apart, as far as that is seen at them (`analysis/masking.py`)."""
+    visible = np.int64(pieces.visible[a]) + np.int64(pieces.visible[b])
+    return int(feature_distance(pieces.flat, pieces.channels, a, b) * visible >> TWICE)
 
 
 @kernel
@@ -63,7 +73,7 @@ def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
     with a `knee` it is :func:`sharpened`.
     """
     flat, channels = pieces.flat, pieces.channels
-    cost = feature_distance(flat, channels, a[0], b[0]) + feature_distance(flat, channels, a[1], b[1])
+    cost = seen_distance(pieces, a[0], b[0]) + seen_distance(pieces, a[1], b[1])
     if price.knee > 0:
         return int(sharpened(cost, price.knee))
     if price.gradient and cost > 0:

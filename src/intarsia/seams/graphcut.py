@@ -4,15 +4,12 @@ A patch is cut in with old seams remembered, so it may replace what lies around 
 placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
 and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 
-Which placements would lay something down beside itself in another pose: it fits by itself, and is seen at once.
-
 Whatever lies at a mirror goes on in its own picture without a seam, and what is turned by half goes on in itself around
-a point. So such placements are the cheapest of all, and look like wings and rosettes.
+a point. Such placements are the cheapest of all, and look like wings and rosettes: they are left aside.
 
-Which pieces of a map lie about a window, as placements for it: a piece may grow over its neighbours.
-
-A window of one piece that grows as far as a cut says is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate
-Energy Minimization via Graph Cuts", IEEE PAMI 23, 2001), kept to the surroundings of a bad place. No search is needed.
+Pieces that lie about a window are placements for it, too. A window of one piece that grows over its neighbours as far
+as a cut says is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph Cuts",
+IEEE PAMI 23, 2001), kept to the surroundings of a bad place. No search is needed.
 """
 
 from __future__ import annotations
@@ -28,6 +25,7 @@ import numpy as np
 
 from ..analysis import block_sums, window_sums
 from ..analysis.features import Features, pose_array
+from ..analysis.masking import ONCE
 from ..analysis.popout import popout
 from ..foundation.arrays import Array, Int32, Mask, Pair
 from ..foundation.geometry import UNIT
@@ -40,7 +38,7 @@ from ..patches import Pick, picked, random_patch
 from ..patches.growth import Growth
 from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
-from . import energy_kernels, placement_kernels, recut_kernels
+from . import energy_kernels, placement_kernels, recut_kernels, visibilities
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look
 from .recut_kernels import NEVER, Draft, drafted
@@ -164,7 +162,8 @@ class GraphcutGrowth:
 
     def __init__(self, growth: Growth, stitch: GraphcutSettings, bar: Bar | None = None) -> None:
         self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
-        self.pieces = pieces_of(growth.variants, growth.exemplars, growth.features.structure)
+        self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
+        self.pieces = pieces_of(growth, self.price.knee)
         work = growth.growing
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.wraps = growth.layout.wraps
@@ -172,7 +171,6 @@ class GraphcutGrowth:
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self.once = ONE * math.prod(min(n, nearby) for n in self.variant.shape) // self.variant.size
-        self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
         self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
         self._around = [
@@ -464,15 +462,20 @@ def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:
     return np.concatenate(out)
 
 
-def pieces_of(variants: PosedExemplars, exemplars: Exemplars, unseen: int = 0) -> Pieces:
-    """Return the variants as kernels of seams take them: with every pixel, whether it may be shown.
+def pieces_of(growth: Growth, knee: int) -> Pieces:
+    """Return the variants of a map as kernels of seams take them.
 
-    The last `unseen` channels are left out: what is not seen makes no seam.
+    By a price with a `knee` differences count as they are seen. Channels of outlines are left out: they make no seam.
     """
+    variants, exemplars, channels = growth.variants, growth.exemplars, growth.variants.channels
     usable = laid_out(variants, [e.free for e in exemplars]).astype(np.uint8)
-    (flat, table), seen = variants.posed, variants.channels - unseen
-    if unseen:
-        flat = np.ascontiguousarray(flat.reshape(-1, variants.channels)[:, :seen]).ravel()
+    (flat, table), seen = variants.posed, channels - growth.features.structure
+    if seen < channels:
+        flat = np.ascontiguousarray(flat.reshape(-1, channels)[:, :seen]).ravel()
         table = table.copy()
-        table[:, 0] = table[:, 0] // variants.channels * seen
-    return Pieces(flat, table, usable, variants.toroidal, seen)
+        table[:, 0] = table[:, 0] // channels * seen
+    visible = np.full(usable.size, ONCE, np.int16)
+    if knee:
+        pictures = [p[..., :seen] for p in growth.features.pictures]
+        visible = laid_out(variants, visibilities(pictures, exemplars, knee))
+    return Pieces(flat, table, usable, variants.toroidal, seen, visible)

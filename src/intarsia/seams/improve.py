@@ -71,7 +71,7 @@ class Drawing:
     """Placements are drawn among those that fit: for empty windows, or for the worst ones of a full map."""
 
     def __init__(self, sewn: GraphcutGrowth, worst: WorstSeams | None = None) -> None:
-        self.sewn, self.worst = sewn, worst
+        self.sewn, self.worst, self.lay = sewn, worst, sewn.paste
 
     def found(self, sites: list[Place], run: Run) -> Sequence[Candidates]:
         """The candidates; the middle of what is to be covered does not count."""
@@ -86,10 +86,6 @@ class Drawing:
     def pays(self, cut: Cut) -> bool:
         """Always: seams of windows that lie apart are their own."""
         return True
-
-    def lay(self, cut: Cut) -> None:
-        """Write it into the map."""
-        self.sewn.paste(cut)
 
     def give_up(self, key: Any) -> None:
         """Leave a window until something changes there."""

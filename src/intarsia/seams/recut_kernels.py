@@ -30,7 +30,7 @@ from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 from ..kernels.maxflow import FREE, MOST, NEW, OLD, push_flow
-from .energy_kernels import beyond, meeting, spot
+from .energy_kernels import TWICE, beyond, meeting, spot
 from .usage_kernels import price_usage, taken_sum
 
 ABSENT = 3  # beside what the flow knows: old, free, new
@@ -167,7 +167,7 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
     """
     h, w = old.shape
     gap = np.zeros((h + 1, w + 1), np.int32)
-    _measure_gaps(pieces.flat, pieces.channels, old, new, gap)
+    _measure_gaps(pieces, old, new, gap)
     knee, none = np.float64(max(price.knee, 1)), np.int32(0)
     for k in range(2):
         for i in range(h):
@@ -195,9 +195,9 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
 
 
 @kernel
-def _measure_gaps(flat: Any, channels: int, old: Any, new: Any, gap: Any) -> None:
-    """Write into `gap` what ``feature_distance`` says of every pixel's two numbers; 0 where one is missing."""
-    h, w = old.shape
+def _measure_gaps(pieces: Any, old: Any, new: Any, gap: Any) -> None:
+    """Write into `gap` what ``seen_distance`` says of every pixel's two numbers; 0 where one is missing."""
+    (h, w), flat, channels, visible = old.shape, pieces.flat, pieces.channels, pieces.visible
     squares = np.zeros(w, np.int64)
     for i in range(h):
         a, b, out = old[i], new[i], gap[i]
@@ -211,7 +211,8 @@ def _measure_gaps(flat: Any, channels: int, old: Any, new: Any, gap: Any) -> Non
             squares[j] = total
         for j in range(np.uint64(w)):
             root = np.int64(np.sqrt(np.float64(squares[j])))
-            out[j] = root + (root * root < squares[j])
+            root += root * root < squares[j]
+            out[j] = root * (np.int64(visible[a[j]]) + np.int64(visible[b[j]])) >> TWICE if root else 0
 
 
 NEVER = 1 << 60  # what a cut is said to cost that was given up

@@ -103,7 +103,6 @@ class Constraints:
     def __init__(self, growth: Growth, guide: Guide | None, distance: int) -> None:
         self.work, self.variants, self.wraps = growth.growing, growth.variants, growth.layout.wraps
         self.distance, self.guide = distance, guide
-        self.any = guide is not None or distance > 0
         self.tallest = max(e.height for e in growth.exemplars)
         self.widest = max(e.width for e in growth.exemplars)
 
@@ -209,8 +208,9 @@ class Repairing:
         self.bars = Constraints(self.growth, canvas.guide, repair.distance)
         margin = min(repair.patch) // REACH
         stitch = GraphcutSettings(seam="sharp", margin=margin)
-        self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if self.bars.any else None)
+        self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if canvas.guide or repair.distance else None)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
+        self.lay, self.give_up = self.sewing.paste, self.worst.give_up
 
     def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
@@ -235,10 +235,3 @@ class Repairing:
         """Whether a cut may be laid after what the wave has laid before it."""
         return not self.bars.returns(cut.box, cut.pick, cut.take)
 
-    def lay(self, cut: Cut) -> None:
-        """Write a cut into the map and its prices."""
-        self.sewing.paste(cut)
-
-    def give_up(self, key: Any) -> None:
-        """Leave a window until something changes there."""
-        self.worst.give_up(key)

@@ -41,7 +41,7 @@ from ..model import Exemplar, Exemplars, NotFiniteError
 from ..model.canvas import Canvas
 from ..model.image import MAX_SIDE
 from ..model.sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
-from ..seams import seam_total
+from ..seams import energy
 from ..search import element_patch, supplied
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
@@ -282,7 +282,7 @@ def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) ->
                 raise
             refused = refused or e
             continue
-        cost = seam_total(features(scene.exemplars), scene.exemplars, made.map)
+        cost = energy(scene.exemplars, made.map)
         if best is None or cost < least:
             best, least = made, cost
     if best is None:
