@@ -16,7 +16,6 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia.analysis.structure import border_of, structure_of
-from intarsia.choosing import rules
 from intarsia.choosing.auto import GENERAL
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
@@ -112,7 +111,7 @@ CLASSES = {
     "stripes": "rows",
     "noise_pink": "elements",
     "pebbles_black": "in-step",  # they lie about a grid of 14 px
-    "noise_white": "mixed",
+    "noise_white": "elements",
 }
 
 
@@ -162,44 +161,6 @@ class TestRules:
         assert found.method.lattice == vectors_of(found.facts.about)
         assert choice_of(cells()).facts.about is None
 
-    @pytest.mark.parametrize(
-        ("elements", "size", "turns", "mixed"),
-        [(11.9, 10, True, False), (12, 10, False, True), (12, 50, True, True), (12, 50, False, False)],
-    )
-    def test_many_elements_of_fine_grain_or_that_turn_are_mixed(
-        self, elements: float, size: int, turns: bool, mixed: bool
-    ) -> None:
-        known = _Changed(Facts([Exemplar.of(speckle(120, 120))], CANVAS), "elements", elements)
-        vars(known.facts)["element"] = SimpleNamespace(found=12, size=size)
-        known.keeps = lambda poses: turns
-        assert rules._mixed(known) is mixed  # type: ignore[arg-type]
-
-    @pytest.mark.parametrize(("found", "mixed"), [(12, True), (10, True), (9, False)])
-    def test_elements_must_end_in_ten_of_twelve_directions_to_be_counted(self, found: int, mixed: bool) -> None:
-        """A slow change of tone hides them: then nothing is said of their number."""
-        known = Facts([Exemplar.of(speckle(96, 96))], CANVAS)
-        vars(known)["element"] = replace(known.element, found=found)
-        assert rules._mixed(known) is mixed
-
-    def test_turns_are_measured_until_one_is_refused(self) -> None:
-        def measured(known: Facts) -> list[int]:
-            return [n for n in range(4) if ("symmetry", n) in known.small._memo]
-
-        known = Facts([Exemplar.of(speckle(96, 96))], CANVAS)
-        assert known.keeps(rules.TURNED)
-        assert measured(known) == [0, 1, 2, 3]
-        y = np.arange(96)[:, None] + np.zeros((1, 96))
-        rows = Facts([Exemplar.of((127 + 100 * np.sin(y / 3)).astype(np.uint8))], CANVAS)
-        assert not rows.keeps(rules.TURNED)
-        assert measured(rows) == [0]
-        assert not set(rules.TURNED) <= set(rows.symmetry)
-
-    def test_what_has_outlines_is_not_mixed(self) -> None:
-        known = Facts([Exemplar.of(speckle(128, 128))], CANVAS)
-        assert rules._mixed(known)
-        vars(known)["outlines"] = 0.9
-        assert not rules._mixed(known)
-
     def test_lines_of_text_are_no_courses(self) -> None:
         found = choice_of(lines_of_text())
         assert found.facts.lattices.accepted.kind == "1-D"
@@ -222,7 +183,7 @@ class TestRules:
         found = choice_of(speckle(96, 96), ia.Canvas(4096, 4097))
         assert (found.rule, found.method.slug) == ("patches", "image-quilting")
         assert any("minutes" in why for why in found.why)
-        assert choice_of(speckle(96, 96), ia.Canvas(4096, 4096)).rule == "mixed"
+        assert choice_of(speckle(96, 96), ia.Canvas(4096, 4096)).rule == "elements"
 
     def test_elements_that_lie_loosely_are_not_cut_by_a_lattice(self) -> None:
         facts = Facts([Exemplar.of(picture("brick_colours"))], CANVAS)

@@ -93,7 +93,7 @@ class TestTold:
         assert found["lattice"] is None
         assert len(found["candidates"]) >= 3
         assert all("confidence" in one and len(one["vectors"]) in (1, 2) for one in found["candidates"])
-        assert found["suggested"]["method"] == "parallel-controllable"
+        assert found["suggested"]["method"] == "graphcut"
         text = run("blobs.png").stdout
         assert "lattice      none. " in text
         assert text.count("\ncandidate ") == 3

@@ -46,46 +46,37 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
-    fit = (g for g in SUBGROUPS if square or not any(ISOMETRIES[p].swaps for p in g))
-    groups = [g for g in fit if not refused(exemplars, g)]
-    most = max(map(len, groups))
-    apart = sum(_statistic(exemplars, number).sum(axis=0) for number in range(STATISTICS))
-    return min((g for g in groups if len(g) == most), key=lambda g: int(apart[list(g)].sum()))
+    far = np.stack([e.memo("symmetry", partial(pose_distances, e)) for e in sampled(exemplars)])
+    groups = [
+        g for g in SUBGROUPS
+        if (far[..., g] * SLACK[1] <= far[..., :1] * SLACK[0]).all()
+        and (square or not any(ISOMETRIES[p].swaps for p in g))
+    ]  # fmt: skip
+    return min(groups, key=lambda g: (-len(g), int(far[..., g].sum())))
 
 
-def refused(exemplars: Exemplars, poses: tuple[int, ...]) -> bool:
-    """Whether any of some isometries changes the look of one of the exemplars; measured until that is known."""
-    distances = (_statistic(exemplars, number) for number in range(STATISTICS))
-    return any((found[:, poses] * SLACK[1] > found[:, :1] * SLACK[0]).any() for found in distances)
+def pose_distances(exemplar: Exemplar) -> Int64:
+    """How unlike one half is to the other when it is laid down in each isometry: (STATISTICS, 8).
 
-
-def _statistic(exemplars: Exemplars, number: int) -> Int64:
-    """One of the distances of all exemplars of which something may be used, (n, 8), measured once."""
-    found = [e.memo(("symmetry", number), partial(pose_distances, e, number)) for e in sampled(exemplars)]
-    return np.stack(found)
-
-
-def pose_distances(exemplar: Exemplar, number: int) -> Int64:
-    """How unlike one half is to the other when it is laid down in each isometry: (8,).
-
-    By the directions of gradients, `number` 0, or by the patches at one of the scales.
+    By the directions of gradients, and by the patches at each of the scales.
     """
-    feats, out, scale = features([exemplar]), np.zeros(8, np.int64), SCALES[max(number - 1, 0)]
+    feats, out = features([exemplar]), np.zeros((STATISTICS, 8), np.int64)
     vectors = {k + i for k in feats.normals for i in (0, 1)}
     level = [c for c in range(feats.base) if c not in vectors]  # the channels that stay when a piece is turned
     pose = _upright(feats.pictures[0][:, :, level].sum(axis=2, dtype=np.int64))
-    picture = block_sums(posed(feats.pictures[0], pose, feats.normals), scale)
-    whole = np.asarray(blocks(pose_array(exemplar.free, pose), scale).all(axis=(1, 3)))
-    for squares in BLOCKS:
-        halves = _halves(whole, squares)
-        if min(map(len, halves)) < LEAST_SAMPLES:
-            continue
-        if number == 0:
-            tone = picture[:, :, level].sum(axis=2)
-            out += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
-        else:
-            out += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
-    return out[list(MIRRORED)] if pose in (1, 2) else out
+    for number, scale in enumerate(SCALES[:1] + SCALES):
+        picture = block_sums(posed(feats.pictures[0], pose, feats.normals), scale)
+        whole = np.asarray(blocks(pose_array(exemplar.free, pose), scale).all(axis=(1, 3)))
+        for squares in BLOCKS:
+            halves = _halves(whole, squares)
+            if min(map(len, halves)) < LEAST_SAMPLES:
+                continue
+            if number == 0:
+                tone = picture[:, :, level].sum(axis=2)
+                out[0] += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
+            else:
+                out[number] += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
+    return out[:, list(MIRRORED)] if pose in (1, 2) else out
 
 
 def _upright(bright: Array) -> int:

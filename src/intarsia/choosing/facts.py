@@ -20,7 +20,7 @@ from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
-from ..analysis.symmetry import allowed_isometries, refused
+from ..analysis.symmetry import allowed_isometries
 from ..foundation import MethodError, lazy
 from ..foundation.arrays import Int16
 from ..foundation.geometry import UNIT
@@ -63,9 +63,6 @@ CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers
 # What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and
 # doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
 ONE_PICTURE = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
-FINE_GRAIN = 12  # grain: elements of at most 1/12 of the side; halved: 3 more mixed, doubled: 2 fewer
-FEW = 12  # elements in all, and fewer are cut: mixed they melt (candies, olives, raspberries, foam)
-SEEN = 10  # of 12 directions show where elements end, or size is a guess; 8: clouds are mixed, 11: the same
 OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
 JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
 STEPPED = 0.1  # evenness in step, where threads and joints must meet; at 0.25 24 sheets: 7 preferred, 17 not
@@ -259,10 +256,6 @@ class Facts:
         """The isometries that keep its look."""
         return allowed_isometries([self.small])
 
-    def keeps(self, poses: tuple[int, ...]) -> bool:
-        """Whether all of some isometries keep its look; measured until one of them is refused."""
-        return not refused([self.small], poses) and set(poses) <= set(self.symmetry)
-
     @cached_property
     def border(self) -> Border:
         """Whether it continues in itself across its borders."""
@@ -284,11 +277,6 @@ class Facts:
         return self.canvas.height * self.canvas.width / area
 
     @property
-    def elements(self) -> float:
-        """How many elements it holds: its area over that of one."""
-        return self.exemplar.height * self.exemplar.width / max(self.element.height * self.element.width, 1)
-
-    @property
     def across(self) -> float:
         """How many elements lie side by side along the shorter side."""
         return self.side / max(self.element.size, 1)
@@ -300,8 +288,6 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
-    if e.found:
-        across += _tie(f.elements, FEW, f"{f.elements:.1f} in all, and fewer than {FEW} are few")
     rows: dict[str, tuple[Any, float, str]] = {
         "lattice": _lattice(f),
         "variation": _variation(f),

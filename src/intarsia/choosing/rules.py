@@ -13,11 +13,9 @@ from typing import Any
 
 from ..foundation.geometry import Wrap
 from ..lattice import vectors_of
-from .facts import FEW, FINE_GRAIN, JOINTED, ONE_PICTURE, OUTLINED, SEEN, STEPPED, Facts
+from .facts import JOINTED, ONE_PICTURE, OUTLINED, STEPPED, Facts
 
-TURNED = (0, 5, 6, 7)  # turns by quarters
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
-MIXED = 1 << 20  # px of an exemplar: 1024 px a side are grown from 512, 768, 1024 px in 8, 9 and 15 s of CPU
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ def _in_step(f: Facts) -> bool:
     canvas = f.canvas
     if canvas.endless or canvas.height * canvas.width > VAST or f.about is None:
         return False
-    if canvas.wrap is Wrap.NONE and f.joints <= JOINTED and not _loose(f):
+    if canvas.wrap is Wrap.NONE and f.joints <= JOINTED and f.outlines >= OUTLINED:
         return False
     return f.lattice is not None or f.masonry is None
 
@@ -94,23 +92,6 @@ def _in_step(f: Facts) -> bool:
 def _free(f: Facts) -> bool:
     """Whether it repeats by no lattice, and shapes of patches can be searched for."""
     return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
-
-
-def _loose(f: Facts) -> bool:
-    """Whether no outline, joint or long line must be kept."""
-    return f.outlines < OUTLINED
-
-
-def _mixed(f: Facts) -> bool:
-    """Whether no outline must be kept, and it holds many elements: pieces of every size may be mixed.
-
-    Only the spots of a fine grain, or quarter turns keep the look, so that no light, no growth and no row has a
-    direction. The analysis grows with the exemplar's area.
-    """
-    small = f.exemplar.height * f.exemplar.width <= MIXED and _free(f)
-    if not small or f.element.found < SEEN or f.ordered or f.elements < FEW or not _loose(f):
-        return False
-    return FINE_GRAIN * f.element.size <= f.side or f.keeps(TURNED)
 
 
 def _size(f: Facts) -> str:
@@ -192,16 +173,6 @@ RULES: tuple[ChoiceRule, ...] = (
         "rows", "near-regular", "a lattice of one vector",
         lambda f: f.lattice is not None and f.lattice.kind == "1-D", _lattice,
         lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
-    ),
-    ChoiceRule(
-        "mixed", "parallel-controllable", "no lattice, no hint of rows, no outlines, an exemplar of at most 1024 x "
-        f"1024 px that holds {FEW} elements or more, and grain of at most 1/{FINE_GRAIN} of the side, or a look that "
-        "quarter turns keep",
-        _mixed, _nothing,
-        lambda f: (
-            "It repeats by no lattice.",
-            "Corrected from coarse to fine, it is mixed in pieces of every size, so little of it is seen to return.",
-        ),
     ),
     ChoiceRule(
         "courses", "near-regular", "no lattice, and lines that run across it between courses of "
