@@ -326,6 +326,7 @@ def test_the_rule_holds_where_borders_are_empty_and_beside_them_may_change() -> 
         return ia.Auto().choose(scene.exemplars, canvas).rule
 
     assert rule(scene.canvas) == "closing"
+    assert ia.Auto().choose(scene.exemplars, scene.canvas).method.evenness == 0, "nearly all is shown once, as it lies"
     assert rule(replace(scene.canvas, rim=0)) == "begun"
     one = scene_to_tile(scene.exemplars[0], (), Wrap.X, None, None).canvas
     assert rule(one) == "closing"
