@@ -60,9 +60,22 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
 
 
 def test_what_strikes_is_dearer_up_to_a_limit() -> None:
-    strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]])]
-    assert rates(strikes, 4, 2).tolist() == [2 * SHARE * n for n in (1, 1, 5, MOST, 0, 1)]
-    assert rates(strikes, 4, 2, 2.0).tolist() == [2 * SHARE * n for n in (0, 1, 5, MOST, 0, 0)]
+    common = np.full(54, USUAL)
+    strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]]), common]
+    assert rates(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, MOST, 0, 1)]
+    assert rates(strikes, 4, 2, in_step=True)[:6].tolist() == [2 * SHARE * n for n in (0, 1, 5, MOST, 0, 0)]
+
+
+def test_what_many_pixels_do_does_not_strike() -> None:
+    """Letters on paper are all far from the median, and as common as the paper."""
+    letters = np.full(20, 4 * USUAL)
+    strikes = [np.concatenate([letters, np.full(79, USUAL), [8 * USUAL]])]
+    found = rates(strikes, 4, 2)
+    assert (found[:-1] == 2 * SHARE).all()
+    assert found[-1] == 2 * SHARE * 17
+    assert (rates(strikes, 4, 2, in_step=True) == 2 * SHARE * np.repeat([1, 0, 17], [20, 79, 1])).all()
+    few = [np.concatenate([letters[:9], np.full(91, USUAL)])]
+    assert (rates(few, 4, 2)[:9] == 2 * SHARE * 17).all()
 
 
 @pytest.mark.parametrize("poses", ["none", "both"])

@@ -81,9 +81,8 @@ def seams_of(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tu
 def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemplars, looks: Looks) -> Seam:
     """The seams of a band of rows from `first` on; `size` without the row and column that are there to go on."""
     this, that = ((np.s_[:-1, : size[1]], np.s_[1:, : size[1]]), (np.s_[: size[0], :-1], np.s_[: size[0], 1:]))[axis]
-    which, pose, broken = band.numbers, band.turns, np.zeros((), bool)
-    for part in (which, pose):
-        broken = broken | (part[this] != part[that])
+    which, pose = band.numbers, band.turns
+    broken = (which[this] != which[that]) | (pose[this] != pose[that])
     j = J[:, axis::2][np.minimum(pose, 7)] if band.frame is None else band.frame[:, :, :, axis].astype(np.float64)
     for k in range(2):
         at = band.yx[:, :, k] if band.sub is None else band.yx[:, :, k] + band.sub[:, :, k].astype(np.float64)

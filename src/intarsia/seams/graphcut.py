@@ -58,7 +58,6 @@ LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next where pieces about a window are counted
 TINY = 1057087571  # exp(-1/64) in 2**-30
-STRIKING = 2.0  # times as much as usual must strike what alone has a price in step
 GONE = 64 * 20  # beyond, a chance is none
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
@@ -146,11 +145,10 @@ def shifts_around(
 
 def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool) -> Int32:
     """What each showing of an exemplar pixel costs the next one, on a canvas of so many px."""
-    due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1.0)
+    due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
     strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
                                              for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-    least = STRIKING if in_step else 0.5  # in step all else returns anyway, and misses are seen at once
-    return rates(strikes, price, due, least)
+    return rates(strikes, price, due, in_step)
 
 
 class GraphcutGrowth:

@@ -204,10 +204,9 @@ class Repairing:
         )  # fmt: skip
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
         self.growth = Growth(settings, exemplars, whole)
-        self.growth.growing.locked[:] = False if canvas.start is None else kept(canvas.start, smap)
+        self.growth.growing.locked[:] = kept(canvas.start, smap)
         self.bars = Constraints(self.growth, canvas.guide, repair.distance)
-        margin = min(repair.patch) // REACH
-        stitch = GraphcutSettings(seam="sharp", margin=margin)
+        stitch = GraphcutSettings(seam="sharp", margin=min(repair.patch) // REACH)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if canvas.guide or repair.distance else None)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
         self.lay, self.give_up = self.sewing.paste, self.worst.give_up
