@@ -107,8 +107,8 @@ LOOKS = {
         # strange 0.8 0.4 4.0, blurred 3.7 6.5 2.1, seams 3.3 3.9 2.7, near 0.010 0.074 0.009; to the eye alike, with
         # one light board at a rim. While a step cost as much in grain as elsewhere, joins 12.9 6.4 12.8, steps 5.8 6.4
         # 7.5, strange 6.4 1.5 2.7, near 0.021 0.032 0.035; alike to the eye. Now joins 11.7 4.3 10.6, steps 6.6 5.2
-        # 10.4, strange 6.3 1.2 2.4, lost 13.5 25.3 21.5, blurred 3.2 6.2 6.8, seams 3.4 3.0 4.9, unshown 25.6 35.2 28.8,
-        # near 0.018 0.023 0.037.
+        # 10.4, strange 6.3 1.2 2.4, lost 13.5 25.3 21.5, blurred 3.2 6.2 6.8, seams 3.4 3.0 4.9, unshown 25.6 35.2
+        # 28.8, near 0.018 0.023 0.037.
         {"joins": 14.1, "steps": 12.5, "strange": 7.6, "lost": 30.3, "blurred": 8.1, "seams": 5.8, "unshown": 42.3,
          "near": 0.045},
     ),
