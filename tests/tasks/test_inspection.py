@@ -97,7 +97,7 @@ class TestTold:
         text = run("blobs.png").stdout
         assert "lattice      none. " in text
         assert text.count("\ncandidate ") == 3
-        assert "--method parallel-controllable" in text
+        assert "--method graphcut" in text
 
     def test_equal_periods_suggest_the_best_tile_and_one_colour_repetition(self) -> None:
         tile = weave(20, 24)
