@@ -28,15 +28,16 @@ def visibility(picture: Int16, knee: int, usable: Mask | None = None, toroidal: 
         In 1/128: from 64, where all changes, to 256, where nothing does.
     """
     counts = np.ones(picture.shape[:2], bool) if usable is None else usable
+    planes = np.moveaxis(picture.astype(np.int64), 2, 0)
     found = np.zeros((2, *counts.shape), np.int64)  # how much changes at every pixel, and in how many pairs
-    for axis in (0, 1):
+    for axis in range(2):
         both = counts & np.roll(counts, -1, axis)
         if not toroidal:
             np.moveaxis(both, axis, 0)[-1] = False
-        squares = sum((plane - np.roll(plane, -1, axis)) ** 2 for plane in np.moveaxis(picture.astype(np.int64), 2, 0))
+        squares = sum((plane - np.roll(plane, -1, axis)) ** 2 for plane in planes)
         pairs = np.stack([np.sqrt(squares).astype(np.int64) * both, both])
         found += pairs + np.roll(pairs, 1, axis + 1)
     for axis in (1, 2):
         found = moving_sums(found, axis, RADIUS, "wrap" if toroidal else "constant")
-    seen = ONCE * np.sqrt(knee * found[1] / np.maximum(found[0], 1))
-    return np.asarray(np.clip(seen, ONCE // MOST, ONCE * MOST), np.int16)
+    times = np.clip(np.sqrt(knee * found[1] / np.maximum(found[0], 1)), 1 / MOST, MOST)
+    return np.asarray(ONCE * times, np.int16)

@@ -57,7 +57,7 @@ ALONG = 0.1  # of the pitch: a vector that leads so little aside runs along rows
 
 SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
 NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
-CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices, numbers of elements and turned halves
+CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices
 
 
 # What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and
