@@ -41,7 +41,7 @@ from .candidates import (
     pictures,
     waves_of,
 )
-from .fit import RING, fitted, refined, relatives, resolved, score, shortlist
+from .fit import RING, fitted, refined, relatives, score, shortlist
 from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
@@ -232,8 +232,7 @@ def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) ->
     ranked = []
     for k in scored.ranked(SHOWN):
         one = fits[tuple(scored.vectors[k].ravel().tolist())]
-        vectors = resolved(found, scored.vectors[k], one.residual)
-        ranked.append(two_vectors(vectors, scored, int(k), one, prepared))
+        ranked.append(two_vectors(found, scored, int(k), one, prepared))
     return ranked
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from ..foundation.arrays import Floats, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
 from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap
-from .fit import ENOUGH, Fit, Scored, regularity
+from .fit import ENOUGH, Fit, Scored, regularity, resolved
 from .scoring_kernels import NOTHING, course_profile, top_of
 
 
@@ -68,8 +68,10 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
     tried.sort(key=_rank)
+    hint = MILLION * LIMITS.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
     kept: list[RowPitch] = []
-    for one, _ in sorted([_refined(found, v, one) for one, v in tried[: TURNING.waves]], key=_rank):
+    best = [_refined(found, v, one) if one.contrast >= hint else (one, v) for one, v in tried[: TURNING.waves]]
+    for one, _ in sorted(best, key=_rank):
         if all(_apart(one.pitch, other.pitch) > 1 + TURNING.apart * math.hypot(*one.pitch) for other in kept):
             kept.append(one)
     return kept
@@ -271,28 +273,38 @@ class Lattices:
     refined: bool = True
 
 
-def two_vectors(vectors: Int64, scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
-    """Judge a lattice of two vectors by its score, its fit, and where in the exemplar it holds."""
+def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
+    """Judge the k-th of the scored lattices by its score, its fit, and where in the exemplar it holds.
+
+    One that its score alone refuses is neither fitted once more nor looked for in the parts of the exemplar.
+    """
     mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
     points = int(scored.points[k])
     near = regularity(one)
     odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))  # a peak says two things, the vectors are four
+    few = points < ENOUGH
+    hopeless = _refused_few(contrast, points) if few else confidence < LIMITS.doubted
+    vectors = scored.vectors[k] if hopeless else resolved(found, scored.vectors[k], one.residual)
     rows = tuple((int(y), int(x)) for y, x in vectors)
-    parts = min(support(prepared, row) for row in rows)
-    says = (
+    parts = 1.0 if hopeless else min(support(prepared, row) for row in rows)
+    says = [
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
-        f"{100 * parts:.0f} % of the exemplar repeats, or more.",
-    )
-    if points < ENOUGH:
+    ]
+    says += [] if hopeless else [f"{100 * parts:.0f} % of the exemplar repeats, or more."]
+    if few:
         verdict, why = _judge_few(contrast, points, parts)
     else:
         verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds, parts)
     return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict, float(parts), odds)
 
 
+def _refused_few(contrast: float, points: int) -> bool:
+    return points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few)
+
+
 def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
-    if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
+    if _refused_few(contrast, points):
         return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
     if parts < LIMITS.everywhere:
         return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
