@@ -24,7 +24,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ..foundation.arrays import Floats, Int64, Mask, Pair
+from ..foundation.arrays import Array, Floats, Int64, Pair
 from ..foundation.geometry import UNIT
 from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap
 from .fit import ENOUGH, Fit, Scored, regularity, resolved
@@ -364,32 +364,28 @@ def support(prepared: CorrelatedPictures, vector: Pair) -> float:
         return 0.0
     one = np.s_[max(dy, 0) : max(dy, 0) + rows, max(dx, 0) : max(dx, 0) + columns]
     other = np.s_[max(-dy, 0) : max(-dy, 0) + rows, max(-dx, 0) : max(-dx, 0) + columns]
-    layers = [np.ascontiguousarray(np.moveaxis(p, 2, 0)) for p in (prepared.colours, prepared.edges)]
-    alike, seen = 0, 0
-    down, right = (_ends(n, parts) for n in (rows, columns))
-    for y in range(parts):
-        for x in range(parts):
-            box = np.s_[down[y] : down[y + 1], right[x] : right[x + 1]]
-            known = None if prepared.usable is None else prepared.usable[one][box] & prepared.usable[other][box]
-            if known is not None and 2 * known.sum() < known.size:
-                continue
-            seen += 1
-            alike += any(
-                _correlation(layer[:, *one][:, *box], layer[:, *other][:, *box], known) >= ALIKE for layer in layers
-            )
-    return alike / seen if seen else 0.0
+    down, right = (_begins(n, parts) for n in (rows, columns))
+
+    def added(values: Array) -> Array:
+        return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=0), right, axis=1))
+
+    usable = np.ones(prepared.colours.shape[:2], bool) if prepared.usable is None else prepared.usable
+    known = usable[one] & usable[other]
+    count, size = (added(values.astype(np.int64)) for values in (known, np.ones_like(known)))
+    alike = np.zeros(count.shape, bool)
+    for layer in (prepared.colours, prepared.edges):
+        both, below = np.zeros((2, *count.shape))
+        for plane in np.moveaxis(layer, 2, 0):  # channels count by their contrast
+            f, g = plane[one] * known, plane[other] * known
+            p, q = added(f), added(g)
+            squares = [count * added(u * v) - s * t for u, v, s, t in ((f, f, p, p), (g, g, q, q), (f, g, p, q))]
+            below += np.sqrt(np.maximum(squares[0] * squares[1], 0))
+            both += squares[2]
+        alike |= (both >= ALIKE * below) & (below > 0)
+    seen = 2 * count >= size
+    return float(alike[seen].mean()) if seen.any() else 0.0
 
 
-def _ends(length: int, parts: int) -> list[int]:
-    """Where about equal parts of a length begin and end, the same from either end of it."""
-    return [k * length // parts if 2 * k <= parts else length - (parts - k) * length // parts
-            for k in range(parts + 1)]  # fmt: skip
-
-
-def _correlation(f: Floats, g: Floats, known: Mask | None) -> float:
-    """Correlation of equal px (C, H, W) of whole numbers; channels count by their contrast."""
-    f, g = (p.reshape(len(p), -1) if known is None else p[:, known] for p in (f, g))
-    f, g = (p - p.sum(axis=1, keepdims=True) / p.shape[1] for p in (f, g))
-    one, other, both = (np.einsum("ci,ci->c", p, q) for p, q in ((f, f), (g, g), (f, g)))
-    below = float(np.sqrt(one * other).sum())
-    return float(both.sum()) / below if below > 0 else 0.0
+def _begins(length: int, parts: int) -> list[int]:
+    """Where about equal parts of a length begin, the same from either end of it."""
+    return [k * length // parts if 2 * k <= parts else length - (parts - k) * length // parts for k in range(parts)]
