@@ -15,7 +15,7 @@ from intarsia.foundation import ParameterError
 from intarsia.lattice import find_lattice
 from intarsia.lattice.candidates import canonical, correlation_map, guesses, pictures, waves_of
 from intarsia.lattice.scoring_kernels import lattice_mean
-from intarsia.lattice.verdict import Lattice, RowPitch, _ends, one_vector
+from intarsia.lattice.verdict import Lattice, RowPitch, _begins, one_vector
 from intarsia.model import Exemplar
 
 WITHOUT = ["dots_random", "noise_white", "noise_pink", "noise_band", "jpeg_blocky", "grapes", "marbling", "fur"]
@@ -299,6 +299,6 @@ def test_parts_of_an_exemplar_are_the_same_from_either_end() -> None:
     """So a picture in a mirror repeats in as many of them, and has the same verdict."""
     for length in range(30, 60):
         for parts in (1, 3, 5):
-            ends = _ends(length, parts)
+            ends = [*_begins(length, parts), length]
             assert [length - at for at in ends[::-1]] == ends
             assert max(abs(b - a - length / parts) for a, b in itertools.pairwise(ends)) < 2
