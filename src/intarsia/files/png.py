@@ -22,8 +22,8 @@ PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
 MAX_UNPACKED = 1 << 26
 """Compressed texts and profiles inside a PNG may unpack to this many bytes together."""
 
-LEVEL = 6
-"""Of zlib, for what is written here."""
+LEVEL = 4
+"""Of zlib, for PNGs: photos are as small as with 6, smooth ones 6 % larger, in a third to nine tenths of the time."""
 
 SLICE = 1 << 16
 """Packed bytes that are looked at together."""

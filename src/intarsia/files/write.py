@@ -25,7 +25,7 @@ from ..model.image import Kind, Plane, Transfer, converted, dtype_of, looked_at
 from . import png
 from .decode import opened, pillow_opened
 from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look
-from .png import PNG_END
+from .png import LEVEL, PNG_END
 
 MARK = "intarsia recipe: "
 """What an embedded recipe starts with."""
@@ -156,6 +156,8 @@ def _bytes_by_oiio(
     spec = oiio.ImageSpec(width, height, channels, _OIIO.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
+    if name == "png":
+        spec.attribute("png:compressionLevel", LEVEL)
     if name in ("tiff", "exr"):
         spec.attribute("compression", "zip")
     if name == "exr":

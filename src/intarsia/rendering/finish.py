@@ -203,25 +203,21 @@ def potential(radius: int) -> Int64:
     is the exact one of the square grid, by the recurrence of McCrea and Whipple ("Random paths in two and three
     dimensions", 1940), further out its logarithm; towards the radius it fades.
     """
-    near, out = _near(), np.zeros((2 * radius - 1, 2 * radius - 1), np.int64)
-    end = _far(float(radius))
-    for y in range(radius):
-        for x in range(y, radius):
-            square = y * y + x * x
-            if square >= radius * radius:
-                break
-            fading = (1.0 - square / (radius * radius)) ** 2
-            value = (near[x][y] if x <= _EXACT else _far(math.sqrt(square))) - end
-            whole = round(value * fading * (1 << FINE))
-            for a, b in ((y, x), (x, y)):
-                for row in (radius - 1 - a, radius - 1 + a):
-                    out[row, [radius - 1 - b, radius - 1 + b]] = whole
+    from_point = np.abs(np.arange(1 - radius, radius))
+    square = from_point[:, None] ** 2 + from_point**2
+    value = _far(np.sqrt(np.maximum(square, 1)))
+    exact = np.flatnonzero(from_point <= _EXACT)
+    low, high = (f(*np.ix_(from_point[exact], from_point[exact])) for f in (np.minimum, np.maximum))
+    value[np.ix_(exact, exact)] = np.array(_near())[high, low]
+    fading = (1.0 - square / (radius * radius)) ** 2
+    out = np.where(square < radius * radius, np.rint((value - _far(radius)) * fading * (1 << FINE)), 0).astype(np.int64)
     out.flags.writeable = False
     return out
 
 
-def _far(distance: float) -> float:
-    return (math.log(distance) + _EULER + 1.5 * math.log(2.0)) / (2.0 * math.pi)
+def _far(distance: Array | float) -> Array:
+    """The potential so far away, px; as what is given."""
+    return np.asarray((np.log(distance) + _EULER + 1.5 * math.log(2.0)) / (2.0 * math.pi))
 
 
 def _near() -> list[list[float]]:
