@@ -63,7 +63,7 @@ class Watched:
     """Sites 0 to 9, of which the odd ones pay, but only the first of any two neighbours."""
 
     def __init__(self) -> None:
-        self.left, self.laid, self.asked = list[int](), list[int](), list[list[int]]()
+        self.left, self.laid, self.asked, self.told = list[int](), list[int](), list[list[int]](), list[int]()
 
     def found(self, sites: list[int], run: ia.Run) -> list[int]:
         self.asked.append(sites)
@@ -77,8 +77,13 @@ class Watched:
     def pays(self, cut: Cut) -> bool:
         return cut.box[0] - 2 not in self.laid
 
-    def lay(self, cut: Cut) -> None:
+    def lay(self, cut: Cut) -> tuple[int, int, int, int]:
+        assert not self.told, "all are laid before the first is measured"
         self.laid.append(cut.box[0])
+        return cut.box
+
+    def measured(self, box: tuple[int, int, int, int]) -> None:
+        self.told.append(box[0])
 
     def give_up(self, key: str) -> None:
         self.left.append(int(key))
@@ -88,7 +93,7 @@ def test_what_is_cut_is_laid_in_turn_where_it_still_pays(monkeypatch: pytest.Mon
     monkeypatch.setattr(improve, "AT_ONCE", 4)
     work, told = Watched(), list[int]()
     laid = improve.improve(work, {str(k): k for k in range(10)}, ia.Run(3), told.append)
-    assert [cut.box[0] for cut in laid] == work.laid == [1, 5, 9]
+    assert [cut.box[0] for cut in laid] == work.laid == sorted(work.told) == [1, 5, 9]
     assert work.left == [0, 2, 4, 6, 8]
     assert work.asked == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
     assert told == [0, 4, 8]

@@ -410,11 +410,15 @@ class GraphcutGrowth:
 
     def paste(self, cut: Cut) -> None:
         """Write a cut into the map, and what its seams cost into the prices."""
+        self.note(self.write(cut))
+
+    def write(self, cut: Cut) -> Box:
+        """Write a cut into the map; returns where seams must be measured anew."""
         top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
         (y, x), self._told = cut.box[:2], None
         if self.stitch.lattice is not None and self.first is None:
             self.first = (cut.pick[1], cut.pick[2]), (y, x)
-        self.note((y + top - 1, x + left - 1, h + 1, w + 1))
+        return y + top - 1, x + left - 1, h + 1, w + 1
 
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""

@@ -35,8 +35,11 @@ class Pass(Protocol):
     def pays(self, cut: Cut) -> bool:
         """Whether a cut still pays after what the wave has laid before it."""
 
-    def lay(self, cut: Cut) -> None:
-        """Write it into the map."""
+    def lay(self, cut: Cut) -> Box:
+        """Write it into the map; returns where seams must be measured anew."""
+
+    def measured(self, box: Box) -> None:
+        """Measure the seams of a box anew; it may be asked by several threads."""
 
     def give_up(self, key: Any) -> None:
         """Leave a site at which nothing pays."""
@@ -44,7 +47,7 @@ class Pass(Protocol):
 
 def improve(work: Pass, wave: Mapping[Any, Any], run: Run, tick: Callable[[int], None]) -> list[Cut]:
     """Lay what pays at the sites of a wave, by their keys; returns what was laid. `tick` is told how many are done."""
-    sites, cuts, laid = list(wave.values()), list[Cut | None](), list[Cut]()
+    sites, cuts, laid, changed = list(wave.values()), list[Cut | None](), list[Cut](), list[Box]()
     for begin in range(0, len(sites), AT_ONCE):
         tick(begin)
         some = sites[begin : begin + AT_ONCE]
@@ -55,8 +58,10 @@ def improve(work: Pass, wave: Mapping[Any, Any], run: Run, tick: Callable[[int],
         if cut is None:
             work.give_up(key)
         elif work.pays(cut):
-            work.lay(cut)
+            changed.append(work.lay(cut))
             laid.append(cut)
+    with run.pool() as each:
+        each(work.measured, changed)
     return laid
 
 
@@ -71,7 +76,7 @@ class Drawing:
     """Placements are drawn among those that fit: for empty windows, or for the worst ones of a full map."""
 
     def __init__(self, sewn: GraphcutGrowth, worst: WorstSeams | None = None) -> None:
-        self.sewn, self.worst, self.lay = sewn, worst, sewn.paste
+        self.sewn, self.worst, self.lay, self.measured = sewn, worst, sewn.write, sewn.note
 
     def found(self, sites: list[Place], run: Run) -> Sequence[Candidates]:
         """The candidates; the middle of what is to be covered does not count."""

@@ -209,7 +209,7 @@ class Repairing:
         stitch = GraphcutSettings(seam="sharp", margin=min(repair.patch) // REACH)
         self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if canvas.guide or repair.distance else None)
         self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
-        self.lay, self.give_up = self.sewing.paste, self.worst.give_up
+        self.lay, self.measured, self.give_up = self.sewing.write, self.sewing.note, self.worst.give_up
 
     def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
         """Cover windows that lie apart; returns how many patches were laid."""
