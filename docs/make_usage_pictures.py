@@ -30,7 +30,7 @@ def main() -> None:
     exemplar = np.ascontiguousarray(ia.read("sample:pebbles").base.pixels[:SIDE, :SIDE])
     row = [np.full((GROWN, SIDE, 3), 255, np.uint8)]
     row[0][:SIDE] = exemplar
-    for price in (0, 0.12):
+    for price in (0, 0.2):
         made = ia.synthesize(exemplar, GROWN, ia.Graphcut(evenness=price), seed=3)
         beside = np.full((GROWN, SIDE, 3), 255, np.uint8)
         beside[:SIDE] = usage(made)

@@ -196,7 +196,7 @@ def test_patches_are_counted_again_once_one_is_laid() -> None:
     cut = sewing.best(box, [(0, 8, 12)])
     assert cut is not None
     assert sewing.told is empty
-    sewing.paste(cut)
+    sewing.note(sewing.write(cut))
     assert sewing._search is not None
     assert sewing.told.counts[0][8 // sewing._search.factor, 12 // sewing._search.factor] == ONE
     rows = np.array([(0, 0, 8, 12), (0, 0, 24, 0)], np.int64)

@@ -33,7 +33,7 @@ from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
 from intarsia.seams.graphcut import likelihood
-from intarsia.seams.recut_kernels import NEVER, Draft
+from intarsia.seams.recut_kernels import NEVER, Draft, drafted
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import Usage
 from intarsia.seams.worst import CELL, WorstSeams
@@ -437,11 +437,15 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(margin=2))
     first = sewing.cheapest((0, 0, 16, 16), sewing.found([(0, 0, 16, 16)], ia.Run(1))[0], 1, filling=True)
     assert first is not None
-    sewing.paste(first)
+    sewing.note(sewing.write(first))
     box = (0, 10, 16, 16)
     picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2, filling=True)
     assert len(set(picks)) == len(picks) == 6
-    rough = [sewing.cut(box, pick, 2, step=2).change for pick in picks]
+    rough = []
+    for pick in picks:
+        window, inner, patch = sewing._window(box, pick, 2)
+        sewing._recut(window, inner, [(0, *patch)], drafted(window, 2), cost := np.array([graphcut.NEVER, 1]))
+        rough.append(int(cost[0]))
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.cheapest(box, sewing.found([box], ia.Run(1))[0], 2, filling=True)
@@ -461,7 +465,7 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
     first = sewing.cheapest((0, 0, 16, 16), sewing.found([(0, 0, 16, 16)], ia.Run(1))[0], 1, filling=True)
     assert first is not None
-    sewing.paste(first)
+    sewing.note(sewing.write(first))
     box = (0, 10, 16, 16)
     found = sewing.found([box], ia.Run(1))[0]
     prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))
@@ -498,7 +502,7 @@ def test_a_guide_is_honoured() -> None:
 
 
 def test_defaults_follow_from_the_texture() -> None:
-    """0.7 of 1.5 elements, of at most 0.4 of the side, all of it in step; overlap half, overreach a sixth, 3 for 5."""
+    """0.7 of 1.5 elements, of at most 0.4 of the side, all of it in step; overlap a third, overreach two, 1 for 5."""
     e = Exemplar.of(texture(192, 160, 3))
     resolved = ia.Graphcut().resolved([e], Canvas(300, 300))
     plain = search.default_patch([e])
@@ -507,9 +511,9 @@ def test_defaults_follow_from_the_texture() -> None:
     assert ia.Graphcut(lattice=((20, 0), (0, 20))).resolved([e], Canvas(300, 300)).patch == large
     begun = Canvas(192, 160, start=identity([e.source], 0))
     assert ia.Graphcut().resolved([e], begun).patch == large
-    assert resolved.overlap == resolved.patch // 2
-    assert resolved.overreach == resolved.patch // 6
+    assert resolved.overlap == resolved.patch // 3
+    assert resolved.overreach == 2 * resolved.patch // 3
     rows = -(-(300 - resolved.overlap) // resolved.pitch[0])
-    assert resolved.refinements == -(-3 * rows * rows // 5)
+    assert resolved.refinements == -(-rows * rows // 5)
     with pytest.raises(ia.ParameterError, match="overlap=20 is not below patch=20"):
         ia.Graphcut(patch=20, overlap=20)

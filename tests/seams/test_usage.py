@@ -15,7 +15,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.patches.growth import Growth
 from intarsia.seams import usage_kernels
-from intarsia.seams.graphcut import Cut, GraphcutGrowth
+from intarsia.seams.graphcut import Box, Cut, GraphcutGrowth
 from intarsia.seams.improve import fill, refine
 from intarsia.seams.recut_kernels import ABSENT
 from intarsia.seams.sewing import settings_of, stitch_of
@@ -106,18 +106,19 @@ def test_what_a_canvas_begins_with_counts() -> None:
 def test_an_accepted_cut_makes_seams_and_usage_together_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
     """The energy is the seams, and for every pixel its rate for each pair of its showings; seams alone may rise."""
     sewn, seams = grown([Exemplar.of(texture(60, 60, 3, 40))], Canvas(70, 70), evenness=4), list[int]()
-    paste = sewn.paste
+    write = sewn.write
 
     def usage() -> float:
         shown = sewn.usage.shown.astype(int)
         return float((sewn.usage.rate * shown * (shown - 1) // 2).sum()) / SHARE
 
-    def noted(cut: Cut) -> None:
-        before = sewn.total
-        paste(cut)
+    def noted(cut: Cut) -> Box:
+        before, box = sewn.total, write(cut)
+        sewn.note(box)
         seams.append(sewn.total - before)
+        return box
 
-    monkeypatch.setattr(sewn, "paste", noted)
+    monkeypatch.setattr(sewn, "write", noted)
     before = sewn.total + usage()
     saved = refine(sewn, 5, 7, ONE, 40)
     assert min(saved) > 0

@@ -29,14 +29,14 @@ from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 USUAL = 256  # what the median spot has
 FAR = 1 << 12  # beyond all features
 MOST = 16 * USUAL  # and no spot more: as far as that, all are seen at once
-WORK_SIDE = 384  # px: larger exemplars are looked at on reduced copies
-RADII = 2, 5, 10, 18  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
+WORK_SIDE = 192  # px: larger exemplars are looked at on reduced copies
+RADII = 2, 5, 9  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
 ROOM = 8  # a scale needs an exemplar so many times as large
 ROWS = 1024  # spots that are compared at a time
 REFERENCES = 500  # spots that all are compared with
 LIKES = 3, 200  # the nearest three in two hundred are a spot's likes,
 LEAST_LIKES = 3  # but no fewer
-BARE, SEEN = 5, 16  # px of a square that is bare ground, where colours vary by less, of 2046
+BARE, SEEN = 3, 16  # px of a square that is bare ground, where colours vary by less, of 2046
 APART = 3  # radii: nearer spots show the same
 NARROW = 50  # directions in which spots differ less than by 1 / 50 of all their variance are not widened more
 FIXED = 64  # distances are kept in 1/64 of a spread

@@ -156,8 +156,7 @@ def _bytes_by_oiio(
     spec = oiio.ImageSpec(width, height, channels, _OIIO.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
-    if name == "png":
-        spec.attribute("png:compressionLevel", LEVEL)
+    spec.attribute("png:compressionLevel", LEVEL)  # other formats pass over it
     if name in ("tiff", "exr"):
         spec.attribute("compression", "zip")
     if name == "exr":

@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -70,8 +71,9 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     tried.sort(key=_rank)
     hint = MILLION * LIMITS.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
     kept: list[RowPitch] = []
-    best = [_refined(found, v, one) if one.contrast >= hint else (one, v) for one, v in tried[: TURNING.waves]]
-    for one, _ in sorted(best, key=_rank):
+    for one, _ in sorted(
+        (_refined(found, v, one) if one.contrast >= hint else (one, v) for one, v in tried[: TURNING.waves]), key=_rank
+    ):
         if all(_apart(one.pitch, other.pitch) > 1 + TURNING.apart * math.hypot(*one.pitch) for other in kept):
             kept.append(one)
     return kept
@@ -282,29 +284,24 @@ def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepare
     points = int(scored.points[k])
     near = regularity(one)
     odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))  # a peak says two things, the vectors are four
-    few = points < ENOUGH
-    hopeless = _refused_few(contrast, points) if few else confidence < LIMITS.doubted
-    vectors = scored.vectors[k] if hopeless else resolved(found, scored.vectors[k], one.residual)
-    rows = tuple((int(y), int(x)) for y, x in vectors)
-    parts = 1.0 if hopeless else min(support(prepared, row) for row in rows)
+    judged = partial(_judge, confidence, near if one.used > ENOUGH else 0.0, odds)
+    if few := points < ENOUGH:
+        judged = partial(_judge_few, contrast, points)
+    rows, parts = scored.vectors[k], 1.0
     says = [
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
     ]
-    says += [] if hopeless else [f"{100 * parts:.0f} % of the exemplar repeats, or more."]
-    if few:
-        verdict, why = _judge_few(contrast, points, parts)
-    else:
-        verdict, why = _judge(confidence, near if one.used > ENOUGH else 0.0, odds, parts)
-    return Lattice(rows, confidence, contrast, points, one.residual, (*says, why), verdict, float(parts), odds)
-
-
-def _refused_few(contrast: float, points: int) -> bool:
-    return points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few)
+    if judged(parts)[0] != REFUSED or (not few and confidence >= LIMITS.doubted):
+        rows = resolved(found, rows, one.residual)
+        parts = min(support(prepared, (y, x)) for y, x in rows.tolist())
+        says.append(f"{100 * parts:.0f} % of the exemplar repeats, or more.")
+    vectors, (verdict, why) = tuple((y, x) for y, x in rows.tolist()), judged(parts)
+    return Lattice(vectors, confidence, contrast, points, one.residual, (*says, why), verdict, parts, odds)
 
 
 def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
-    if _refused_few(contrast, points):
+    if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
         return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
     if parts < LIMITS.everywhere:
         return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
@@ -356,32 +353,30 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
 
 def support(prepared: CorrelatedPictures, vector: Pair) -> float:
     """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
-    dy, dx = ((abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector)
-    height, width = prepared.colours.shape[:2]
-    rows, columns = height - abs(dy), width - abs(dx)
-    parts = min(PARTS, rows // LEAST_PART, columns // LEAST_PART)
+    shape, moved = prepared.colours.shape[:2], [(abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector]
+    sides = [n - abs(d) for n, d in zip(shape, moved, strict=True)]
+    parts = min(PARTS, min(sides) // LEAST_PART)
     if parts < 1:
         return 0.0
-    one = np.s_[max(dy, 0) : max(dy, 0) + rows, max(dx, 0) : max(dx, 0) + columns]
-    other = np.s_[max(-dy, 0) : max(-dy, 0) + rows, max(-dx, 0) : max(-dx, 0) + columns]
-    down, right = (_begins(n, parts) for n in (rows, columns))
+    one, other = (
+        tuple(slice(max(k * d, 0), n + min(k * d, 0)) for n, d in zip(shape, moved, strict=True)) for k in (1, -1)
+    )
+    down, right = (_begins(n, parts) for n in sides)
 
     def added(values: Array) -> Array:
-        return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=0), right, axis=1))
+        return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=-2), right, axis=-1))
 
-    usable = np.ones(prepared.colours.shape[:2], bool) if prepared.usable is None else prepared.usable
+    usable = np.ones(shape, bool) if prepared.usable is None else prepared.usable
     known = usable[one] & usable[other]
-    count, size = (added(values.astype(np.int64)) for values in (known, np.ones_like(known)))
+    count, size = added(known * 1.0), added(np.ones(known.shape))
     alike = np.zeros(count.shape, bool)
     for layer in (prepared.colours, prepared.edges):
-        both, below = np.zeros((2, *count.shape))
-        for plane in np.moveaxis(layer, 2, 0):  # channels count by their contrast
-            f, g = plane[one] * known, plane[other] * known
-            p, q = added(f), added(g)
-            squares = [count * added(u * v) - s * t for u, v, s, t in ((f, f, p, p), (g, g, q, q), (f, g, p, q))]
-            below += np.sqrt(np.maximum(squares[0] * squares[1], 0))
-            both += squares[2]
-        alike |= (both >= ALIKE * below) & (below > 0)
+        planes = np.ascontiguousarray(np.moveaxis(layer, 2, 0))
+        f, g = planes[:, *one] * known, planes[:, *other] * known
+        p, q = added(f), added(g)
+        ff, gg, fg = (count * added(u * v) - s * t for u, v, s, t in ((f, f, p, p), (g, g, q, q), (f, g, p, q)))
+        below = np.sqrt(np.maximum(ff * gg, 0)).sum(axis=0)  # channels count by their contrast
+        alike |= (fg.sum(axis=0) >= ALIKE * below) & (below > 0)
     seen = 2 * count >= size
     return float(alike[seen].mean()) if seen.any() else 0.0
 

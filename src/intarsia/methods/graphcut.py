@@ -4,15 +4,15 @@ Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synt
 Transactions on Graphics (SIGGRAPH) 2003.
 
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
-around its window than `overreach`; twelve placements are drawn, and compared by cuts on every fourth px; strong steps
+around its window than `overreach`; twelve placements are drawn, and compared by cuts on every sixth px; strong steps
 cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`); what is
 shown more often than area asks costs more, in the choice of placements (`usage`) and in the cut (`evenness`); the
 energy of old seams lies on the pixel grid itself, without nodes of their own; refinement matches what lies around the
 bad place, not the bad place itself, and lets pieces about it grow. Under a guide patches are chosen as in image
 quilting, and nothing is refined.
 
-Cost: for each window and each refinement one FFT search, twelve maximum flows over a sixteenth of the window, and one
-over all of it; about 2 N_out / pitch^2 of them.
+Cost: for each window and each refinement one FFT search, twelve maximum flows over a thirty-sixth of the window
+and what lies about it, and one over all of it; about 1.2 N_out / pitch^2 of them.
 """
 
 from __future__ import annotations
@@ -46,15 +46,15 @@ class Graphcut(methods.CutSquares):
         low=1, high=LARGEST, unit="px",
     )  # fmt: skip
     overlap: int | tuple[int, int] | None = param(
-        AUTO, "extent", "width that two neighbours share; automatic: half of the patch",
+        AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     overreach: int | None = param(
-        AUTO, "int", "how far around its window a patch may replace what is there; automatic: a sixth of the patch",
+        AUTO, "int", "how far around its window a patch may replace what is there; automatic: two thirds of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     refinements: int | None = param(
-        AUTO, "int", "how often the worst seam is covered anew; automatic: three times for every five windows",
+        AUTO, "int", "how often the worst seam is covered anew; automatic: once for every five windows",
         low=0, high=1 << 24,
     )  # fmt: skip
     seam: str = methods.cut_cost("sharp")
@@ -67,7 +67,7 @@ class Graphcut(methods.CutSquares):
     isometries: str | tuple[int, ...] = methods.poses()
     usage: float = methods.usage_price()
     evenness: float = param(
-        0.12, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
+        0.2, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
         "knees (three eighths of the spread of colours); up to 64 times as much where it strikes, nothing on bare "
         "ground, in step with a lattice only what strikes; 0: none",
         low=0, high=100,

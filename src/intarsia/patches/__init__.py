@@ -52,14 +52,14 @@ def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pa
     left = ~known
     found = list(_outside(known, patch, overlap, wraps))
     for y, x in found:
-        left[_index(y, x, patch, known.shape)] = False
+        left[index_of(y, x, patch, known.shape)] = False
     holes = ndimage.find_objects(ndimage.label(left, np.ones((3, 3), int))[0]) if left.any() else []
     for box in holes:
         part = left[box]
         if not part.any():  # a window of an earlier hole holds this one, too
             continue
         for y, x in _over(part, box, patch, overlap, known.shape, wraps):
-            index = _index(y, x, patch, known.shape)
+            index = index_of(y, x, patch, known.shape)
             if left[index].any():
                 found.append((y, x))
                 left[index] = False
@@ -87,7 +87,7 @@ def _outside(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> Iterator[
         return
     for y in axes[0]:
         for x in axes[1]:
-            if not known[_index(y, x, patch, known.shape)].all():
+            if not known[index_of(y, x, patch, known.shape)].all():
                 yield y, x
 
 
@@ -130,7 +130,7 @@ def _ordered(known: Mask, found: list[Pair], patch: Pair, overlap: Pair, wraps: 
     """Order windows ring by ring from what is known; move those that hold little still unknown to its middle."""
     size, least = known.shape, min(overlap[0] * patch[1], overlap[1] * patch[0]) // EDGE
     near = Neighbours(found, patch, size, wraps)
-    counts = np.array([np.count_nonzero(known[_index(y, x, patch, size)]) for y, x in found], np.int64)
+    counts = np.array([np.count_nonzero(known[index_of(y, x, patch, size)]) for y, x in found], np.int64)
     waiting = np.ones(len(found), bool)
     out: list[Pair] = []
     while waiting.any():
@@ -139,16 +139,16 @@ def _ordered(known: Mask, found: list[Pair], patch: Pair, overlap: Pair, wraps: 
         waiting[ring] = False
         changed: set[int] = set()
         for k in sorted(ring.tolist(), key=lambda k: found[k]):
-            index = _index(*found[k], patch, size)
+            index = index_of(*found[k], patch, size)
             if known[index].all():
                 continue
             place = _centred(found[k], ~known[index], patch, overlap, size, wraps)
-            known[_index(*place, patch, size)] = True
+            known[index_of(*place, patch, size)] = True
             changed.update(near.of(place))
             out.append(place)
         for k in changed:
             if waiting[k]:
-                counts[k] = np.count_nonzero(known[_index(*found[k], patch, size)])
+                counts[k] = np.count_nonzero(known[index_of(*found[k], patch, size)])
     return out
 
 
@@ -166,7 +166,7 @@ def _centred(place: Pair, left: Mask, patch: Pair, overlap: Pair, size: Pair, wr
     return out[0], out[1]
 
 
-def _index(y: int, x: int, patch: Pair, size: tuple[int, ...]) -> Any:
+def index_of(y: int, x: int, patch: Pair, size: tuple[int, ...]) -> Any:
     """What selects a window of a canvas; fast where it does not reach over a border."""
     if 0 <= y <= size[0] - patch[0] and 0 <= x <= size[1] - patch[1]:
         return slice(y, y + patch[0]), slice(x, x + patch[1])

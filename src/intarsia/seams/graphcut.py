@@ -34,7 +34,7 @@ from ..kernels.maps import Grown
 from ..lattice import Vectors, once_around
 from ..model import Exemplars
 from ..model.sourcemap import HOLE
-from ..patches import Pick, picked, random_patch
+from ..patches import Pick, index_of, picked, random_patch
 from ..patches.growth import Growth
 from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
@@ -53,7 +53,7 @@ SAMPLES = 64  # along each side of what lies about a window it is looked at in a
 TRIES = 12  # placements that are drawn for a window and compared by rough cuts; 1 as published
 RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are drawn; sigma^2 the exemplars' variance
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
-ROUGH = 4  # px from one to the next where placements are compared before the best is cut in
+ROUGH = 6  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next where pieces about a window are counted
@@ -210,7 +210,7 @@ class GraphcutGrowth:
 
     def cheapest(self, box: Box, found: Candidates, bits: int, filling: bool) -> Cut | None:
         """Draw some of the candidates for a window, and cut in the best; None where there is none that saves."""
-        shown = [] if filling else self.shown(box)[: TRIES // SHOWN]
+        shown = [] if filling else self.shown(box)
         picks = shown + self.placements(box, found, bits, filling)[: TRIES - len(shown)]
         return self.best(box, picks, NEVER if filling else 0)
 
@@ -221,13 +221,12 @@ class GraphcutGrowth:
         """
         if not picks:
             return None
-        pick = picks[self._promising(box, picks)] if len(picks) > 1 else picks[0]
-        cut = self.cut(box, pick, self.stitch.margin, limit=limit)
+        cut = self.cut(box, picks[self._promising(box, picks)], self.stitch.margin, limit=limit)
         return cut if cut.change < limit else None
 
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
         """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
-        step, windows = max(1, min(ROUGH, min(box[2:]) // LEAST)), dict[Any, list[tuple[int, ...]]]()
+        step, windows = max(1, min(ROUGH, min(box[2:]) // LEAST)), dict[Any, Any]()
         for number, pick in enumerate(picks):
             window, inner, patch = self._window(box, pick, self.stitch.margin)
             windows.setdefault((window, inner, self.bar and number), []).append((number, *patch))
@@ -251,7 +250,8 @@ class GraphcutGrowth:
         seen = np.ix_(*(at % length for at, length in zip(places, self.variant.shape, strict=True)))
         shifts = shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
         rows = np.pad(np.array(shifts, np.int64).reshape(-1, 3), ((0, 0), (1, 0)))
-        return [pick for pick, good in zip(shifts, self.apart(box, rows).tolist(), strict=True) if good]
+        good = self.apart(box, rows).tolist()
+        return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // SHOWN]
 
     def apart(self, box: Box, rows: Array) -> Array:
         """Which of the candidates for a window show next to nothing beside itself in another pose."""
@@ -343,7 +343,7 @@ class GraphcutGrowth:
     def opened(self, boxes: Sequence[Box], keep: Array | None = None) -> Iterator[None]:
         """Make holes of boxes in the meantime, but for pixels to `keep`, bool (H, W)."""
         holes = [self.index(box) for box in boxes]
-        kept = [self.variant[hole] for hole in holes]
+        kept = [self.variant[hole].copy() for hole in holes]
         try:
             for hole in holes:
                 self.variant[hole] = HOLE if keep is None else np.where(keep[hole], self.variant[hole], HOLE)
@@ -354,15 +354,14 @@ class GraphcutGrowth:
 
     # ---- cutting
 
-    def cut(self, box: Box, pick: Pick, margin: int, step: int = 1, limit: int = NEVER) -> Cut:
+    def cut(self, box: Box, pick: Pick, margin: int, limit: int = NEVER) -> Cut:
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
-        Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. With
-        a `step` above 1 the cut is made and priced on every so many-th px only, to be compared with others. A cut that
-        would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``.
+        Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. A
+        cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``.
         """
         window, inner, patch = self._window(box, pick, margin)
-        draft, best = drafted(window, step), np.array([limit, -1], np.int64)
+        draft, best = drafted(window, 1), np.array([limit, -1], np.int64)
         self._recut(window, inner, [(0, *patch)], draft, best)
         return Cut(NEVER if best[1] else int(best[0]), window, patch, draft.take)
 
@@ -374,7 +373,7 @@ class GraphcutGrowth:
         if self.bar is not None:
             _, variant, row, column = picks[0]
             index = self.index(window)
-            kept = self.locked[index]
+            kept = self.locked[index].copy()
             self.locked[index] = kept | self.bar(window, (variant, row, column))
         try:
             recut_kernels.recut(self.grown, self.locked, *where, numbered, (self.price, self.usage), draft, best)
@@ -401,19 +400,14 @@ class GraphcutGrowth:
 
     def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
         """Cut a patch into the window at `at` alone, and write it into the map."""
-        self.paste(self.cut((*at, *self.growth.layout.patch), pick, 0))
+        self.note(self.write(self.cut((*at, *self.growth.layout.patch), pick, 0)))
 
-    def index(self, box: Box) -> tuple[Array, ...]:
+    def index(self, box: Box) -> Any:
         """Index of the pixels of a box, which may reach over borders that wrap."""
-        return np.ix_(*((at + np.arange(n)) % length
-                        for at, n, length in zip(box[:2], box[2:], self.variant.shape, strict=True)))  # fmt: skip
-
-    def paste(self, cut: Cut) -> None:
-        """Write a cut into the map, and what its seams cost into the prices."""
-        self.note(self.write(cut))
+        return index_of(*box[:2], box[2:], self.variant.shape)
 
     def write(self, cut: Cut) -> Box:
-        """Write a cut into the map; returns where seams must be measured anew."""
+        """Write a cut into the map; returns where seams must be measured anew (:meth:`note`)."""
         top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
         (y, x), self._told = cut.box[:2], None
         if self.stitch.lattice is not None and self.first is None:

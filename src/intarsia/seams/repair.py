@@ -28,7 +28,7 @@ from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings
 from ..search import Candidates
-from .graphcut import SHOWN, TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from .graphcut import TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
 from .improve import improve
 from .worst import WorstSeams
 
@@ -224,7 +224,7 @@ class Repairing:
 
     def best(self, site: Box, found: Candidates) -> Cut | None:
         """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
-        picks = self.sewing.shown(site)[: TRIES // SHOWN]
+        picks = self.sewing.shown(site)
         price = self.sewing.priced(site, found)
         picks += [picked(found, k) for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist()]
         cut = self.sewing.best(site, picks)

@@ -24,7 +24,7 @@ from .improve import fill, refine
 from .usage_kernels import SHARE
 
 STAGE = 2403  # keeps this method's draws apart from those of others
-REFINED = 3, 5  # for so many windows so many of the worst places are covered anew: 5 gained nothing, 2 did worse once
+REFINED = 5  # windows for each of the worst places that are covered anew
 SMALLER = 70  # % of the largest patches, where nothing is to be kept: at 100 and 50 people liked fewer pictures
 FINE = 1024  # rates of use are told in so many parts of a knee
 TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
@@ -42,13 +42,13 @@ def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut
     check_patch(patch, exemplars, isometries)
     if guide is not None:
         check_guide(exemplars, guide, patch)
-    half = (rows // 2, columns // 2) if rows != columns else rows // 2
-    overlap = half if method.overlap is AUTO else method.overlap
-    overreach = min(rows, columns) // 6 if method.overreach is AUTO else method.overreach
+    third = (rows // 3, columns // 3) if rows != columns else rows // 3
+    overlap = third if method.overlap is AUTO else method.overlap
+    overreach = 2 * min(rows, columns) // 3 if method.overreach is AUTO else method.overreach
     known = replace(method, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
     if method.refinements is AUTO:
         windows = math.prod(settings_of(known).layout(canvas).shape)
-        known = replace(known, refinements=-(-windows * REFINED[0] // REFINED[1]))
+        known = replace(known, refinements=-(-windows // REFINED))
     return known
 
 
