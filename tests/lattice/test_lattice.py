@@ -13,9 +13,9 @@ from torture import LATTICES, TORTURE, byte
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
 from intarsia.lattice import find_lattice
-from intarsia.lattice.candidates import canonical, correlation_map, guesses, pictures, waves_of
+from intarsia.lattice.candidates import CorrelatedPictures, canonical, correlation_map, guesses, pictures, waves_of
 from intarsia.lattice.scoring_kernels import lattice_mean
-from intarsia.lattice.verdict import Lattice, RowPitch, _begins, one_vector
+from intarsia.lattice.verdict import ALIKE, Lattice, RowPitch, _begins, one_vector, support
 from intarsia.model import Exemplar
 
 WITHOUT = ["dots_random", "noise_white", "noise_pink", "noise_band", "jpeg_blocky", "grapes", "marbling", "fur"]
@@ -302,3 +302,39 @@ def test_parts_of_an_exemplar_are_the_same_from_either_end() -> None:
             ends = [*_begins(length, parts), length]
             assert [length - at for at in ends[::-1]] == ends
             assert max(abs(b - a - length / parts) for a, b in itertools.pairwise(ends)) < 2
+
+
+def naive_support(prepared: CorrelatedPictures, dy: int, dx: int) -> float:
+    """Part by part, pixel by pixel: which are alike once they are moved by (dy, dx) px, dy and dx at least 0."""
+    height, width = prepared.edges.shape[:2]
+    known, alike = np.ones((height, width), bool) if prepared.usable is None else prepared.usable, []
+    ends = [(*_begins(n, 5), n) for n in (height - dy, width - dx)]
+    for (top, bottom), (left, right) in itertools.product(*map(itertools.pairwise, ends)):
+        at = [(y, x) for y in range(top, bottom) for x in range(left, right) if known[y, x] and known[y + dy, x + dx]]
+        if 2 * len(at) < (bottom - top) * (right - left):
+            continue
+        found = False
+        for layer in (prepared.colours, prepared.edges):
+            here, there = (np.array([layer[y + v, x + u] for y, x in at]) for v, u in ((dy, dx), (0, 0)))
+            one, other = here - here.mean(axis=0), there - there.mean(axis=0)
+            below = np.sqrt((one**2).sum(axis=0) * (other**2).sum(axis=0)).sum()
+            found |= bool(below > 0 and (one * other).sum() >= ALIKE * below)
+        alike.append(found)
+    return float(np.mean(alike)) if alike else 0.0
+
+
+@given(st.integers(0, 10**6), st.booleans())
+def test_the_share_that_repeats_is_that_of_the_parts(seed: int, masked: bool) -> None:
+    """Parts of which less than half is usable are not looked at; channels count by their contrast."""
+    rng = np.random.default_rng(seed)
+    size, dy, dx = (48, 53), int(rng.integers(0, 12)), int(rng.integers(0, 12))
+    colours, edges = (np.rint(rng.normal(0, 40, (*size, c))) for c in (3, 1))
+    half = int(rng.integers(10, 40))  # up to this row it repeats
+    colours[dy:half, dx:] = colours[: max(half - dy, 0), : size[1] - dx] if half > dy else colours[dy:half, dx:]
+    usable = None
+    if masked:
+        usable = rng.random(size) < 0.85
+        usable[int(rng.integers(0, 30)) :, : int(rng.integers(1, 50))] = False
+        colours[~usable], edges[~usable] = 0, 0
+    prepared = CorrelatedPictures(colours, edges, usable, usable)
+    assert support(prepared, (256 * dy, 256 * dx)) == naive_support(prepared, dy, dx)
