@@ -366,10 +366,10 @@ def support(prepared: CorrelatedPictures, vector: Pair) -> float:
     def added(values: Array) -> Array:
         return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=-2), right, axis=-1))
 
-    usable = np.ones(shape, bool) if prepared.usable is None else prepared.usable
-    known = usable[one] & usable[other]
+    usable = np.ones(shape) if prepared.usable is None else prepared.usable
+    known = usable[one] * usable[other]
     count, size = added(known * 1.0), added(np.ones(known.shape))
-    alike = np.zeros(count.shape, bool)
+    alike = count < 0  # none yet
     for layer in (prepared.colours, prepared.edges):
         planes = np.ascontiguousarray(np.moveaxis(layer, 2, 0))
         f, g = planes[:, *one] * known, planes[:, *other] * known

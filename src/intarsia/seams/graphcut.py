@@ -221,7 +221,8 @@ class GraphcutGrowth:
         """
         if not picks:
             return None
-        cut = self.cut(box, picks[self._promising(box, picks)], self.stitch.margin, limit=limit)
+        # a lone one is compared with none
+        cut = self.cut(box, picks[self._promising(box, picks) if picks[1:] else 0], self.stitch.margin, limit=limit)
         return cut if cut.change < limit else None
 
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
