@@ -118,9 +118,15 @@ class Desk:
         return self.page.get_by_role("region", name="Contact sheet")
 
     def grown(self) -> str:
-        """Wait until a result is on the stage; its id."""
+        """Wait until a result is on the stage; its id. Where none comes, what the page and the server say of it."""
+        from playwright.sync_api import TimeoutError as NoneCame
+
         link = self.page.get_by_role("link", name="Download", exact=True)
-        link.wait_for(timeout=120_000)
+        try:
+            link.wait_for(timeout=120_000)
+        except NoneCame:
+            lasts = self.served.get("/api/jobs")[-3:]
+            raise AssertionError((self.page.locator("body").inner_text()[:3000], lasts, self.wrong)) from None
         found = re.search(r"/results/([0-9a-f]+)/", link.get_attribute("href") or "")
         assert found is not None
         return found[1]
