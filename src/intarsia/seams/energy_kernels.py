@@ -113,20 +113,20 @@ def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> N
     """
     variant, yx, wrap = grown
     height, width = variant.shape
+    columns = np.empty(box[3] + 1, np.int64)
+    for j in range(box[3] + 1):
+        columns[j] = canvas_place(box[1] + j, width, wrap[1])
     for i in range(box[2]):
-        y = canvas_place(box[0] + i, height, wrap[0])
-        if y < 0:
-            continue
-        for j in range(box[3]):
-            x = canvas_place(box[1] + j, width, wrap[1])
+        y, below = canvas_place(box[0] + i, height, wrap[0]), canvas_place(box[0] + i + 1, height, wrap[0])
+        for j in range(box[3] if y >= 0 else 0):
+            x, right = columns[j], columns[j + 1]
             if x < 0:
                 continue
             v, row, column, here = variant[y, x], yx[y, x, 0], yx[y, x, 1], -1
-            for k in range(2):
-                prices[y, x, k] = 0
-                ny = canvas_place(y + k, height, wrap[0])
-                nx = canvas_place(x + 1 - k, width, wrap[1])
-                if v == HOLE or ny < 0 or nx < 0 or variant[ny, nx] == HOLE:
+            prices[y, x, 0], prices[y, x, 1] = 0, 0
+            for k in range(2 if v != HOLE else 0):
+                ny, nx = (below, x) if k else (y, right)
+                if ny < 0 or nx < 0 or variant[ny, nx] == HOLE:
                     continue
                 if v == variant[ny, nx] and row + k == yx[ny, nx, 0] and column + 1 - k == yx[ny, nx, 1]:
                     continue
