@@ -29,7 +29,7 @@ from ..foundation.blend import Finish, Levelling
 from ..foundation.geometry import Box
 from ..foundation.run import Run
 from . import Ground
-from .steps import Surroundings, seam_steps
+from .steps_kernels import Surroundings, seam_steps
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
@@ -81,7 +81,8 @@ class Finishing:
 
             def level(cell: Box) -> None:
                 wide = self._with_margin(cell.moved(y0, x0), radius)
-                steps = seam_steps(ground.cut(wide), ground.reach.table, colours.around, s)
+                steps = np.zeros((wide.height, wide.width, colours.around.means.shape[1]), np.int32)
+                seam_steps(ground.cut(wide), ground.reach.table, colours.around, s, steps)
                 if not steps.any():
                     return
                 steps = _with_mirrors(steps, wide, cell.moved(y0, x0), radius)
