@@ -25,7 +25,7 @@ from intarsia.analysis import features
 from intarsia.foundation.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.maps import Grown
-from intarsia.kernels.maxflow import MOST
+from intarsia.kernels.maxflow import MOST, least_cut
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
@@ -33,7 +33,7 @@ from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
 from intarsia.seams.graphcut import likelihood
-from intarsia.seams.recut_kernels import NEVER, Draft, drafted
+from intarsia.seams.recut_kernels import NEVER
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import Usage
 from intarsia.seams.worst import CELL, WorstSeams
@@ -93,12 +93,12 @@ NO_MORE = np.zeros((0, 0), np.int64)
 
 
 def recut(
-    scene: Scene, box: tuple[int, ...], target: tuple[int, ...], pick: tuple[int, ...], draft: Draft, limit: int = NEVER
+    scene: Scene, window: tuple[int, ...], pick: tuple[int, ...], take: np.ndarray, limit: int = NEVER, step: int = 1
 ) -> int:
     """Cut one patch into a window: by how much seams become dearer, NEVER where it is by the limit or more."""
-    numbered, best = np.array([(0, *pick)], np.int64), np.array([limit, -1], np.int64)
-    where = scene.shown, scene.locked, scene.pieces, box, target
-    recut_kernels.recut(*where, numbered, (scene.price, NO_USAGE), draft, best)
+    windows, numbered, best = np.array([window]), np.array([(0, *pick)]), np.array([limit, -1])
+    where = scene.shown, scene.locked, scene.pieces, windows, numbered
+    recut_kernels.recut(*where, (scene.price, NO_USAGE), step, take, best)
     return NEVER if best[1] else int(best[0])
 
 
@@ -128,7 +128,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     if (scene.variant[y : y + h, x : x + w][edge] == HOLE).any():
         return  # what fills holes at the edge of a window has seams with the outside, too
     before = scene.naive.total(scene.sources())
-    change = recut(scene, (y, x, h, w), (0, 0, h, w), pick, Draft(1, take))
+    change = recut(scene, (y, x, h, w, 0, 0, h, w), pick, take)
     kept = scene.variant.copy(), scene.yx.copy()
     recut_kernels.write_cut(scene.shown, scene.pieces, NO_USAGE, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
@@ -150,8 +150,8 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
     pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
     small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
-    box, target = (y, x, h, w), (1, 0, h - 1, w)
-    change = recut(scene, box, target, pick, Draft(1, small))
+    window = (y, x, h, w, 1, 0, h - 1, w)
+    change = recut(scene, window, pick, small)
 
     def larger(a: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(a.repeat(step, axis=0).repeat(step, axis=1))
@@ -167,8 +167,8 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     )
     scene.shown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
     scene.pieces, scene.locked = pieces, larger(scene.locked)
-    where = (tuple(n * step for n in box), tuple(n * step for n in target))
-    got = recut(scene, *where, (pick[0], pick[1] * step, pick[2] * step), Draft(step, rough))
+    where = tuple(n * step for n in window)
+    got = recut(scene, where, (pick[0], pick[1] * step, pick[2] * step), rough, step=step)
     assert got == change
     assert np.array_equal(rough, small)
 
@@ -200,31 +200,35 @@ def planes(terms: np.ndarray) -> np.ndarray:
 @settings(max_examples=80, deadline=None)
 @given(seeds, st.sampled_from(PRICES))
 def test_placements_that_are_compared_are_those_cut_in_one_by_one(seed: int, price: SeamPrice) -> None:
-    """The cheapest, of equal ones the first; a cut is given up only where it costs as much as the limit."""
-    scene, rng = Scene(seed, price=price), np.random.default_rng(seed)
-    h, w = int(rng.integers(3, 8)), int(rng.integers(3, 8))
-    box = (int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1)), h, w)
-    target = (0, 0, h, w)
-    picks = [tuple(int(n) for n in rng.integers((0, -2, -2), (2, 4, 4))) for _ in range(6)] * 2
+    """The cheapest, of equal ones the first, each in a window of its own or in that of the one before.
 
-    def cut(pick: tuple[int, ...], limit: int) -> tuple[int, np.ndarray]:
-        draft = recut_kernels.drafted(box, 1)
-        return recut(scene, box, target, pick, draft, limit), draft.take
+    A cut is given up only where it costs as much as the limit.
+    """
+    scene, rng = Scene(seed, price=price), np.random.default_rng(seed)
+    windows = []
+    for _ in range(2):
+        h, w = int(rng.integers(3, 8)), int(rng.integers(3, 8))
+        windows.append((int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1)), h, w, 0, 0, h, w))
+    picks = [tuple(int(n) for n in rng.integers((0, -2, -2), (2, 4, 4))) for _ in range(6)] * 2
+    wide = [windows[k] for k in rng.integers(0, 2, len(picks)).tolist()]
+
+    def cut(k: int, limit: int) -> tuple[int, np.ndarray]:
+        take = np.empty(wide[k][2:4], np.uint8)
+        return recut(scene, wide[k], picks[k], take, limit), take
 
     changes = []
-    for pick in picks:
-        change, take = cut(pick, NEVER)
+    for k in range(len(picks)):
+        change, take = cut(k, NEVER)
         changes.append(change)
-        again, same = cut(pick, change + 1)
+        again, same = cut(k, change + 1)
         assert again == change
         assert np.array_equal(take, same)
-        assert cut(pick, change - int(rng.integers(3)))[0] == NEVER
+        assert cut(k, change - int(rng.integers(3)))[0] == NEVER
     best, order = np.array([NEVER, len(picks)], np.int64), rng.permutation(len(picks))
     for part in np.split(order, 3):
         numbered = np.array([(k, *picks[k]) for k in part.tolist()], np.int64)
-        draft = recut_kernels.drafted(box, 1)
-        where = scene.shown, scene.locked, scene.pieces, box, target
-        recut_kernels.recut(*where, numbered, (price, NO_USAGE), draft, best)
+        where = scene.shown, scene.locked, scene.pieces, np.array([wide[k] for k in part.tolist()]), numbered
+        recut_kernels.recut(*where, (price, NO_USAGE), 1, np.empty((0, 0), np.uint8), best)
     assert best.tolist() == [min(changes), changes.index(min(changes))]
 
 
@@ -239,7 +243,7 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
     terms = random_terms(rng, state, most)
     out = np.full((height, width), 7, np.uint8)
     more = rng.integers(-most, most + 1, state.shape) if seed % 3 else NO_MORE
-    assert recut_kernels.least_cut(state, planes(terms), more, out, MOST)
+    assert least_cut(state, planes(terms), more, out, MOST)
     free = state == 1
     signed = np.where(free, more, 0) if more.size else np.zeros(state.shape, np.int64)
     stays = -np.minimum(signed, 0)
@@ -263,12 +267,12 @@ def test_windows_reach_the_flow_through_the_graph_of_the_paper(seed: int, height
     state[0, 0] = 0
     terms = random_terms(rng, state, int(rng.choice([1, 20, 5000])))
     out = np.empty((height, width), np.uint8)
-    recut_kernels.least_cut(state, planes(terms), NO_MORE, out, MOST)
+    least_cut(state, planes(terms), NO_MORE, out, MOST)
     least = energy(out, state, terms)
     assert least == scipy_energy(state, terms)
-    assert recut_kernels.least_cut(state, planes(terms), NO_MORE, out, least + 1)
+    assert least_cut(state, planes(terms), NO_MORE, out, least + 1)
     assert energy(out, state, terms) == least
-    given_up = not recut_kernels.least_cut(state, planes(terms), NO_MORE, out, max(least, 1))
+    given_up = not least_cut(state, planes(terms), NO_MORE, out, max(least, 1))
     assert given_up or not least
 
 
@@ -444,7 +448,8 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     rough = []
     for pick in picks:
         window, inner, patch = sewing._window(box, pick, 2)
-        sewing._recut(window, inner, [(0, *patch)], drafted(window, 2), cost := np.array([graphcut.NEVER, 1]))
+        where, one, cost = np.array([(*window, *inner)]), np.array([(0, *patch)]), np.array([graphcut.NEVER, 1])
+        recut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut.NOTHING, cost)
         rough.append(int(cost[0]))
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)

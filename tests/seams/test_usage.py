@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.kernels.maxflow import FREE, NEW, OLD
+from intarsia.kernels.maxflow import ABSENT, FREE, NEW, OLD
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.patches.growth import Growth
 from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import Box, Cut, GraphcutGrowth
 from intarsia.seams.improve import fill, refine
-from intarsia.seams.recut_kernels import ABSENT
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import MOST, SHARE, USUAL, Usage, rates
 from intarsia.testing import texture

@@ -41,10 +41,11 @@ from ..search.fourier import PatchSearch
 from . import energy_kernels, placement_kernels, recut_kernels, visibilities
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look
-from .recut_kernels import NEVER, Draft, drafted
+from .recut_kernels import NEVER
 from .steps import in_step, led
 from .usage_kernels import Usage, count_map, rates
 
+NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 Bar = Callable[[Box, Pick], Array]
 
@@ -179,6 +180,7 @@ class GraphcutGrowth:
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = (int(self.yx[y, x, 0]), int(self.yx[y, x, 1])), (y, x)
         self.usage = self._counted(stitch.evenness)
+        self._map, self._prices = (self.grown, self.locked, self.pieces), (self.price, self.usage)
         self._told: Prices | None = None
         self.note((0, 0, *self.variant.shape))
 
@@ -227,13 +229,13 @@ class GraphcutGrowth:
 
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
         """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
-        step, windows = max(1, min(ROUGH, min(box[2:]) // LEAST)), dict[Any, Any]()
-        for number, pick in enumerate(picks):
-            window, inner, patch = self._window(box, pick, self.stitch.margin)
-            windows.setdefault((window, inner, self.bar and number), []).append((number, *patch))
-        best = np.array([NEVER, len(picks)], np.int64)
-        for (window, inner, _), some in windows.items():
-            self._recut(window, inner, some, drafted(window, step), best)
+        step, best = max(1, min(ROUGH, min(box[2:]) // LEAST)), np.array([NEVER, len(picks)], np.int64)
+        tries = sorted((*self._window(box, pick, self.stitch.margin), n) for n, pick in enumerate(picks))
+        for some in [[one] for one in tries] if self.bar else [tries]:
+            windows = np.array([(*window, *inner) for window, inner, _, _ in some], np.int64)
+            numbered = np.array([(n, *patch) for _, _, patch, n in some], np.int64)
+            with self._barred(some[0][0], some[0][2]):
+                recut_kernels.recut(*self._map, windows, numbered, self._prices, step, NOTHING, best)
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
@@ -362,25 +364,25 @@ class GraphcutGrowth:
         cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``.
         """
         window, inner, patch = self._window(box, pick, margin)
-        draft, best = drafted(window, 1), np.array([limit, -1], np.int64)
-        self._recut(window, inner, [(0, *patch)], draft, best)
-        return Cut(NEVER if best[1] else int(best[0]), window, patch, draft.take)
+        take, best = np.empty(window[2:], np.uint8), np.array([limit, -1], np.int64)
+        where, one = np.array([(*window, *inner)], np.int64), np.array([(0, *patch)], np.int64)
+        with self._barred(window, patch):
+            recut_kernels.recut(*self._map, where, one, self._prices, 1, take, best)
+        return Cut(NEVER if best[1] else int(best[0]), window, patch, take)
 
-    def _recut(
-        self, window: Box, inner: Box, picks: Sequence[tuple[int, ...]], draft: Draft, best: Array
-    ) -> None:
-        """Cut numbered patches into a window, of which `inner` is to be filled; what is barred by the first stays."""
-        numbered, where = np.array(picks, np.int64), (self.pieces, window, inner)
-        if self.bar is not None:
-            _, variant, row, column = picks[0]
-            index = self.index(window)
-            kept = self.locked[index].copy()
-            self.locked[index] = kept | self.bar(window, (variant, row, column))
+    @contextmanager
+    def _barred(self, window: Box, patch: Pick) -> Iterator[None]:
+        """Lock what is barred to a patch in the meantime."""
+        if self.bar is None:
+            yield
+            return
+        index = self.index(window)
+        kept = self.locked[index].copy()
+        self.locked[index] = kept | self.bar(window, patch)
         try:
-            recut_kernels.recut(self.grown, self.locked, *where, numbered, (self.price, self.usage), draft, best)
+            yield
         finally:
-            if self.bar is not None:
-                self.locked[index] = kept
+            self.locked[index] = kept
 
     def _window(self, box: Box, pick: Pick, margin: int) -> tuple[Box, Box, Pick]:
         """A window with its surroundings, where in these the window lies, and the pick at their first pixel."""

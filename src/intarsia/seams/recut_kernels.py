@@ -21,19 +21,16 @@ whichever of the two becomes new.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..foundation.arrays import UInt8
 from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
-from ..kernels.maxflow import FREE, MOST, NEW, OLD, push_flow
+from ..kernels.maxflow import ABSENT, FREE, MOST, NEW, OLD, least_cut
 from .energy_kernels import TWICE, beyond, meeting, spot
 from .usage_kernels import price_usage, taken_sum
-
-ABSENT = 3  # beside what the flow knows: old, free, new
 
 
 @kernel
@@ -218,75 +215,6 @@ def _measure_gaps(pieces: Any, old: Any, new: Any, gap: Any) -> None:
 NEVER = 1 << 60  # what a cut is said to cost that was given up
 
 
-class Draft(NamedTuple):
-    """What a cut is drawn on, and what it says: of every `step`-th px of a window, as many rows and columns."""
-
-    step: int
-    take: UInt8  # the answer: 1 where the patch is taken
-
-
-def drafted(window: tuple[int, int, int, int], step: int) -> Draft:
-    """A draft of a cut into a window (first row and column, rows, columns) on which nothing is drawn yet."""
-    take = np.empty((-(-window[2] // step), -(-window[3] // step)), np.uint8)
-    return Draft(step, take)
-
-
-@kernel
-def least_cut(state: Any, terms: Any, more: Any, out: Any, most: Any) -> Any:
-    """Choose between old and new for every pixel so that the terms of :func:`price_all` add up to the least.
-
-    `more` (h, w): what each pixel costs besides if it is taken, or, below 0, if it stays; or of no size.
-    Of several such choices `out` (1 = new) is the one with the fewest old pixels. Where nothing must stay, all
-    becomes new. Returns whether `out` says so: not if all choices cost `most` or more.
-    """
-    h, w = state.shape
-    kept = 0
-    for i in range(h):
-        for j in range(w):
-            kept += state[i, j] == OLD
-            out[i, j] = state[i, j] != ABSENT
-    if kept == 0:
-        return True
-    stride = w + 2
-    size = (h + 2) * stride
-    kind = np.full(size, FREE, np.uint8)
-    room = np.zeros(4 * size, np.int32)
-    excess, sink = np.zeros(size, np.int64), np.zeros(size if more.size else 0, np.int64)
-    for i in range(h):
-        begin = np.uint64((i + 1) * stride + 1)
-        for j in range(np.uint64(w)):
-            p = begin + j
-            if state[i, j] != ABSENT:
-                kind[p] = state[i, j]
-            if more.size and state[i, j] == FREE:
-                if more[i, j] > 0:
-                    sink[p] = more[i, j]
-                else:
-                    excess[p] -= more[i, j]
-        for k in range(2):
-            a, b, c, on, d = terms[0, k, i], terms[1, k, i], terms[2, k, i], 1 if k == 0 else stride, np.uint64(2 * k)
-            for j in range(np.uint64(w)):
-                p = begin + j
-                q = p + np.uint64(on)
-                if a[j] == 0:
-                    if c[j]:
-                        room[np.uint64(4) * p + d] = c[j]
-                    if b[j]:
-                        room[np.uint64(4) * q + d + np.uint64(1)] = b[j]
-                    continue
-                mine = min(a[j], b[j])
-                rest = min(a[j] - mine, c[j])
-                excess[p] += mine
-                excess[q] += rest
-                room[np.uint64(4) * p + d] = c[j] - rest
-                room[np.uint64(4) * q + d + np.uint64(1)] = b[j] - mine
-    level, came = push_flow(kind, room, excess, sink, stride, most)
-    for i in range(h):
-        for j in range(w):
-            out[i, j] = 1 if level[(i + 1) * stride + j + 1] >= size and state[i, j] != ABSENT else 0
-    return came < most
-
-
 @kernel
 def cut_change(terms: Any, out: Any) -> Any:
     """Return by how much the seams of a window become dearer if what `out` says is replaced."""
@@ -305,48 +233,57 @@ def cut_change(terms: Any, out: Any) -> Any:
 
 @kernel
 def _cut_in(
-    pieces: Any, pick: Any, prices: Any, draft: Any, limit: Any, joints: Any, old: Any, seen: Any, terms: Any
+    pieces: Any, pick: Any, prices: Any, step: int, limit: Any, joints: Any, old: Any, seen: Any, terms: Any, out: Any
 ) -> Any:
     """Cut a patch into what :func:`look` read of a window; see :func:`recut`. NEVER if it is given up."""
     price, usage = prices
     new, state, most = np.empty(old.shape, np.int32), np.empty(old.shape, np.uint8), np.int64(MOST)
-    lay(pieces, pick, draft.step, old, seen, new, state)
+    lay(pieces, pick, step, old, seen, new, state)
     price_all(pieces, price, joints, old, new, state, terms)
     used, sure = usage.rate.size > 0, np.int64(0)
     more = np.empty(old.shape if used else (0, 0), np.int64)
     if used:
-        sure = price_usage(usage, draft.step, old, new, state, more)
+        sure = price_usage(usage, step, old, new, state, more)
     if limit < NEVER:
         most = np.int64(limit) - sure  # at least what flows will be paid, in place of what is paid now
         for number in range(len(joints)):
             most += terms[0, joints[number, 2], joints[number, 0], joints[number, 1]]
-    if not least_cut(state, terms, more, draft.take, most):
+    if not least_cut(state, terms, more, out, most):
         return NEVER
-    return cut_change(terms, draft.take) + taken_sum(more, draft.take)
+    return cut_change(terms, out) + taken_sum(more, out)
 
 
 @kernel
 def recut(
-    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, picks: Any, prices: Any, draft: Any, best: Any
+    grown: Any, locked: Any, pieces: Any, windows: Any, picks: Any, prices: Any, step: int, take: Any, best: Any
 ) -> None:
-    """Cut patches into a window of the map, one instead of another, old seams remembered, and note the best.
+    """Cut patches into windows of the map, one instead of another, old seams remembered, and note the best.
 
-    `box`: the window's first row and column (inside the canvas, or over a border that wraps), rows and columns;
-    `picks` (n, 4): the number of each, by which ties are settled, its variant, row and column of the pixel shown at the
-    window's first pixel, which may lie outside the variant. The draft says which pixels of the last one to take.
-    `best` (2,): by how much the seams become dearer, negative where a patch covers seams that cost more than its own,
-    and the number of the patch; what does not better it is given up, and it stays. `prices`: of seams, and of what is
-    shown already, which is part of that.
+    `windows` (n, 8): of each patch the window's first row and column (inside the canvas, or over a border that wraps),
+    rows and columns, and what of it is to be filled, as in :func:`look`; `picks` (n, 4): its number, by which ties are
+    settled, variant, row and column of the pixel shown at the window's first pixel, which may lie outside the variant.
+    Of every `step`-th px of the best's window `take`, unless it has no size, says whether it is taken. `best` (2,): by
+    how much the seams become dearer, negative where a patch covers seams that cost more than its own, and the number of
+    the patch; what does not better it is given up, and it stays. `prices`: of seams, and of what is shown already,
+    which is part of that.
     """
-    h, w = draft.take.shape
-    old, seen, terms = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.zeros((3, 2, h, w), np.int32)
-    joints = look(grown, locked, pieces, box, target, prices[0], draft.step, old, seen, terms[0])
+    old, seen, out = np.empty((0, 0), np.int32), np.empty((0, 0), np.uint8), np.empty((0, 0), np.uint8)
+    terms, joints = np.empty((3, 2, 0, 0), np.int32), np.empty((0, 5), np.int32)
     for k in range(len(picks)):
+        window = windows[k]
+        if k == 0 or (window != windows[k - 1]).any():  # else what it shows is known
+            box, target = (window[0], window[1], window[2], window[3]), (window[4], window[5], window[6], window[7])
+            h, w = -(-box[2] // step), -(-box[3] // step)
+            old, seen, out = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
+            terms = np.zeros((3, 2, h, w), np.int32)
+            joints = look(grown, locked, pieces, box, target, prices[0], step, old, seen, terms[0])
         number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
         limit = best[0] + (number < best[1])  # of two that cost as much the first is taken
-        change = _cut_in(pieces, pick, prices, draft, limit, joints, old, seen, terms)
+        change = _cut_in(pieces, pick, prices, step, limit, joints, old, seen, terms, out)
         if change < limit:
             best[0], best[1] = change, number
+            if take.size:
+                take[:] = out
 
 
 @kernel
