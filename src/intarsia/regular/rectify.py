@@ -22,7 +22,7 @@ import numpy as np
 from scipy.fft import fft, rfft
 
 from ..analysis import factor_for, reduced
-from ..analysis.features import features
+from ..analysis.features import course_lines, features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
 from ..foundation.params import Steps, Weights
@@ -299,6 +299,8 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     plain = lattices_of(exemplar, weights).accepted
     if plain is not None and plain.kind == "2-D" and plain.residual < GAIN.loose:
         return None
+    if plain is None and course_lines(features([exemplar], weights), exemplar) is None:
+        return None  # of 191 textures and maps 119 have neither, and none of those gains
     straight = straight_of(exemplar, weights)
     found = None if straight is None or straight.off < GAIN.off else levelled(exemplar, weights)
     if found is None:
