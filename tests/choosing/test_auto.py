@@ -166,7 +166,8 @@ class TestRules:
         assert found.facts.lattices.accepted.kind == "1-D"
         assert found.facts.lattice is None
         assert found.facts.ordered
-        assert found.method.slug == "graphcut"
+        assert found.rule == "in-step"
+        assert found.method.lattice == vectors_of(found.facts.lattices.accepted)
 
     @pytest.mark.parametrize(("share", "laid"), [(0.28, False), (0.49, False), (0.5, True), (0.62, True)])
     def test_rows_are_courses_where_half_of_them_is_whole_bricks(

@@ -151,12 +151,13 @@ class Facts:
     def about(self) -> Lattice | None:
         """The lattice that its elements lie about, where that is sure enough for patches that can go around them.
 
-        One to grow by, one too loose for that, or, where there are no rows, one that its peaks tell, low as they are.
+        One to grow by, one too loose for that, rows that are no courses, such as lines of text, or, where there are no
+        rows, one that its peaks tell, low as they are.
         """
-        found = self.lattices.accepted
-        if self.lattice is not None or found is not None:
-            return next((one for one in (self.lattice, found) if one is not None and one.kind == "2-D"), None)
-        return told_by_peaks(self.lattices.ranked)
+        known = self.lattice or self.lattices.accepted
+        if known is None:
+            return told_by_peaks(self.lattices.ranked)
+        return known if known.kind == "2-D" or self.lattice is None else None
 
     @property
     def ordered(self) -> bool:
@@ -247,7 +248,7 @@ class Facts:
         return found if found is not None and found.sure else None
 
     def _laid(self, rows: Lattice) -> bool:
-        """Whether rows are courses: of bricks that fill half of them, or of boards that run along."""
+        """Whether rows are courses: of bricks with joints that fill half of them, or of boards that run along."""
         share = wall.brick_share(vectors_of(rows), self.exemplar)
         return share >= BRICKS if share else self.structure.coherence >= BOARDS
 

@@ -61,8 +61,8 @@ class Graphcut(methods.CutSquares):
     channel_weights: tuple[float, ...] | None = methods.channel_weights()
     structure: float = methods.structure_weight()
     lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
-        "two steps by which the texture repeats: patches are laid whole steps from the first, give or take 3 px; "
-        "automatic: anywhere"
+        "two steps by which the texture repeats, or the one between its rows: patches are laid whole steps from the "
+        "first, give or take 3 px; automatic: anywhere"
     )
     isometries: str | tuple[int, ...] = methods.poses()
     usage: float = methods.usage_price()

@@ -52,7 +52,7 @@ class Unequal(NamedTuple):
     many: int = 8  # whole stones: where there are so many, none is laid that the border cuts; 4: 176, 16: 187
     enough: int = 10  # whole stones: fewer are no wall; 5: one more of cobbles is, 20: five of ten are none
     covered: float = 0.45  # of the exemplar is stones that are known; of ten 0.53 to 0.73, of a house's front 0.25
-    joints: int = 96  # of 255: what joints look like faces at most; of ten 5 to 68, of hexagons 130
+    joints: int = 96  # of 255: what joints look like faces at most; of ten 5 to 68, hexagons 130, letters 114 and 176
 
 
 UNEQUAL = Unequal()
@@ -114,7 +114,7 @@ def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     often = [int((np.abs(own - height) <= UNEQUAL.like * height).sum()) for height in heights]
     heights = tuple(h for h, n in zip(heights, often, strict=True) if n >= min(UNEQUAL.some, max(often)))
     work = replace(work, line=Line(0, min(heights) * UNIT, (0, 1)))
-    return Masonry(picture, usable, upright, work, bricks, own, heights, _faces(work))
+    return Masonry(picture, usable, upright, work, bricks, own, heights, faces_at_joints(work))
 
 
 def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
@@ -147,7 +147,7 @@ def _heights(work: Brickwork, bricks: Bricks) -> Int64:
     return np.array([int(high.sum()) // len(high) for high in between], np.int64)
 
 
-def _faces(work: Brickwork) -> int:
+def faces_at_joints(work: Brickwork) -> int:
     """How much joints look like faces in the mean, 0 to 255."""
     (height, width), total, count = work.faces.shape, 0, 0
     y = np.arange(height)

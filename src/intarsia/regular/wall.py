@@ -33,7 +33,7 @@ from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains
 from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
-from .unequal import masonry_of
+from .unequal import UNEQUAL, faces_at_joints, masonry_of
 from .wall_kernels import OPEN
 
 LONG = 1024  # px from anchor to anchor; halved and doubled: leaps elsewhere, nothing is seen
@@ -210,14 +210,16 @@ def _courses_of(
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
-    """Return how much of the courses is whole bricks; 0 where there are no courses, or no bricks in them."""
+    """Return how much of the courses is whole bricks; 0 where there are none, or what parts them looks like faces."""
     try:
         work = courses_of(lattice, None, exemplar)[0]
         bricks = bricks_of(work)
     except MethodError:
         return 0.0
     length = sum(end - begin for begin, end in (work.spans[k] for k in work.courses))
-    return 0.0 if bricks is None else float(bricks.sizes.sum()) / max(length, 1)
+    if bricks is None or faces_at_joints(work) > UNEQUAL.joints:
+        return 0.0
+    return float(bricks.sizes.sum()) / max(length, 1)
 
 
 @dataclass(frozen=True, eq=False)

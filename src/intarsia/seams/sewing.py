@@ -9,6 +9,7 @@ import numpy as np
 
 from ..analysis.features import features
 from ..foundation import ParameterError
+from ..foundation.geometry import UNIT
 from ..foundation.params import AUTO, extent
 from ..foundation.run import Run
 from ..lattice import Vectors, cell_of, check_lattice
@@ -21,6 +22,7 @@ from ..search import LEAST, check_patch, free_patch, resolved_isometries
 from ..search.guide import check_guide, guided_patch
 from .graphcut import GraphcutGrowth, GraphcutSettings, usage_rates
 from .improve import fill, refine
+from .steps import SLACK
 from .usage_kernels import SHARE
 
 STAGE = 2403  # keeps this method's draws apart from those of others
@@ -80,7 +82,6 @@ def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
         return LARGEST
     check_lattice(method.lattice, exemplars[0])
     for wrong, what in (
-        (len(method.lattice) == 1, "rows of one vector"),
         (canvas.guide is not None, "a guide"), (len(exemplars) > 1, "several exemplars"),
         (method.isometries not in ("none", (0,)), f"isometries={method.isometries}"),
     ):  # fmt: skip
@@ -93,9 +94,12 @@ def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
 
 
 def _steps(method: Graphcut) -> Vectors | None:
-    """The vectors as whole numbers."""
-    first, second = cell_of(method.lattice, (1 << 16, 1 << 16)) if method.lattice else (None, None)
-    return (first, second) if first and second else None
+    """The vectors as whole numbers; along rows of one vector steps so short that patches lie anywhere."""
+    if not method.lattice:
+        return None
+    (y, x), second = cell_of(method.lattice, (1 << 16, 1 << 16))
+    share = (2 * SLACK + 1) * UNIT / math.hypot(y, x)
+    return (y, x), second or (round(-x * share), round(y * share))
 
 
 def stitch_of(method: Graphcut) -> GraphcutSettings:
