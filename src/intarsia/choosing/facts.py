@@ -21,7 +21,7 @@ from ..analysis.light import Slope, slope_of
 from ..analysis.oriented import CLEAR, Lines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.symmetry import allowed_isometries
-from ..foundation import MethodError, lazy
+from ..foundation import lazy
 from ..foundation.arrays import Int16
 from ..foundation.geometry import UNIT
 from ..lattice import cell_of, lattices_of, vectors_of
@@ -241,11 +241,7 @@ class Facts:
     @cached_property
     def masonry(self) -> unequal.Masonry | None:
         """Its courses of unequal heights, where their stones are clear enough to be laid one by one; None else."""
-        try:
-            found = unequal.masonry_of(self.exemplar) if self.courses is not None else None
-        except MethodError:
-            return None
-        return found if found is not None and found.sure else None
+        return unequal.sure_masonry(self.exemplar)
 
     def _laid(self, rows: Lattice) -> bool:
         """Whether rows are courses: of bricks with joints that fill half of them, or of boards that run along."""

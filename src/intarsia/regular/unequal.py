@@ -96,6 +96,15 @@ def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
+def sure_masonry(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
+    """Its courses where their stones are clear enough to be laid one by one without being asked; None else."""
+    try:
+        found = masonry_of(exemplar, weights)
+    except MethodError:
+        return None
+    return found if found.sure else None
+
+
 def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     feats = features([exemplar], weights)
     lines = course_lines(feats, exemplar)
