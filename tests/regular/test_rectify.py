@@ -194,6 +194,20 @@ def test_an_exemplar_is_laid_straight_only_for_a_clear_gain(monkeypatch: pytest.
             assert (improved(e) is not None) == better
 
 
+def test_what_has_two_vectors_or_is_not_surely_bricks_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Patches in step bend as a lattice does; without one only stones that are told apart are asked for."""
+    e = Exemplar.of(wall(coordinate("fan")))
+    found, none = rectify.levelled(e), lattices_of(e)
+    assert found is not None
+    assert none.accepted is None
+    two = replace(none, accepted=replace(found[1], vectors=((4096, 0), (0, 9728)), confidence=0.05))
+    for plain, bricks, moved in ((none, True, True), (none, False, False), (two, True, False)):
+        monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
+        monkeypatch.setattr(rectify, "levelled", lambda e, weights=None: found)
+        monkeypatch.setattr(rectify, "sure_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
+        assert (improved(e) is not None) is moved
+
+
 def test_courses_that_are_nearly_straight_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is off by less than 3 px is not moved: patches in step give way by as much."""
     e = Exemplar.of(wall(coordinate("fan")))

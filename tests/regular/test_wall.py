@@ -18,7 +18,8 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.regular import wall_kernels
 from intarsia.regular.brickwork import bricks_of, brickwork_of
-from intarsia.regular.wall import Wall, courses_of
+from intarsia.regular.unequal import faces_at_joints
+from intarsia.regular.wall import Wall, brick_share, courses_of
 from intarsia.regular.wall_kernels import FACE
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -54,6 +55,16 @@ def wall(height: int, width: int, course: int, lengths: tuple[int, ...], joint: 
 def exemplar_of(kind, **other):
     course, lengths, joint = kind
     return wall(max(6 * course, 200), 300, course, lengths, joint, **other)
+
+
+def test_bricks_whose_joints_look_like_faces_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As letters do: what parts them looks like faces by 114 of 255 and more, joints by 5 to 68."""
+    e, pitch = Exemplar.of(exemplar_of(FREE)[0]), ((0.0, 52.0),)
+    assert faces_at_joints(courses_of(pitch, None, e)[0]) < 60
+    assert brick_share(pitch, e) > 0.5
+    for faces, laid in ((96, True), (97, False)):
+        monkeypatch.setattr("intarsia.regular.wall.faces_at_joints", lambda work, faces=faces: faces)
+        assert (brick_share(pitch, e) > 0) is laid
 
 
 @pytest.mark.parametrize("kind", WALLS)
