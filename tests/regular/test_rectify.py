@@ -200,10 +200,12 @@ def test_what_has_two_vectors_or_is_not_surely_bricks_stays_as_it_is(monkeypatch
     found, none = rectify.levelled(e), lattices_of(e)
     assert found is not None
     assert none.accepted is None
-    two = replace(none, accepted=replace(found[1], vectors=((4096, 0), (0, 9728)), confidence=0.05))
-    for plain, bricks, moved in ((none, True, True), (none, False, False), (two, True, False)):
+    surer = replace(found[1], vectors=((4096, 0), (0, 9728)))
+    two = replace(none, accepted=replace(surer, confidence=0.1 * surer.confidence))
+    cases = (none, found[1], True, True), (none, found[1], False, False), (two, surer, True, False)
+    for plain, one, bricks, moved in cases:
         monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
-        monkeypatch.setattr(rectify, "levelled", lambda e, weights=None: found)
+        monkeypatch.setattr(rectify, "levelled", lambda e, weights=None, one=one: (found[0], one))
         monkeypatch.setattr(rectify, "sure_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
         assert (improved(e) is not None) is moved
 
