@@ -35,19 +35,18 @@ from .usage_kernels import price_usage, taken_sum
 
 @kernel
 def look(
-    grown: Any, locked: Any, pieces: Any, box: Any, target: Any, price: Any, step: int, old: Any, state: Any, paid: Any
+    grown: Any, locked: Any, pieces: Any, window: Any, price: Any, step: int, old: Any, state: Any, paid: Any
 ) -> Any:
-    """Read what a window shows, whatever patch is cut into it.
+    """Read what a window, one of those of :func:`recut`, shows, whatever patch is cut into it.
 
     Writes numbers of pixels into `old`, -1 in holes; what each pixel costs now with its right and lower neighbour into
     `paid` (2, h, w), where it is more than 0; and into `state` whether it stays, becomes new, may be either, or is left
-    out. Holes of the `target` (first row and column in the window, rows, columns) become new, others are left out. A
-    pixel stays where it is locked, and at the window's edge beside known pixels outside. Returns the pairs between
-    which no piece goes on, (n, 5): row and column of the one, 1 if the other is the lower one, the pixel the one goes
-    on with, the one before the other.
+    out. Holes that are to be filled become new, others are left out. A pixel stays where it is locked, and at the
+    window's edge beside known pixels outside. Returns the pairs between which no piece goes on, (n, 5): row and column
+    of the one, 1 if the other is the lower one, the pixel the one goes on with, the one before the other.
     """
     (variant, yx, wrap), table, channels = grown, pieces.table, pieces.channels
-    (height, width), (h, w) = variant.shape, old.shape
+    (height, width), (h, w), box, target = variant.shape, old.shape, window[:4], window[4:]
     columns, shown, begins = np.empty(w, np.uint64), np.empty((3, h, w), np.int32), np.empty(len(table), np.int64)
     for k in range(len(table)):
         begins[k] = table[k, 0] // channels
@@ -233,10 +232,10 @@ def cut_change(terms: Any, out: Any) -> Any:
 
 @kernel
 def _cut_in(
-    pieces: Any, pick: Any, prices: Any, step: int, limit: Any, joints: Any, old: Any, seen: Any, terms: Any, out: Any
+    pieces: Any, pick: Any, prices: Any, step: int, limit: Any, read: Any, out: Any
 ) -> Any:
     """Cut a patch into what :func:`look` read of a window; see :func:`recut`. NEVER if it is given up."""
-    price, usage = prices
+    (price, usage), (joints, old, seen, terms) = prices, read
     new, state, most = np.empty(old.shape, np.int32), np.empty(old.shape, np.uint8), np.int64(MOST)
     lay(pieces, pick, step, old, seen, new, state)
     price_all(pieces, price, joints, old, new, state, terms)
@@ -260,30 +259,30 @@ def recut(
     """Cut patches into windows of the map, one instead of another, old seams remembered, and note the best.
 
     `windows` (n, 8): of each patch the window's first row and column (inside the canvas, or over a border that wraps),
-    rows and columns, and what of it is to be filled, as in :func:`look`; `picks` (n, 4): its number, by which ties are
-    settled, variant, row and column of the pixel shown at the window's first pixel, which may lie outside the variant.
+    rows and columns, and those of what is to be filled, from the window's first pixel; what equal ones in a row show is
+    read once. `picks` (n, 4): its number, by which ties are settled, variant, row and column of the pixel shown at the
+    window's first pixel, which may lie outside the variant.
     Of every `step`-th px of the best's window `take`, unless it has no size, says whether it is taken. `best` (2,): by
     how much the seams become dearer, negative where a patch covers seams that cost more than its own, and the number of
     the patch; what does not better it is given up, and it stays. `prices`: of seams, and of what is shown already,
     which is part of that.
     """
-    old, seen, out = np.empty((0, 0), np.int32), np.empty((0, 0), np.uint8), np.empty((0, 0), np.uint8)
-    terms, joints = np.empty((3, 2, 0, 0), np.int32), np.empty((0, 5), np.int32)
-    for k in range(len(picks)):
+    k = 0
+    while k < len(picks):
         window = windows[k]
-        if k == 0 or (window != windows[k - 1]).any():  # else what it shows is known
-            box, target = (window[0], window[1], window[2], window[3]), (window[4], window[5], window[6], window[7])
-            h, w = -(-box[2] // step), -(-box[3] // step)
-            old, seen, out = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
-            terms = np.zeros((3, 2, h, w), np.int32)
-            joints = look(grown, locked, pieces, box, target, prices[0], step, old, seen, terms[0])
-        number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
-        limit = best[0] + (number < best[1])  # of two that cost as much the first is taken
-        change = _cut_in(pieces, pick, prices, step, limit, joints, old, seen, terms, out)
-        if change < limit:
-            best[0], best[1] = change, number
-            if take.size:
-                take[:] = out
+        h, w = -(-window[2] // step), -(-window[3] // step)
+        old, seen, out = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
+        terms = np.zeros((3, 2, h, w), np.int32)
+        joints = look(grown, locked, pieces, window, prices[0], step, old, seen, terms[0])
+        while k < len(picks) and (windows[k] == window).all():
+            number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
+            limit = best[0] + (number < best[1])  # of two that cost as much the first is taken
+            change = _cut_in(pieces, pick, prices, step, limit, (joints, old, seen, terms), out)
+            if change < limit:
+                best[0], best[1] = change, number
+                if take.size:
+                    take[:] = out
+            k += 1
 
 
 @kernel
