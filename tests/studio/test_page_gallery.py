@@ -119,3 +119,22 @@ def test_what_was_made_and_judged_before_has_its_score_at_once(gallery: Desk) ->
     assert gallery.grown() == gallery.result
     gallery.room("Gallery")
     expect(says).to_contain_text("score")
+
+
+def test_what_ends_with_the_result_that_is_shown_before_its_preview_comes_is_shown(gallery: Desk) -> None:
+    """The same picture asked for again is there in a moment: sooner than a preview of it could be fetched."""
+    says = gallery.page.locator(".made").first.locator(".says")
+    expect(says).to_contain_text("score", timeout=60_000)
+    gallery.room("Grow")
+    assert gallery.grown() == gallery.result
+    ended = """async job => {
+      const { store } = await import("/static/js/core/store.js");
+      store.seen(job.id, 9);
+      store.note({ ...job, state: "running", result: null, score: null });
+      await new Promise(requestAnimationFrame);
+      store.note(job);
+    }"""
+    job = gallery.page.url.rpartition("/")[2]
+    gallery.page.evaluate(ended, gallery.served.get(f"/api/jobs/{job}"))
+    gallery.page.wait_for_timeout(300)
+    assert gallery.grown() == gallery.result

@@ -63,6 +63,16 @@ def test_every_page_hears_of_a_new_exemplar_and_lists_the_newest_first(page: Des
     expect(page.page.get_by_role("region", name="Opened before").locator(".card").first).to_have_text("later")
 
 
+def test_a_page_that_comes_late_is_told_how_things_are_by_a_line_of_its_own(page: Desk) -> None:
+    """What is said to all at once may be said before the newest is among them: it would wait for ever."""
+    page.sample("tiles")
+    asked = """() => new Promise(told => {
+      const ear = new SharedWorker("/static/js/core/ear.js");
+      ear.port.onmessage = e => e.data.kind === "here" && told(e.data.told);
+    })"""
+    assert page.page.evaluate(asked) is True
+
+
 def test_a_page_tells_when_the_studio_is_gone(browser: Browser, tmp_path: Path) -> None:
     alone = Served(tmp_path / "folder")
     with desk(browser, alone) as page:

@@ -5,7 +5,8 @@
 
 const KINDS = ["warm", "job", "preview", "exemplar", "gone"];
 const AGAIN = 3000; // ms until a server is asked again that refused to be listened to
-const all = new BroadcastChannel("intarsia");
+/** @type {Set<MessagePort>} one for each page, which loses nothing that is said before the page listens */
+const pages = new Set();
 /** @type {Map<string, unknown>} how things are, for a page that comes later */
 const now = new Map();
 
@@ -25,10 +26,13 @@ function listen() {
  */
 function tell(kind, told) {
   if (kind === "warm" || kind === "here") now.set(kind, told);
-  all.postMessage({ kind, told });
+  for (const page of pages) page.postMessage({ kind, told });
 }
 
 listen();
-self.addEventListener("connect", () => {
-  for (const [kind, told] of now) all.postMessage({ kind, told });
+self.addEventListener("connect", (e) => {
+  const page = /** @type {MessagePort} */ (/** @type {MessageEvent} */ (e).ports[0]);
+  page.onmessage = () => pages.delete(page); // it says nothing but that it goes
+  pages.add(page);
+  for (const [kind, told] of now) page.postMessage({ kind, told });
 });

@@ -17,11 +17,12 @@
  */
 export function listen(listener) {
   return new Promise((known) => {
-    const heard = new BroadcastChannel("intarsia");
-    heard.onmessage = (e) => {
+    const ear = new SharedWorker(new URL("ear.js", import.meta.url));
+    ear.onerror = () => known();
+    ear.port.onmessage = (e) => {
       listener[/** @type {keyof Listener} */ (e.data.kind)](e.data.told);
       if (e.data.kind === "here") known();
     };
-    new SharedWorker(new URL("ear.js", import.meta.url)).onerror = () => known();
+    addEventListener("pagehide", (e) => e.persisted || ear.port.postMessage("gone"));
   });
 }

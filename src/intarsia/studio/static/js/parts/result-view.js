@@ -78,7 +78,10 @@ export class ResultView extends HTMLElement {
 
   /** Tell how far the job is, and what it waits for. */
   #wait() {
-    if (this.result && !this.job?.result) fill(this.head); // what can be taken is not of this one
+    if (this.result && !this.job?.result) { // what can be taken is not of this one
+      fill(this.head);
+      this.#shown = ""; // so that the same result is shown again, should the job end with it
+    }
     showProgress(this.progress, this.job);
     this.waiting.textContent = awaited(this.job);
   }
