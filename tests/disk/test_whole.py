@@ -58,7 +58,7 @@ def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
 
     def half_a_picture() -> None:
         os.replace = die  # type: ignore[assignment]
-        write("a.png", PICTURE)
+        write("a.tif", PICTURE)
 
     def a_copy() -> None:
         with formats.look(pillow("png", PICTURE)).plain_path():
@@ -69,14 +69,14 @@ def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
     assert os.WIFSIGNALED(started(a_copy))
     assert len(os.listdir()) == 2, "a file was left beside the output"
     assert len(os.listdir(temporary)) == 1, "a folder was left"
-    assert started(lambda: write("a.png", PICTURE)) == 0
-    assert sorted(os.listdir()) == ["a.png", "b.png"]
+    assert started(lambda: write("a.tif", PICTURE)) == 0
+    assert sorted(os.listdir()) == ["a.tif", "b.png"]
     assert os.listdir(temporary) == []
     grow = ["grow", "b.png", "-m", "repeat", "-o"]
     started(lambda: (setattr(os, "replace", die), CliRunner().invoke(cli, [*grow, "c.png"])))
     assert len(os.listdir()) == 3
     started(lambda: CliRunner().invoke(cli, [*grow, "d.png"]))
-    assert sorted(os.listdir()) == ["a.png", "b.png", "d.png"]
+    assert sorted(os.listdir()) == ["a.tif", "b.png", "d.png"]
 
 
 def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
@@ -132,7 +132,7 @@ def test_a_stop_right_after_a_folder_was_made_leaves_none(
         CliRunner().invoke(cli, ["grow", "a.png", "-o", "b.png", "-m", "repeat"])
     else:
         with pytest.raises(KeyboardInterrupt):
-            write("b.png", PICTURE) if work == "encode" else read_plane(pillow("tiff", PICTURE))
+            write("b.tif", PICTURE) if work == "encode" else read_plane(pillow("tiff", PICTURE))
     assert os.listdir(temporary) == []
     assert os.listdir() == ["a.png"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import tempfile
 import zlib
 from contextlib import suppress
 
@@ -11,7 +12,9 @@ import pytest
 from corpus import chunk
 from pictures import CHANNELS, flat_png, png_of, samples_of
 
+import intarsia as ia
 from intarsia import files
+from intarsia.files import png
 from intarsia.foundation import InputError
 
 KINDS = [
@@ -97,3 +100,66 @@ def test_large_pictures_are_converted_in_bands() -> None:
         data = png_of(samples, depth, colour, kind=0, extra=extra)
         np.testing.assert_array_equal(files.read_plane(data).pixels, expected(samples, depth, colour))
     assert files.read_plane(flat_png(1, 70000, 8, 2)).height == 70000
+
+
+def by_the_book(data: bytes) -> np.ndarray:
+    """The pixels of a PNG without interlace, as ISO/IEC 15948 says, row by row; each of its checksums is right."""
+    assert data[:8] == bytes([137, 80, 78, 71, 13, 10, 26, 10])
+    packed, at, kinds = b"", 8, []
+    while at < len(data):
+        (length,) = struct.unpack_from(">I", data, at)
+        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + length]
+        assert zlib.crc32(kind + body) == struct.unpack_from(">I", data, at + 8 + length)[0]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack_from(">IIBB", body)
+        packed += body if kind == b"IDAT" else b""
+        kinds.append(kind)
+        at += 12 + length
+    assert (kinds[0], kinds[-1]) == (b"IHDR", b"IEND")
+    channels = {0: 1, 4: 2, 2: 3, 6: 4}[colour]
+    step, rows = channels * depth // 8, np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, -1)
+    out = np.zeros((height, rows.shape[1] - 1), np.uint8)
+    for y, (way, *steps) in enumerate(rows.tolist()):
+        for x, n in enumerate(steps):
+            before = int(out[y, x - step]) if x >= step else 0
+            above = int(out[y - 1, x]) if y else 0
+            out[y, x] = (n + {0: 0, 1: before, 2: above}[way]) % 256
+    return out.view(">u2" if depth == 16 else np.uint8).reshape(height, width, channels)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize(("height", "width"), [(1, 1), (1, 40), (40, 1), (23, 17)])
+@pytest.mark.parametrize("band", [1, 64, 300, 1 << 18])
+def test_bands_make_one_picture_whoever_packs_them(
+    band: int, height: int, width: int, channels: int, dtype: type, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(png, "BAND", band)
+    draws = np.random.default_rng([height, width, channels])
+    top = np.iinfo(dtype).max
+    noise = draws.integers(0, top, (height, width, channels), dtype, endpoint=True)
+    stripes = np.broadcast_to(noise[:, :1], noise.shape).copy()
+    for pixels in (noise, stripes, stripes[::-1], np.zeros_like(noise)):
+        once = png.encode_png(pixels, run=ia.Run(threads=1))
+        np.testing.assert_array_equal(by_the_book(once), pixels)
+        np.testing.assert_array_equal(files.read_plane(once).samples, pixels)
+        for threads in (2, 3):
+            assert png.encode_png(pixels, run=ia.Run(threads=threads)) == once
+
+
+def test_of_two_ways_to_filter_a_band_the_shorter_is_taken() -> None:
+    lines = np.broadcast_to(np.random.default_rng(3).integers(0, 256, (64, 1, 3), np.uint8), (64, 64, 3)).copy()
+    across, down = (len(png.encode_png(pixels)) for pixels in (lines, np.swapaxes(lines, 0, 1)))
+    assert max(across, down) < lines.nbytes // 10
+
+
+def test_a_text_of_any_letters_and_a_profile_are_read_again() -> None:
+    data = png.encode_png(np.zeros((3, 4, 3), np.uint8), icc=b"p" * 200, text="Stra\u00dfe \u77f3 \u2728")
+    facts = png.png(data, "it")
+    assert facts.texts == {"Description": "Stra\u00dfe \u77f3 \u2728"}
+    assert facts.icc == b"p" * 200
+
+
+def test_nothing_lies_in_the_temporary_folder_while_a_png_is_packed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: "/nowhere")
+    files.encode(ia.Plane(np.zeros((3, 4, 3), np.uint8)), "png")

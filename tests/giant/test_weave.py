@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import intarsia as ia
 from intarsia.files import read_plane, read_recipe
-from intarsia.files.png import decode_png, encode_png
+from intarsia.files.png import encode_png
 from intarsia.foundation import InputError, ParameterError, ResourceError
 from intarsia.foundation.geometry import Box
 from intarsia.giant import exports, picture, zarrays
@@ -186,9 +186,7 @@ def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> No
 @pytest.mark.parametrize("dtype", ["uint8", "uint16"])
 def test_tiles_are_png(dtype: str, channels: int, tmp_path: Path) -> None:
     pixels = as_depth(texture(29, 37, channels, 8), dtype)
-    data = encode_png(pixels)
-    assert (decode_png(data) == pixels).all()
-    (tmp_path / "o.png").write_bytes(data)
+    (tmp_path / "o.png").write_bytes(encode_png(pixels))
     assert (read_plane(tmp_path / "o.png").samples == pixels).all()
 
 

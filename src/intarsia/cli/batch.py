@@ -230,7 +230,7 @@ class Batch:
         for path, names in by_file(order.pictures).items():
             planes = {name: first if name == base else drawn(name) for name in names}
             picture = planes if request.layers else planes[names[0]]
-            write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text)
+            write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
         if request.sheet is not None:
             self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
         _write_more(order, grown, staging, found, probe)
@@ -343,22 +343,22 @@ def _write_more(
     order: Order, grown: Synthesis, staging: Staging, found: scoring.Outcome | None, probe: Probe | None
 ) -> None:
     """Write what an output has beside its pictures."""
-    request = order.shelf.request
+    request, run = order.shelf.request, Run(order.shelf.request.threads)
     for what, path in order.beside.items():
         if what == "map":
             smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
             write_bytes(staging.place(path), smap.to_bytes())
         elif what == "st map":
-            write(staging.place(path), _st_plane(grown.map))
+            write(staging.place(path), _st_plane(grown.map), run=run)
         elif what == "distances" and probe is not None and probe.maps is not None:
             write(staging.place(path), distance_plane(probe.maps, path))
         elif what == "report" and found is not None:
             write_page(staging, path, found)
         elif what == "preview":
             many = tileable.repeated(grown.render(), grown.map.wrap, request.tiles)
-            write(staging.place(path), many, depth=request.depth)
+            write(staging.place(path), many, depth=request.depth, run=run)
         elif what == "offset":
-            write(staging.place(path), tileable.half_shifted(order.shelf.scene), depth=request.depth)
+            write(staging.place(path), tileable.half_shifted(order.shelf.scene), depth=request.depth, run=run)
 
 
 def _laid(about: dict[str, Any]) -> str:
@@ -373,8 +373,7 @@ def _laid(about: dict[str, Any]) -> str:
 
 def _st_plane(smap: SourceMap) -> Plane:
     """An ST map as red and green; blue is 0, so that every program opens it as colour."""
-    st = smap.st_map()
-    return Plane(np.dstack([st, np.zeros(st.shape[:2], np.float32)]), Kind.DATA, Transfer.LINEAR)
+    return Plane(np.pad(smap.st_map(), ((0, 0), (0, 0), (0, 1))), Kind.DATA, Transfer.LINEAR)
 
 
 def distance_plane(maps: list[Any], path: str) -> Plane:

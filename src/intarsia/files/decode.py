@@ -118,12 +118,12 @@ def _png(picture: PictureFile) -> Decoded:
         if facts.interlaced:  # of these, Pillow takes some that are cut off
             png.check_rows(facts, picture.name)
         check = partial(png.check_rows, facts, picture.name)
-        found = _by_pillow(picture, facts.clean() if facts.dirty else data, check)
+        found = _by_pillow(picture, facts.clean(), check)
     else:
         cost = COSTS["png"] * facts.width * facts.height * facts.channels * -(-facts.depth // 8)
         check_cost(picture.name, cost, len(data))
         png.check_rows(facts, picture.name)
-        found = _by_oiio(picture, facts.clean() if facts.dirty else None)
+        found = _by_oiio(picture, facts.clean())
     found.icc = facts.icc
     if facts.exif:
         found.pixels = upright(found.pixels, _exif_orientation(facts.exif))

@@ -9,12 +9,14 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from ..disk import check_size
 from ..foundation import InputError
 from ..foundation.arrays import Array, Pair
+from ..foundation.run import Run, run_of
 from .formats import PNG_SIDE, damaged
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
@@ -24,6 +26,11 @@ MAX_UNPACKED = 1 << 26
 
 LEVEL = 4
 """Of zlib, for PNGs: photos are as small as with 6, smooth ones 6 % larger, in a third to nine tenths of the time."""
+
+BAND = 1 << 18
+"""Bytes of pixels that are packed together: threads share even 512 x 512 px, and files grow by less than 1 %."""
+
+ADLER = 65521
 
 SLICE = 1 << 16
 """Packed bytes that are looked at together."""
@@ -53,7 +60,6 @@ class PngFacts:
     texts: dict[str, str] = field(default_factory=dict)
     head: list[bytes] = field(default_factory=list)
     packed: list[memoryview] = field(default_factory=list)
-    dirty: bool = False
 
     @property
     def channels(self) -> int:
@@ -95,7 +101,6 @@ def png(data: bytes, name: str) -> PngFacts:
             facts.exif = bytes(body)
         elif pos > 8 and kind != b"IEND":
             _meaning(facts, kind, bytes(body), name)
-        facts.dirty |= kind not in (b"IHDR", b"PLTE", b"tRNS", b"IDAT", b"IEND")
         pos, last = end, kind
     if not facts.packed:
         raise damaged(name, "it holds no pixels")
@@ -127,7 +132,6 @@ def _meaning(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
     elif kind == b"tRNS" and fits and _says_what_is_clear(facts, len(body)):
         facts.key = True
     else:
-        facts.dirty = True
         return
     facts.head.append(chunk(kind, body))
 
@@ -161,7 +165,8 @@ def check_rows(facts: PngFacts, name: str) -> None:
                             count, size = next(rows, (0, 1))
                     done = stop
                 if unpacker.eof:
-                    _leave_out(facts, number, min(start + SLICE, len(part)) - len(unpacker.unused_data))
+                    end = min(start + SLICE, len(part)) - len(unpacker.unused_data)  # what comes behind is left out
+                    facts.packed = [*facts.packed[:number], part[:end]]
                     break
             if unpacker.eof:
                 break
@@ -169,13 +174,6 @@ def check_rows(facts: PngFacts, name: str) -> None:
         raise damaged(name, "its pixels cannot be unpacked") from None
     if count or at != done or not unpacker.eof:
         raise damaged(name, "it ends within its pixels")
-
-
-def _leave_out(facts: PngFacts, number: int, stop: int) -> None:
-    """Leave out what comes behind the packed pixels."""
-    if stop < len(facts.packed[number]) or number + 1 < len(facts.packed):
-        facts.packed = [*facts.packed[:number], facts.packed[number][:stop]]
-        facts.dirty = True
 
 
 def _packed_rows(facts: PngFacts) -> Iterator[Pair]:
@@ -213,34 +211,45 @@ def _keep_text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int
     return len(rest)
 
 
-def encode_png(pixels: Array, icc: bytes | None = None, level: int = LEVEL) -> bytes:
-    """Return a picture (H, W, C) of uint8, uint16 or bool as PNG, rows filtered by differences to the pixel before."""
+def encode_png(
+    pixels: Array, icc: bytes | None = None, text: str | None = None, level: int = LEVEL, run: Run | None = None
+) -> bytes:
+    """Return a picture (H, W, C) of uint8 or uint16 as PNG; the threads of `run` share its bands of rows.
+
+    A band is as long whoever packs it, and begins anew: the same bytes from any number of threads.
+    """
     height, width, channels = pixels.shape
-    pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
-    size = pixels.dtype.itemsize
-    raw = np.ascontiguousarray(pixels.astype(pixels.dtype.newbyteorder(">"), copy=False)).view(np.uint8)
-    raw = raw.reshape(height, width, channels * size)
-    rows = np.ones((height, 1 + width * channels * size), np.uint8)  # the filter's number comes first
-    steps = rows[:, 1:].reshape(height, width, channels * size)
-    steps[:, 0] = raw[:, 0]
-    steps[:, 1:] = raw[:, 1:] - raw[:, :-1]
-    rows[:, 1:] = steps.reshape(height, -1)
-    head = struct.pack(">IIBBBBB", width, height, 8 * size, (GRAY, GRAY_ALPHA, RGB, RGBA)[channels - 1], 0, 0, 0)
+    rows = max(1, BAND // pixels[0].nbytes)
+    with run_of(run).pool() as each:
+        bands = each(partial(_band, pixels, rows, level), range(0, height, rows))
+    colour = (GRAY, GRAY_ALPHA, RGB, RGBA)[channels - 1]
+    head = struct.pack(">IIBBBBB", width, height, 8 * pixels.itemsize, colour, 0, 0, 0)
     chunks = [(b"IHDR", head)]
     if icc:
-        chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc, LEVEL)))
-    chunks += [(b"IDAT", zlib.compress(rows.tobytes(), level)), (b"IEND", b"")]
+        chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc)))
+    if text is not None:
+        chunks.append((b"iTXt", b"Description\0\0\0\0\0" + text.encode()))
+    low, high, packed = 1, 0, [b"\x78\x5e"]  # the halves of the checksum of all bands, from that of each (RFC 1950)
+    for part, checksum, count in bands:
+        high = (high + (checksum >> 16) + count * (low - 1)) % ADLER
+        low = (low + (checksum & 0xFFFF) - 1) % ADLER
+        packed.append(part)
+    packed.append(struct.pack(">HH", high, low))
+    chunks += [*((b"IDAT", part) for part in packed), (b"IEND", b"")]
     return PNG_START + b"".join(chunk(name, data) for name, data in chunks)
 
 
-def decode_png(data: bytes) -> Array:
-    """Return the pixels (H, W, C) of a picture that :func:`encode_png` made."""
-    found, at = dict[bytes, bytes](), len(PNG_START)
-    while at < len(data):
-        (length,) = struct.unpack_from(">I", data, at)
-        found[data[at + 4 : at + 8]] = data[at + 8 : at + 8 + length]
-        at += 12 + length
-    width, height, bits = struct.unpack_from(">IIB", found[b"IHDR"])
-    rows = np.frombuffer(zlib.decompress(found[b"IDAT"]), np.uint8).reshape(height, -1)[:, 1:]
-    raw = np.cumsum(rows.reshape(height, width, -1), axis=1, dtype=np.uint8)
-    return raw.view(">u2").astype(np.uint16) if bits == 16 else raw
+def _band(pixels: Array, rows: int, level: int, top: int) -> tuple[bytes, int, int]:
+    """Pack rows as what differs from the pixel before, or from that above if that is less: bytes, checksum, length."""
+    some = pixels[max(top - 1, 0) : top + rows]
+    raw = np.ascontiguousarray(some.astype(some.dtype.newbyteorder(">"), copy=False)).view(np.uint8)
+    raw = raw.reshape(len(some), -1)
+    here, step = raw[min(top, 1) :], some[0, 0].nbytes
+    before, above = here.copy(), here.copy()
+    before[:, step:] -= here[:, :-step]
+    above[1 - min(top, 1) :] -= raw[:-1]
+    least = min((before, above), key=lambda steps: int(np.minimum(steps, -steps).sum()))
+    data = np.insert(least, 0, 1 + (least is above), axis=1).tobytes()  # each row begins with its filter
+    packer, last = zlib.compressobj(level, wbits=-zlib.MAX_WBITS), top + rows >= len(pixels)
+    packed = packer.compress(data) + packer.flush(zlib.Z_FINISH if last else zlib.Z_SYNC_FLUSH)
+    return packed, zlib.adler32(data), len(data)

@@ -21,11 +21,11 @@ from ..disk import MAX_CHANNELS
 from ..disk.whole import PathLike, check_writable, put_all, working_folder, write_bytes
 from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, legible, printable
 from ..foundation.arrays import Array, Pair, UInt8, pixels_of
+from ..foundation.run import Run
 from ..model.image import Kind, Plane, Transfer, converted, dtype_of, looked_at
 from . import png
 from .decode import opened, pillow_opened
 from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look
-from .png import LEVEL, PNG_END
 
 MARK = "intarsia recipe: "
 """What an embedded recipe starts with."""
@@ -38,8 +38,8 @@ _WORDS = {
 }
 
 
-def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
-    """Return the bytes of a picture file, such as ``encode(plane, "png")``.
+def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = None) -> bytes:
+    """Return the bytes of a picture file, such as ``encode(plane, "png")``; the threads of `run` share a PNG.
 
     Raises ParameterError where the format cannot hold the plane, ResourceError where the temporary folder is full.
     """
@@ -52,6 +52,8 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None) -> bytes:
     pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if bits else plane.samples)
     text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
     icc = plane.meta.get("icc") if target.icc else None
+    if target.name == "png":
+        return png.encode_png(pixels, icc, text, run=run)
     if target.name in ("jpeg", "webp", "tga", "bmp"):
         return _bytes_by_pillow(target.name, pixels, text, icc)
     return _bytes_by_oiio(target.name, pixels, text, icc)
@@ -156,7 +158,6 @@ def _bytes_by_oiio(
     spec = oiio.ImageSpec(width, height, channels, _OIIO.get(pixels.dtype.name, pixels.dtype.name))
     spec.attribute("oiio:UnassociatedAlpha", 1)  # pixels are stored as they are
     spec.attribute("DateTime", "")  # equal pixels, equal bytes
-    spec.attribute("png:compressionLevel", LEVEL)  # other formats pass over it
     if name in ("tiff", "exr"):
         spec.attribute("compression", "zip")
     if name == "exr":
@@ -178,10 +179,7 @@ def _bytes_by_oiio(
             room = f"make room in {tempfile.gettempdir()}, or write another format"
             raise ResourceError(f"the {name} could not be made ({reason}); {room}.")
         with open(path, "rb") as made:
-            data = made.read()
-    if name == "png" and not data.endswith(PNG_END):  # libpng tells nobody that the disk is full
-        raise ResourceError(f"{tempfile.gettempdir()} is full; make room there, or set TMPDIR.")
-    return data
+            return made.read()
 
 
 def lettered(text: str, size: int) -> UInt8:
@@ -196,8 +194,9 @@ def lettered(text: str, size: int) -> UInt8:
 
 
 def write(
-    path: PathLike, picture: Any, *, depth: int | str | None = None, recipe: str | None = None, force: bool = False
-) -> None:
+    path: PathLike, picture: Any, *, depth: int | str | None = None, recipe: str | None = None, force: bool = False,
+    run: Run | None = None,
+) -> None:  # fmt: skip
     """Write a picture; its ending names the format, and its depth stays as it is unless another is asked for.
 
     Parameters
@@ -210,6 +209,8 @@ def write(
         JSON to embed; it lies beside as ``OUT.recipe.json`` where the format holds no text.
     force : bool
         Replace a file that exists.
+    run : Run, optional
+        Whose threads share the packing of a PNG; by default one for each core. Never changes a byte.
 
     Raises
     ------
@@ -227,7 +228,7 @@ def write(
     if depth is not None:
         plane = convert(plane, depth)
     if os.fspath(path) == "-":
-        data = encode(plane, "exr" if plane.is_float else "png", recipe)
+        data = encode(plane, "exr" if plane.is_float else "png", recipe, run)
         write_bytes("-", data)
         return
     target = format_of(path)
@@ -237,7 +238,7 @@ def write(
     inside = recipe is not None and holds_recipe(target, recipe)
     if recipe is not None and not inside:
         check_writable(beside, force)
-    files: list[tuple[PathLike, bytes]] = [(path, encode(plane, target.name, recipe))]
+    files: list[tuple[PathLike, bytes]] = [(path, encode(plane, target.name, recipe, run))]
     if recipe is not None and not inside:
         files.append((beside, recipe.encode()))
     put_all(files, force)

@@ -23,8 +23,8 @@ import numpy as np
 
 from ..disk import whole
 from ..disk.whole import PathLike, check_writable
-from ..files.formats import format_of
-from ..files.png import decode_png, encode_png
+from ..files.decode import decoded
+from ..files.formats import format_of, look
 from ..files.write import MARK, check_depth, encode, holds_recipe, recipe_path, write
 from ..foundation import InputError, ParameterError, ResourceError, printable
 from ..foundation.arrays import Array, Pair
@@ -206,7 +206,7 @@ class TilePacker:
 
     def one(self, pixels: Array) -> bytes:
         """A tile (h, w, C) as PNG."""
-        return encode_png(pixels, self.like.meta.get("icc"))
+        return encode(self.like.like(pixels), "png", run=Run(1))
 
 
 @dataclass
@@ -287,8 +287,8 @@ class TileStore(Export):
         below = self.tiles(level + 1)
         rows = range(2 * cell.row, min(2 * cell.row + 2, below.down))
         columns = range(2 * cell.column, min(2 * cell.column + 2, below.across))
-        parts = [[decode_png(self._tile(level + 1, row, column).read_bytes()) for column in columns] for row in rows]
-        pixels = np.concatenate([np.concatenate(p, axis=1) for p in parts])
+        parts = [[decoded(look(self._tile(level + 1, row, column))).pixels for column in columns] for row in rows]
+        pixels = np.atleast_3d(np.concatenate([np.concatenate(p, axis=1) for p in parts]))
         height, width = pixels.shape[:2]
         even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         even = even > 0 if self.texture.dtype == bool else even
@@ -345,7 +345,7 @@ class HeldStore(Export):
         pixels = np.empty((self.grid.height, self.grid.width, self.texture.channels), self.texture.dtype)
         for cell, pieces in results:
             pixels[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] = self._part(cell, pieces)
-        write(self._stage(), self.texture.like.like(pixels), recipe=self._text)
+        write(self._stage(), self.texture.like.like(pixels), recipe=self._text, run=run)
 
     def _part(self, cell: Cell, pieces: list[bytes]) -> Array:
         return np.frombuffer(pieces[0], self.texture.dtype).reshape(cell.box.height, cell.box.width, -1)

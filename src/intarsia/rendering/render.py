@@ -80,7 +80,7 @@ def render(
         for holes, and for exemplars that do not fit the map or one another.
     """
     blend, run = blend or smap.blend, run or Run()
-    _check_exemplars(exemplars, smap)
+    check_exemplars(exemplars, smap)
     planes, scale = _planes(exemplars, name)
     box = box or Box(0, 0, smap.height, smap.width)
     grow = max(scale, 1)
@@ -180,7 +180,8 @@ class _Job:
         return codes, copy_cell(yx, which, self.ground.reach.table, samples.view(bits), codes.view(bits))
 
 
-def _check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
+def check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
+    """Refuse exemplars that a map was not made of: others in number, or of other sizes."""
     if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
         raise InputError(
             f"the map has {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give its own."
@@ -189,7 +190,7 @@ def _check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
         if (exemplar.height, exemplar.width) != (source.height, source.width):
             raise InputError(
                 f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map wants {source.name} of "
-                f"{source.width}x{source.height}; give the exemplars that it was made of."
+                f"{source.width}x{source.height}; give its own, cropped and scaled as they were."
             )
 
 

@@ -205,9 +205,8 @@ def _unit(picture: Exemplar) -> int:
 
 def _of_single_elements(facts: Facts) -> bool:
     """Whether a picture shows elements that end on all sides, in no lattice, in no rows and along no grain."""
-    if facts.lattice is not None or facts.element.found < ENDS or facts.ordered:
-        return False
-    return facts.structure.coherence <= DIRECTED
+    alone = facts.lattice is None and facts.element.found >= ENDS and not facts.ordered
+    return alone and facts.structure.coherence <= DIRECTED
 
 
 def _fine_grained(picture: Int16) -> bool:

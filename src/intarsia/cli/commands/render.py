@@ -12,7 +12,6 @@ from .. import CANCEL, Report
 from ..verbs import HelpfulCommand, check_stdout
 
 if TYPE_CHECKING:
-    from ...model import Exemplar
     from ...model.sourcemap import SourceMap
 
 
@@ -65,7 +64,7 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     from ... import files
     from ...foundation.geometry import Box
     from ...foundation.run import Run
-    from ...rendering.render import check_drawable, render
+    from ...rendering.render import check_drawable, check_exemplars, render
     from ..exemplars import Shelf, sets_of, stem_of
     from ..outputs import Staging, by_file, check_all, check_depths, filled_name, layer_files, plane_files
 
@@ -81,7 +80,7 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     check_all(pictures.values() if pictures else [out], request.force, set())
     exemplars = Shelf(sets, request, report).exemplars
     pictures = pictures or layer_files(out, exemplars[0], request.depth)
-    _check_sizes(smap, exemplars)
+    check_exemplars(exemplars, smap)
     check_depths(pictures, exemplars[0], (width, height), request)
     blend = smap.blend.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
     check_drawable(exemplars, part.height, part.width, blend.feather)
@@ -92,7 +91,8 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
                 run = Run(request.threads, meter.stage("render", 0.0, 1.0), CANCEL)
                 planes[name] = render(exemplars, smap, name, blend, part, run)
                 meter.next_part()
-            files.write(staging.place(path), planes if request.layers else planes[names[0]], depth=request.depth)
+            picture = planes if request.layers else planes[names[0]]
+            files.write(staging.place(path), picture, depth=request.depth, run=Run(request.threads))
         staging.commit()
     seconds = time.perf_counter() - began
     report.note(f"{', '.join(by_file(pictures))}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
@@ -105,16 +105,6 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
         "timings": {"total": round(seconds, 3)},
     }
     report.result(answer)
-
-
-def _check_sizes(smap: SourceMap, exemplars: tuple[Exemplar, ...]) -> None:
-    """Other planes are fine, other sizes are not."""
-    for exemplar, source in zip(exemplars, smap.sources, strict=False):
-        if (exemplar.width, exemplar.height) != (source.width, source.height):
-            raise InputError(
-                f"{exemplar.name} is {exemplar.width}x{exemplar.height} px, the map was made of {source.name} of "
-                f"{source.width}x{source.height} px; give a plane of that size (mind --crop, --scale and --magnify)."
-            )
 
 
 command = HelpfulCommand("render", draw)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -39,18 +39,15 @@ def reduced(pixels: Pixels, side: int) -> Pixels:
     step = -(-max(pixels.shape[:2]) // side)
     if step <= 1:
         return pixels
-    height, width = max(pixels.shape[0] // step, 1), max(pixels.shape[1] // step, 1)
-    whole = pixels[: height * step, : width * step]
-    if whole.shape[0] < height * step or whole.shape[1] < width * step:  # thinner than one block
-        return pixels[::step, ::step]
-    blocks = whole.reshape(height, step, width, step, -1)
+    down, across = (min(step, side) for side in pixels.shape[:2])
+    height, width = pixels.shape[0] // down, pixels.shape[1] // across
+    blocks = pixels[: height * down, : width * across].reshape(height, down, width, across, -1)
     mean: Pixels = (blocks.mean(axis=(1, 3), dtype=np.float32) + 0.5).astype(np.uint8)
     return mean
 
 
-def png(pixels: Pixels) -> bytes:
-    """Return the bytes of a PNG, made quickly: (H, W, C)."""
-    return encode_png(pixels, level=1)
+png = partial(encode_png, level=1)
+"""Pixels (H, W, C) as a PNG that is made quickly."""
 
 
 def coloured(smap: SourceMap, first: int, step: int, colours: Callable[[int, Any, Any], Any]) -> Pixels:
