@@ -147,10 +147,28 @@ def test_bands_make_one_picture_whoever_packs_them(
             assert png.encode_png(pixels, run=ia.Run(threads=threads)) == once
 
 
-def test_of_two_ways_to_filter_a_band_the_shorter_is_taken() -> None:
-    lines = np.broadcast_to(np.random.default_rng(3).integers(0, 256, (64, 1, 3), np.uint8), (64, 64, 3)).copy()
-    across, down = (len(png.encode_png(pixels)) for pixels in (lines, np.swapaxes(lines, 0, 1)))
-    assert max(across, down) < lines.nbytes // 10
+def test_of_two_filters_a_band_has_that_which_leaves_less() -> None:
+    lines = np.broadcast_to(np.random.default_rng(3).integers(0, 256, (64, 1, 3), np.uint8), (64, 64, 3))
+    for pixels, way in ((lines, 1), (np.swapaxes(lines, 0, 1), 2)):
+        data = png.encode_png(pixels)
+        packed = zlib.decompress(b"".join(bytes(part) for part in png.png(data, "it").packed))
+        assert set(np.frombuffer(packed, np.uint8).reshape(64, -1)[:, 0]) == {way}
+
+
+@pytest.mark.parametrize(("colour", "depth"), [(2, 8), (2, 16), (6, 16)])
+@pytest.mark.parametrize("many", [1, 9, 20_000])
+@pytest.mark.parametrize("apart", [False, True])
+def test_what_lies_behind_the_packed_pixels_is_passed_over(
+    colour: int, depth: int, apart: bool, many: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    samples = samples_of(9, 8, depth, colour)
+    data = png_of(samples, depth, colour)
+    at = data.index(b"IDAT")
+    body = data[at + 4 : at + 4 + int.from_bytes(data[at - 4 : at], "big")]
+    packed = chunk(b"IDAT", body) + chunk(b"IDAT", b"more" * many) if apart else chunk(b"IDAT", body + b"more" * many)
+    read = files.read_plane(data[: at - 4] + packed + data[at + 8 + len(body) :])
+    np.testing.assert_array_equal(read.pixels, expected(samples, depth, colour))
+    assert "".join(capfd.readouterr()) == ""
 
 
 def test_a_text_of_any_letters_and_a_profile_are_read_again() -> None:

@@ -30,7 +30,8 @@ LEVEL = 4
 BAND = 1 << 18
 """Bytes of pixels that are packed together: threads share even 512 x 512 px, and files grow by less than 1 %."""
 
-ADLER = 65521
+ADLER, LAST = 65521, 0x0300
+"""What sums of bytes are taken by (RFC 1950), and an empty block that ends what is packed (RFC 1951, 3.2.6)."""
 
 SLICE = 1 << 16
 """Packed bytes that are looked at together."""
@@ -148,7 +149,7 @@ def check_rows(facts: PngFacts, name: str) -> None:
     count, size = next(rows)  # rows that are left of a pass, and their bytes
     at = done = 0  # where the next row begins, and how much has come
     try:
-        for number, part in enumerate(facts.packed):
+        for part in facts.packed:
             for start in range(0, len(part), SLICE):
                 packed: bytes | memoryview = part[start : start + SLICE]
                 while packed and not unpacker.eof:
@@ -165,8 +166,6 @@ def check_rows(facts: PngFacts, name: str) -> None:
                             count, size = next(rows, (0, 1))
                     done = stop
                 if unpacker.eof:
-                    end = min(start + SLICE, len(part)) - len(unpacker.unused_data)  # what comes behind is left out
-                    facts.packed = [*facts.packed[:number], part[:end]]
                     break
             if unpacker.eof:
                 break
@@ -229,12 +228,12 @@ def encode_png(
         chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc)))
     if text is not None:
         chunks.append((b"iTXt", b"Description\0\0\0\0\0" + text.encode()))
-    low, high, packed = 1, 0, [b"\x78\x5e"]  # the halves of the checksum of all bands, from that of each (RFC 1950)
+    low, high, packed = 1, 0, list[bytes]()  # the halves of the checksum of all bands, from that of each (RFC 1950)
     for part, checksum, count in bands:
         high = (high + (checksum >> 16) + count * (low - 1)) % ADLER
         low = (low + (checksum & 0xFFFF) - 1) % ADLER
         packed.append(part)
-    packed.append(struct.pack(">HH", high, low))
+    packed[-1] += struct.pack(">HHH", LAST, high, low)
     chunks += [*((b"IDAT", part) for part in packed), (b"IEND", b"")]
     return PNG_START + b"".join(chunk(name, data) for name, data in chunks)
 
@@ -250,6 +249,5 @@ def _band(pixels: Array, rows: int, level: int, top: int) -> tuple[bytes, int, i
     above[1 - min(top, 1) :] -= raw[:-1]
     least = min((before, above), key=lambda steps: int(np.minimum(steps, -steps).sum()))
     data = np.insert(least, 0, 1 + (least is above), axis=1).tobytes()  # each row begins with its filter
-    packer, last = zlib.compressobj(level, wbits=-zlib.MAX_WBITS), top + rows >= len(pixels)
-    packed = packer.compress(data) + packer.flush(zlib.Z_FINISH if last else zlib.Z_SYNC_FLUSH)
-    return packed, zlib.adler32(data), len(data)
+    packer = zlib.compressobj(level, wbits=-zlib.MAX_WBITS if top else zlib.MAX_WBITS)  # the first has the header
+    return packer.compress(data) + packer.flush(zlib.Z_SYNC_FLUSH), zlib.adler32(data), len(data)
