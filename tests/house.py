@@ -180,7 +180,7 @@ BUDGET = {
     "foundation": 8_646,
     "model": 9_942,
     "disk": 3_083,
-    "files": 16_347,
+    "files": 16_370,
     "giant": 10_007,
     "judging": 10_975,
     "kernels": 15_026,

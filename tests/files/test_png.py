@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import struct
 import tempfile
 import zlib
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from corpus import chunk
 from pictures import CHANNELS, flat_png, png_of, samples_of
+from PIL import Image
 
 import intarsia as ia
 from intarsia import files
@@ -171,11 +173,14 @@ def test_what_lies_behind_the_packed_pixels_is_passed_over(
     assert "".join(capfd.readouterr()) == ""
 
 
-def test_a_text_of_any_letters_and_a_profile_are_read_again() -> None:
-    data = png.encode_png(np.zeros((3, 4, 3), np.uint8), icc=b"p" * 200, text="Stra\u00dfe \u77f3 \u2728")
+@pytest.mark.parametrize("text", ['{"seed": 1}', "Stra\u00dfe \u77f3 \u2728"])
+def test_a_text_of_any_letters_and_a_profile_are_read_again(text: str) -> None:
+    data = png.encode_png(np.zeros((3, 4, 3), np.uint8), icc=b"p" * 200, text=text)
     facts = png.png(data, "it")
-    assert facts.texts == {"Description": "Stra\u00dfe \u77f3 \u2728"}
+    assert facts.texts == {"Description": text}
     assert facts.icc == b"p" * 200
+    with Image.open(io.BytesIO(data)) as image:
+        assert image.info["Description"] == text
 
 
 def test_nothing_lies_in_the_temporary_folder_while_a_png_is_packed(monkeypatch: pytest.MonkeyPatch) -> None:

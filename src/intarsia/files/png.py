@@ -227,7 +227,8 @@ def encode_png(
     if icc:
         chunks.append((b"iCCP", b"icc\0\0" + zlib.compress(icc)))
     if text is not None:
-        chunks.append((b"iTXt", b"Description\0\0\0\0\0" + text.encode()))
+        kind, gap = (b"tEXt", b"\0") if text.isascii() else (b"iTXt", b"\0\0\0\0\0")  # fewer programs read the latter
+        chunks.append((kind, b"Description" + gap + text.encode()))
     low, high, packed = 1, 0, list[bytes]()  # the halves of the checksum of all bands, from that of each (RFC 1950)
     for part, checksum, count in bands:
         high = (high + (checksum >> 16) + count * (low - 1)) % ADLER
