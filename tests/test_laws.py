@@ -74,7 +74,7 @@ class TestImageQuiltingOfAllKinds(PackageLaws):
 class TestGraphcutThatCountsUse(PackageLaws):
     """What is shown often is dear, in all poses."""
 
-    method = ia.Graphcut(patch=10, overlap=3, isometries="both", refinements=4, evenness=2)
+    method = ia.Graphcut(patch=10, overlap=3, isometries="both", refinements=1, evenness=2)
     examples = 8
 
 

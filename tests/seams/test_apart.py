@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from intarsia.foundation.geometry import Wrap
+from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings
-from intarsia.seams import graphcut, placement_kernels
+from intarsia.seams import graphcut, improve, placement_kernels
 from intarsia.seams.placement_kernels import ONE
 from intarsia.seams.usage_kernels import count_map
 from intarsia.search import Candidates
@@ -112,11 +113,28 @@ def test_what_is_drawn_stands_beside_no_mirror() -> None:
     sewing, box = halves(), (10, 20, 16, 16)
     rows = np.array([(0, 1, 10, 20), (5, 1, 20, 0), (6, 0, 10, 20)], np.int64)
     known = np.ones((16, 16), bool)
-    for filling in (True, False):
-        found = Candidates(rows, 100, np.empty(0), known)
-        assert (1, 10, 20) not in sewing.placements(box, found, 7, filling)
+    found = Candidates(rows, 100, np.empty(0), known)
+    assert (1, 10, 20) not in sewing.placements(box, found, 7)
     found = Candidates(rows[:1], 100, np.empty(0), known)
-    assert sewing.placements(box, found, 7, True) == [(1, 10, 20)]  # nothing else is there
+    assert sewing.placements(box, found, 7) == [(1, 10, 20)]  # nothing else is there
+
+
+def test_no_piece_grows_beside_its_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside what goes on in its own picture neither half grows; beside another place both do."""
+    grown = list[int]()
+    for column in (26, 0):  # of the mirrored exemplar, at column 26 of the map
+        sewing = halves()
+        rows, columns = np.indices((40, 26))
+        sewing.variant[:40, 26:52] = 1
+        sewing.yx[:40, 26:52, 0], sewing.yx[:40, 26:52, 1] = rows, columns + column
+        grown.append(0)
+
+        def best(self: object, piece: graphcut.Piece, found: object) -> None:
+            grown[-1] += 1
+
+        monkeypatch.setattr(improve.Expanding, "best", best)
+        improve.expand(sewing, Run(1), 1)
+    assert grown == [0, 2]
 
 
 def posed_alike(sewing: graphcut.GraphcutGrowth, y: int, x: int, k: int) -> tuple[int, int] | None:

@@ -19,7 +19,7 @@ from intarsia.seams.graphcut import Cut, GraphcutGrowth
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.testing import texture
 
-METHOD = ia.Graphcut(patch=24, overlap=10, refinements=20)
+METHOD = ia.Graphcut(patch=24, overlap=10, refinements=2)
 
 
 def sewing_of(canvas: Canvas) -> GraphcutGrowth:
@@ -99,19 +99,36 @@ def test_what_is_cut_is_laid_in_turn_where_it_still_pays(monkeypatch: pytest.Mon
     assert told == [0, 4, 8]
 
 
-def test_the_worst_windows_are_taken_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At most an eighth of all attempts, and never more attempts than asked for; those first that are worst."""
-    sewn, waves_seen = sewing_of(Canvas(140, 150)), list[int]()
-    improve.fill(sewn, 1, 2, ia.Run(1))
-    plain = improve.improve
+@pytest.mark.parametrize("wraps", [(False, False), (True, False), (True, True)])
+@pytest.mark.parametrize("seed", range(6))
+def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], seed: int) -> None:
+    """Pixel by pixel: no two of a wave have less than three px between them, and each is near one of every earlier."""
+    dice, shape = np.random.default_rng(seed), (60, 70)
+    windows = np.concatenate([dice.integers(0, 40, (20, 2)), dice.integers(1, 20, (20, 2))], axis=1)
+    known = list[list[np.ndarray]]()
+    found = improve.parted(windows, shape, wraps)
+    for k, window in enumerate(windows.tolist()):
+        mine, wide = (np.zeros(shape, bool) for _ in range(2))
+        for out, more in ((mine, 0), (wide, 3)):
+            axes = [np.arange(window[a] - more, window[a] + window[2 + a] + more) for a in (0, 1)]
+            axes = [n % m if w else n[(n >= 0) & (n < m)] for n, m, w in zip(axes, shape, wraps, strict=True)]
+            out[np.ix_(*axes)] = True
+        free = [n for n, wave in enumerate(known) if not any((wide & other).any() for other in wave)]
+        if not free:
+            known.append([])
+        number = free[0] if free else len(known) - 1
+        known[number].append(mine)
+        assert k in found[number]
+    assert sum(map(len, found)) == len(windows)
+    assert max(map(len, found)) > 1
+    assert improve.parted(windows[:0], shape, wraps) == []
 
-    def watched(work: improve.Pass, wave: dict[tuple[int, int], improve.Place], *more: object) -> list[Cut]:
-        waves_seen.append(len(wave))
-        return plain(work, wave, *more)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(improve, "improve", watched)
-    saved = improve.refine(sewn, 1, 2, ia.Run(1), 21)
-    assert saved
-    assert max(waves_seen) <= 3
-    assert sum(waves_seen) <= 21
-    assert len(waves_seen) >= 7
+def test_pieces_grow_in_waves_of_their_own() -> None:
+    """Progress goes on to the end, and never back."""
+    sewn, told = sewing_of(Canvas(140, 150)), list[int]()
+    improve.fill(sewn, 1, 2, ia.Run(1), 2)
+    assert improve.expand(sewn, ia.Run(1, lambda done, total, draft: told.append(done)), 2)
+    assert told == sorted(told)
+    assert told[-1] == 3 * int(sewn.growth.windows.sum())
+    assert len(set(told)) > 6

@@ -1,12 +1,13 @@
-"""Pieces about a window: which shifts a map shows, and that bad places are covered by them, too."""
+"""Pieces of a map: which it shows, how they grow, and that bad places are covered by them, too."""
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 
 import numpy as np
 import pytest
 
+import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
@@ -14,45 +15,40 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.growth import Growth, PatchSettings
 from intarsia.seams import graphcut, improve
-from intarsia.seams.graphcut import shifts_around
+from intarsia.seams.graphcut import NOTHING, Cut, Piece, pieces_in
+from intarsia.seams.repair import Repair, Repairing
 from intarsia.testing import texture
 
-SIZES = ((7, 9), (5, 6))  # of two exemplars, the second continues in itself
 
-
-def naive_shifts(variant: np.ndarray, yx: np.ndarray, places: tuple, at: tuple[int, int]) -> list[tuple]:
-    """Pixel by pixel: what the piece of each shows at a place."""
-    seen: Counter[tuple] = Counter()
-    for i, y in enumerate(places[0].tolist()):
-        for j, x in enumerate(places[1].tolist()):
-            v = int(variant[i, j])
-            if v == HOLE:
-                continue
-            first = [int(yx[i, j, k]) - (y, x)[k] + at[k] for k in (0, 1)]
-            if v == 1:
-                first = [f % n for f, n in zip(first, SIZES[1], strict=True)]
-            seen[(v, *first)] += 1
-    return sorted(seen, key=lambda piece: (-seen[piece], piece))
+def naive_pieces(variant: np.ndarray, yx: np.ndarray) -> list[Piece]:
+    """Pixel by pixel: where each piece lies, and what it shows at the first pixel of the box around it."""
+    seen = defaultdict[tuple[int, int, int], list[tuple[int, int]]](list)
+    for y, x in np.argwhere(variant != HOLE).tolist():
+        seen[int(variant[y, x]), y - int(yx[y, x, 0]), x - int(yx[y, x, 1])].append((y, x))
+    out = []
+    for v, down, right in sorted(seen, key=lambda piece: (-len(seen[piece]), piece)):
+        (top, left), (bottom, end) = np.min(seen[v, down, right], axis=0), np.max(seen[v, down, right], axis=0)
+        box = int(top), int(left), int(bottom - top) + 1, int(end - left) + 1
+        out.append(Piece(box, (v, int(top) - down, int(left) - right)))
+    return out
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_pieces_about_a_window_equal_their_plain_form(seed: int) -> None:
-    """Of drawn maps with holes, seen at every px and at every third, the first of equally large pieces first."""
+def test_pieces_equal_their_plain_form(seed: int) -> None:
+    """Of drawn maps with holes, the largest first, the first of equally large ones first; small ones left out."""
     rng = np.random.default_rng(seed)
-    h, w, step = (int(n) for n in rng.integers(1, 9, 3))
+    h, w = (int(n) for n in rng.integers(1, 9, 2))
     variant = rng.choice(np.array([0, 1, HOLE], np.uint8), (h, w), p=(0.5, 0.4, 0.1))
     yx = rng.integers(0, 4, (h, w, 2)).astype(np.int32)
-    places = tuple(int(rng.integers(-5, 5)) + step * np.arange(n) for n in (h, w))
-    table = np.array([[0, *SIZES[0], 9], [0, *SIZES[1], 6]], np.int64)
-    at = (int(rng.integers(-3, 9)), int(rng.integers(-3, 9)))
-    found = shifts_around(variant, yx, places, at, table, np.array([False, True]))
-    assert found == naive_shifts(variant, yx, places, at)
+    naive = naive_pieces(variant, yx)
+    assert pieces_in(variant, yx) == naive
+    count = [sum(variant[y, x] == v and (yx[y, x] == (y - t + r, x - left + c)).all() for y, x in np.ndindex(h, w))
+             for (t, left, _, _), (v, r, c) in naive]  # fmt: skip
+    assert pieces_in(variant, yx, 2) == [piece for piece, n in zip(naive, count, strict=True) if n > 1]
 
 
 def test_holes_alone_hold_no_piece() -> None:
-    nothing = np.full((3, 3), HOLE, np.uint8)
-    table, places = np.array([[0, 4, 4, 4]], np.int64), (np.arange(3), np.arange(3))
-    assert shifts_around(nothing, np.zeros((3, 3, 2), np.int32), places, (0, 0), table, np.zeros(1, bool)) == []
+    assert pieces_in(np.full((3, 3), HOLE, np.uint8), np.zeros((3, 3, 2), np.int32)) == []
 
 
 def sewing_of(wrap: Wrap, toroidal: bool = False) -> graphcut.GraphcutGrowth:
@@ -76,31 +72,42 @@ def test_the_pieces_of_a_window_are_told_by_its_first_pixel(wrap: Wrap) -> None:
     assert at_the_end == ({(0, 40, 10), (0, -8, 10)} if wrap is Wrap.BOTH else {(0, 32, 10)})
 
 
-def test_a_piece_grows_over_its_neighbour_where_nothing_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without any candidate of the search one of two pieces takes what the other leaves, and never makes it dearer."""
-    falls = {}
-    for tries in (2, 6):
-        sewing = sewing_of(Wrap.NONE)
-        monkeypatch.setattr(graphcut, "TRIES", tries)
-        monkeypatch.setattr(sewing, "placements", lambda *_: [])
-        before = sewing.total
-        saved = improve.refine(sewing, 1, 2, Run(1), 40)
-        assert sewing.total == before - sum(saved)
-        falls[tries] = len(saved)
-    assert falls[2] == 0  # a third of two placements is none
-    assert falls[6] > 0
+def test_a_piece_grows_over_its_neighbour() -> None:
+    """One of two pieces takes what the other leaves, and never makes the map dearer."""
+    sewing = sewing_of(Wrap.NONE)
+    before = sewing.total
+    saved = improve.expand(sewing, Run(1), 1)
+    assert saved
+    assert min(saved) > 0
+    assert sewing.total == before - sum(saved)
+
+
+def test_a_piece_grows_as_far_as_it_is_long_up_to_two_patches() -> None:
+    work = improve.Expanding(sewing_of(Wrap.NONE))
+    reach = [work.reach(Piece((3, 3, *size), (0, 0, 0))) for size in ((5, 9), (31, 4), (32, 32), (40, 7))]
+    assert reach == [9, 31, 32, 32]
+
+
+def test_pieces_below_a_quarter_of_a_patch_do_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two squares in the middle of a piece, of 63 and 64 px where a patch has 256."""
+    sewing, grown = sewing_of(Wrap.NONE), list[tuple[int, int, int, int]]()
+    sewing.yx[2:9, 2:11, 0] += 7
+    sewing.yx[20:28, 2:10, 0] += 9
+    monkeypatch.setattr(sewing, "cut", lambda box, *_, **__: grown.append(box) or Cut(0, box, (0, 0, 0), NOTHING))
+    improve.expand(sewing, Run(1), 1)
+    assert sorted(grown) == [(0, 0, 48, 30), (0, 30, 48, 18), (20, 2, 8, 8)]
 
 
 def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The largest pieces first, then as many drawn ones as there is room for; empty windows take drawn ones alone."""
-    monkeypatch.setattr(graphcut, "TRIES", 6)
-    sewing, tried = sewing_of(Wrap.NONE), list[tuple[int, int, int]]()
-    drawn = [(0, k, k) for k in range(6)]
-    monkeypatch.setattr(sewing, "placements", lambda *_: drawn)
-    monkeypatch.setattr(sewing, "best", lambda box, picks, limit: tried.extend(picks))
+    """The largest pieces first, then as many of those found as there is room for."""
+    e = Exemplar.of(texture(60, 60, 1, 4))
+    smap = ia.synthesize(e, (48, 48), ia.Graphcut(patch=16, overlap=6), seed=1).map
+    work, tried = Repairing(Repair((16, 16), 1), [e], Canvas(48, 48), smap), list[tuple[int, int, int]]()
+    monkeypatch.setattr(work.sewing, "best", lambda box, picks: tried.extend(picks))
     box = (10, 22, 16, 16)
-    sewing.cheapest(box, sewing.found([box], Run(1))[0], 1, filling=False)
-    assert tried == [*sewing.shown(box), *drawn[:4]]
-    tried.clear()
-    sewing.cheapest(box, sewing.found([box], Run(1))[0], 1, filling=True)
-    assert tried == drawn
+    (found,) = work.found([box], Run(1))
+    assert work.best(box, found) is None
+    near = work.sewing.shown(box)
+    assert len(near) == graphcut.TRIES // 3
+    assert tried[: len(near)] == near
+    assert len(tried) == graphcut.TRIES

@@ -16,7 +16,7 @@ from intarsia.model.canvas import Canvas
 from intarsia.patches.growth import Growth
 from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import Box, Cut, GraphcutGrowth
-from intarsia.seams.improve import fill, refine
+from intarsia.seams.improve import expand, fill
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import MOST, SHARE, USUAL, Usage, rates
 from intarsia.testing import texture
@@ -28,7 +28,7 @@ def grown(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> Graphcu
     method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
     sewn = GraphcutGrowth(Growth(settings_of(method), exemplars, canvas), stitch_of(method))
     fill(sewn, 3, 7, ONE)
-    refine(sewn, 3, 7, ONE, 12)
+    expand(sewn, ONE, 1)
     return sewn
 
 
@@ -79,7 +79,7 @@ def test_what_many_pixels_do_does_not_strike() -> None:
 
 @pytest.mark.parametrize("poses", ["none", "both"])
 def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
-    """In all poses, of all exemplars, after fills and refinements."""
+    """In all poses, of all exemplars, after windows were filled and pieces have grown."""
     exemplars = [Exemplar.of(texture(40, 44, 3, 1)), Exemplar.of(texture(30, 36, 3, 2), toroidal=True)]
     sewn = grown(exemplars, Canvas(90, 80, "x"), isometries=poses)
     made, seen = sewn.growth.map(ia.Blend(0)), Counter[tuple[int, int, int]]()
@@ -119,7 +119,7 @@ def test_an_accepted_cut_makes_seams_and_usage_together_cheaper(monkeypatch: pyt
 
     monkeypatch.setattr(sewn, "write", noted)
     before = sewn.total + usage()
-    saved = refine(sewn, 5, 7, ONE, 40)
+    saved = expand(sewn, ONE, 3)
     assert min(saved) > 0
     assert sewn.total + usage() < before
     assert max(seams) > 0

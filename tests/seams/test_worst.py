@@ -1,13 +1,15 @@
-"""The worst places of a map: what is kept up to date where it changed is what reading all of it anew finds."""
+"""The worst places of a map: what windows cost, and which are left alone."""
 
 from __future__ import annotations
+
+from itertools import product
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from intarsia.seams.worst import Highest, WorstSeams
+from intarsia.seams.worst import CELL, WorstSeams
 
 WRAPS = ((False, False), (True, False), (False, True), (True, True))
 
@@ -15,49 +17,47 @@ WRAPS = ((False, False), (True, False), (False, True), (True, True))
 @pytest.mark.parametrize("wraps", WRAPS)
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
-def test_what_is_kept_up_to_date_is_what_reading_all_finds(wraps: tuple[bool, bool], seed: int) -> None:
-    """After boxes changed, places were given up and named: scores, places and waves are those of a fresh look."""
+def test_windows_cost_what_lies_in_their_middles(wraps: tuple[bool, bool], seed: int) -> None:
+    """Cell by cell, around borders that wrap."""
     rng = np.random.default_rng(seed)
     size = tuple(int(n) for n in rng.integers(20, 150, 2))
-    prices = (rng.integers(0, 9, (*size, 2)) * (rng.random((*size, 1)) < 0.3)).astype(np.int32)
+    prices = rng.integers(0, 9, (*size, 2)).astype(np.int32)
     patch = tuple(int(n) for n in rng.integers(8, 1 + np.array(size)))
     worst = WorstSeams(prices, (patch[0], patch[1]), wraps)
-    for _ in range(12):
-        if rng.random() < 0.5:
-            at = [int(rng.integers(n)) for n in size]
-            long = [int(rng.integers(1, 1 + (n if w else n - a))) for a, n, w in zip(at, size, wraps, strict=True)]
-            box = at[0], at[1], long[0], long[1]
-            where = np.ix_(*((a + np.arange(n)) % m for a, n, m in zip(at, long, size, strict=True)))
-            prices[where] = rng.integers(0, 20, prices[where].shape)
-            worst.renew(box)
-        elif first := worst.apart(0, most=1):
-            worst.give_up(*first)
-        fresh = WorstSeams(prices, (patch[0], patch[1]), wraps)
-        fresh._tired[:] = worst._tired
-        fresh.read()
-        assert (fresh._scores == worst._scores).all()
-        assert (fresh._cells == worst._cells).all()
-        assert fresh.apart(5, 40) == worst.apart(5, 40)
-        assert list(worst.apart(5).items())[:3] == list(worst.apart(5, most=3).items())
+    cells = {
+        (y, x): int(prices[y * CELL : (y + 1) * CELL, x * CELL : (x + 1) * CELL].sum())
+        for y, x in product(*map(range, worst.shape))
+    }
+    radius = [min(n // (4 * CELL), m // 2) for n, m in zip(patch, worst.shape, strict=True)]
+    scores = worst.scores()
+    for y, x in cells:
+        total = 0
+        for dy, dx in product(*(range(-r, r + 1) for r in radius)):
+            at = [y + dy, x + dx]
+            at = [a % n if w else a for a, n, w in zip(at, worst.shape, wraps, strict=True)]
+            total += cells.get((at[0], at[1]), 0)
+        assert scores[y, x] == total
 
 
-def test_only_what_changed_is_read_again() -> None:
-    """To renew a box of a large canvas costs as much as of a small one: what lies elsewhere is not looked at."""
-    prices = np.zeros((800, 900, 2), np.int32)
-    worst = WorstSeams(prices, (32, 32), (False, False))
-    prices[:] = 1
-    worst.renew((400, 300, 40, 50))
-    rows, columns = np.nonzero(worst._cells)
-    assert (rows.min(), rows.max(), columns.min(), columns.max()) == (49, 55, 37, 43)
-    assert not worst._scores[:48].any()
-    assert not worst._scores[:, 45:].any()
+@pytest.mark.parametrize("wraps", WRAPS)
+def test_what_is_given_up_returns_where_something_changes(wraps: tuple[bool, bool]) -> None:
+    """All that lie within a quarter of a window of it are left; what a box touches is looked at again, and no more."""
+    prices = np.ones((160, 200, 2), np.int32)
+    worst, rows = WorstSeams(prices, (64, 64), wraps), 20
+    worst.give_up((0, 5))
+    left = {(y % rows, x) for y, x in product(range(-2 - wraps[0], 3 + wraps[0]), range(3 - wraps[1], 8 + wraps[1]))}
+    left = left if wraps[0] else {(y, x) for y, x in product(range(3), range(3 - wraps[1], 8 + wraps[1]))}
+    assert set(zip(*(n.tolist() for n in np.nonzero(worst._tired)), strict=True)) == left
+    assert not left & set(worst.apart(0))
+    worst.renew((12, 44, 1, 1))
+    seen = {(y, x) for y, x in left if 1 - wraps[0] <= y <= 1 + wraps[0] and 5 - wraps[1] <= x <= 5 + wraps[1]}
+    assert set(zip(*(n.tolist() for n in np.nonzero(worst._tired)), strict=True)) == left - seen
+    assert seen
 
 
-def test_the_first_of_equals_is_the_highest() -> None:
-    """Row by row; what is 0 or less is none."""
-    grid = Highest(np.array([[0, 3, 1], [5, 2, 5], [5, 0, 0]]))
-    assert grid.first() == (1, 0)
-    grid.put(np.array([1]), np.array([0, 2]), 0)
-    assert grid.first() == (2, 0)
-    grid.put(np.arange(3), np.arange(3), np.array([[-1, 0, 0]] * 3))
-    assert grid.first() is None
+def test_the_first_of_equals_comes_first() -> None:
+    """Row by row; what costs nothing is none."""
+    prices = np.zeros((40, 64, 2), np.int32)
+    prices[20, 8], prices[4, 60] = 5, 5
+    worst = WorstSeams(prices, (8, 8), (False, False))
+    assert list(worst.apart(0)) == [(0, 7), (2, 1)]

@@ -7,12 +7,11 @@ Departures: windows are filled in raster order, so that work and memory stay loc
 around its window than `overreach`; twelve placements are drawn, and compared by cuts on every sixth px; strong steps
 cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`); what is
 shown more often than area asks costs more, in the choice of placements (`usage`) and in the cut (`evenness`); the
-energy of old seams lies on the pixel grid itself, without nodes of their own; refinement matches what lies around the
-bad place, not the bad place itself, and lets pieces about it grow. Under a guide patches are chosen as in image
-quilting, and nothing is refined.
+energy of old seams lies on the pixel grid itself, without nodes of their own; refinement searches for nothing, but
+lets every piece grow over its neighbours. Under a guide patches are chosen as in image quilting, and none grows.
 
-Cost: for each window and each refinement one FFT search, twelve maximum flows over a thirty-sixth of the window
-and what lies about it, and one over all of it; about 1.2 N_out / pitch^2 of them.
+Cost: for each window one FFT search, twelve maximum flows over a thirty-sixth of the window and what lies about it,
+and one over all of it; about 1.2 N_out / pitch^2 of them. For each piece one over it and up to two patches around.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ class Graphcut(methods.CutSquares):
 
     slug: ClassVar[str] = "graphcut"
     paper: ClassVar[str] = "Kwatra et al. 2003"
-    summary: ClassVar[str] = "patches of free shape, worst seams covered anew"
+    summary: ClassVar[str] = "patches of free shape, which grow over each other"
     engine: ClassVar[str] = "intarsia.seams.sewing"
     measures: ClassVar[bool] = True
     supports: ClassVar[frozenset[Ability]] = frozenset(
@@ -50,12 +49,12 @@ class Graphcut(methods.CutSquares):
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     overreach: int | None = param(
-        AUTO, "int", "how far around its window a patch may replace what is there; automatic: two thirds of the patch",
+        AUTO, "int", "how far around its window a patch may replace what is there; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
-    refinements: int | None = param(
-        AUTO, "int", "how often the worst seam is covered anew; automatic: once for every five windows",
-        low=0, high=1 << 24,
+    refinements: int = param(
+        1, "int", "how often every piece may grow over its neighbours, where that makes the map cheaper",
+        low=0, high=1000,
     )  # fmt: skip
     seam: str = methods.cut_cost("sharp")
     channel_weights: tuple[float, ...] | None = methods.channel_weights()

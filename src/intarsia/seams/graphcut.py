@@ -1,4 +1,4 @@
-"""A map sewn together from patches of free shape: filled first, then its worst seams are covered anew.
+"""A map sewn together from patches of free shape, which may run over each other's seams.
 
 A patch is cut in with old seams remembered, so it may replace what lies around its window as well, and several
 placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
@@ -7,9 +7,9 @@ and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 Whatever lies at a mirror goes on in its own picture without a seam, and what is turned by half goes on in itself around
 a point. Such placements are the cheapest of all, and look like wings and rosettes: they are left aside.
 
-Pieces that lie about a window are placements for it, too. A window of one piece that grows over its neighbours as far
-as a cut says is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph Cuts",
-IEEE PAMI 23, 2001), kept to the surroundings of a bad place. No search is needed.
+Pieces that lie about a window are placements for it, too. A piece that grows over its neighbours as far as a cut says
+is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph Cuts", IEEE PAMI 23,
+2001), kept to its surroundings. No search is needed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -57,9 +57,10 @@ REPEAT = 2.0  # large patches show their repeats more than small ones: what usag
 ROUGH = 6  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
-EVERY = 4  # px from one to the next where pieces about a window are counted
+EVERY = 4  # px from one to the next, at least, of what lies about a window
 TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
+FAR = 1 << 24  # px: no canvas or exemplar is so long
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
 MOST = 32  # at most 1 / MOST of a window may lie beside itself
@@ -107,41 +108,45 @@ class GraphcutSettings:
     evenness: float = 0.0
 
 
-def shifts_around(
-    variant: Array, yx: Array, places: Sequence[Array], at: Pair, table: Array, torus: Array
-) -> list[Pick]:
-    """List the pieces that part of a map shows, those that cover most of it first.
+class Piece(NamedTuple):
+    """The box around all that a map shows of one placement, and what it shows, or would, at the box's first pixel."""
+
+    box: Box
+    pick: Pick
+
+
+def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
+    """List the pieces that a map, or part of one, shows; those that cover most of it first.
 
     Parameters
     ----------
     variant, yx : arrays, shape (h, w) and (h, w, 2)
-        What is shown there: variants, HOLE where none is, and their rows and columns.
-    places : two arrays, shapes (h,) and (w,)
-        Rows and columns on the canvas, px, that go on where the canvas wraps.
-    at : (row, column)
-        The pixel of the canvas that placements are told by.
-    table, torus
-        Of the variants: columns 1 and 2 of the table are rows and columns, and whether they continue in themselves.
+        What is shown: variants, HOLE where none is, and their rows and columns.
+    least : int
+        Pieces that cover fewer px are left out.
 
     Returns
     -------
-    list of (variant, row, column)
-        What each piece shows, or would show, at that pixel; of equally large pieces the first in this order.
+    list of Piece
+        Of equally large pieces the first by variant, then by how far rows, and columns, lie before what they show.
     """
-    there = variant != HOLE
-    number = variant[there].astype(np.int64)
-    ends = table[number, 1:3]
-    away = np.stack(np.meshgrid(places[0] - at[0], places[1] - at[1], indexing="ij"), axis=2)[there]
-    first = yx[there].astype(np.int64) - away
-    first = np.where(torus[number][:, None], first % ends, first)
-    if not len(first):
-        return []
-    least, (rows, columns) = first.min(axis=0), np.ptp(first, axis=0) + 1
-    code = (number * rows + first[:, 0] - least[0]) * columns + first[:, 1] - least[1]
-    found, count = np.unique(code, return_counts=True)
-    found = found[np.argsort(-count, kind="stable")]
-    y, x = found // columns % rows + least[0], found % columns + least[1]
-    return list(zip((found // columns // rows).tolist(), y.tolist(), x.tolist(), strict=True))
+    h, w = variant.shape
+    key = (variant.astype(np.int64) * FAR + np.arange(h)[:, None] - yx[..., 0] + FAR // 2) * FAR
+    key += np.arange(w) - yx[..., 1] + FAR // 2
+    runs = np.flatnonzero(np.diff(key, axis=1, prepend=-1))  # each begins one along its row
+    found, number = np.unique(key.ravel()[runs], return_inverse=True)
+    row, first, length = runs // w, runs % w, np.diff(runs, append=h * w)
+    area, corners = np.bincount(number, length), np.tile([h, w, 0, 0], (len(found), 1))
+    for k, ends in enumerate((row, first, row + 1, first + length)):
+        (np.maximum if k > 1 else np.minimum).at(corners[:, k], number, ends)
+    out = []
+    for k in np.argsort(-area, kind="stable").tolist():
+        (shown, down), right = divmod(int(found[k]) // FAR, FAR), int(found[k]) % FAR
+        top, left, bottom, end = corners[k].tolist()
+        if area[k] >= least and shown != HOLE:
+            pick = shown, top - down + FAR // 2, left - right + FAR // 2
+            out.append(Piece((top, left, bottom - top, end - left), pick))
+    return out
 
 
 def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool) -> Int32:
@@ -210,22 +215,12 @@ class GraphcutGrowth:
 
     # ---- placing
 
-    def cheapest(self, box: Box, found: Candidates, bits: int, filling: bool) -> Cut | None:
-        """Draw some of the candidates for a window, and cut in the best; None where there is none that saves."""
-        shown = [] if filling else self.shown(box)
-        picks = shown + self.placements(box, found, bits, filling)[: TRIES - len(shown)]
-        return self.best(box, picks, NEVER if filling else 0)
-
-    def best(self, box: Box, picks: Sequence[Pick], limit: int = NEVER) -> Cut | None:
-        """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none.
-
-        None, too, where seams would become dearer by `limit` or more.
-        """
+    def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
+        """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none."""
         if not picks:
             return None
         # a lone one is compared with none
-        cut = self.cut(box, picks[self._promising(box, picks) if picks[1:] else 0], self.stitch.margin, limit=limit)
-        return cut if cut.change < limit else None
+        return self.cut(box, picks[self._promising(box, picks) if picks[1:] else 0], self.stitch.margin)
 
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
         """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
@@ -242,18 +237,13 @@ class GraphcutGrowth:
         """The pieces that lie about a window, the largest first; on canvases that wrap none would keep to a lattice."""
         if self.first and any(self.wraps):
             return []
-        places = []
-        for axis in (0, 1):
-            n, length = box[2 + axis], self.variant.shape[axis]
-            more = min(self.stitch.margin, (length - n) // 2 if self.wraps[axis] else length)
-            low, high = box[axis] - more, box[axis] + n + more
-            if not self.wraps[axis]:
-                low, high = max(low, 0), min(high, length)
-            places.append(np.arange(low, high, EVERY))
-        seen = np.ix_(*(at % length for at, length in zip(places, self.variant.shape, strict=True)))
-        shifts = shifts_around(self.variant[seen], self.yx[seen], places, box[:2], self.pieces.table, self.pieces.torus)
-        rows = np.pad(np.array(shifts, np.int64).reshape(-1, 3), ((0, 0), (1, 0)))
-        good = self.apart(box, rows).tolist()
+        wide = self.wide(box, self.stitch.margin)
+        seen, down, right = self.index(wide), box[0] - wide[0], box[1] - wide[1]
+        shifts = [
+            (v, row + down - top, column + right - left)
+            for (top, left, _, _), (v, row, column) in pieces_in(self.variant[seen], self.yx[seen])
+        ]
+        good = self.apart(box, np.array([(0, *shift) for shift in shifts]))
         return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // SHOWN]
 
     def apart(self, box: Box, rows: Array) -> Array:
@@ -263,12 +253,12 @@ class GraphcutGrowth:
             placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
         return np.asarray(count * MOST <= box[2] * box[3])
 
-    def placements(self, box: Box, found: Candidates, bits: int, filling: bool) -> list[Pick]:
+    def placements(self, box: Box, found: Candidates, bits: int) -> list[Pick]:
         """Draw some of the candidates for a window, the cheaper the likelier; an empty one gets any place at least."""
         good = self.apart(box, found.rows)
         found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
         if not len(found.rows):
-            return [random_patch(self._allowed(box), draw(bits, 0))] if filling else []
+            return [random_patch(self._allowed(box), draw(bits, 0))]
         price = self.priced(box, found)
         unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
@@ -343,13 +333,13 @@ class GraphcutGrowth:
         return [in_step(v, lattice, place) for v in valid]
 
     @contextmanager
-    def opened(self, boxes: Sequence[Box], keep: Array | None = None) -> Iterator[None]:
-        """Make holes of boxes in the meantime, but for pixels to `keep`, bool (H, W)."""
+    def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
+        """Make holes of boxes in the meantime, but for what is locked."""
         holes = [self.index(box) for box in boxes]
         kept = [self.variant[hole].copy() for hole in holes]
         try:
             for hole in holes:
-                self.variant[hole] = HOLE if keep is None else np.where(keep[hole], self.variant[hole], HOLE)
+                self.variant[hole] = np.where(self.locked[hole], self.variant[hole], HOLE)
             yield
         finally:
             for hole, variant in zip(holes, kept, strict=True):
@@ -384,22 +374,24 @@ class GraphcutGrowth:
         finally:
             self.locked[index] = kept
 
-    def _window(self, box: Box, pick: Pick, margin: int) -> tuple[Box, Box, Pick]:
-        """A window with its surroundings, where in these the window lies, and the pick at their first pixel."""
-        wide, inner, at = list(box), [0, 0, *box[2:]], list(pick)
-        for axis in (0, 1):
-            n, length = box[2 + axis], self.variant.shape[axis]
+    def wide(self, box: Box, margin: int, pick: Pick | None = None) -> Box:
+        """A box with up to `margin` px around it, as far as the canvas reaches, and the exemplar from a pick on."""
+        out = list(box)
+        for axis, (n, length) in enumerate(zip(box[2:], self.variant.shape, strict=True)):
             before = after = min(margin, (length - n) // 2) if self.wraps[axis] else margin
             if not self.wraps[axis]:
                 before, after = min(before, box[axis]), min(after, length - n - box[axis])
-            if not self.variants.toroidal[pick[0]]:  # no further than the exemplar reaches
+            if pick and not self.variants.toroidal[pick[0]]:
                 before = min(before, pick[1 + axis])
                 after = min(after, int(self.variants.table[pick[0], 1 + axis]) - pick[1 + axis] - n)
-            wide[axis] = (box[axis] - before) % length
-            wide[2 + axis] = n + before + after
-            inner[axis], at[1 + axis] = before, pick[1 + axis] - before
-        window, patch = (wide[0], wide[1], wide[2], wide[3]), (at[0], at[1], at[2])
-        return window, (inner[0], inner[1], inner[2], inner[3]), patch
+            out[axis], out[2 + axis] = box[axis] - before, n + before + after
+        return out[0], out[1], out[2], out[3]
+
+    def _window(self, box: Box, pick: Pick, margin: int) -> tuple[Box, Box, Pick]:
+        """A window with its surroundings, where in these the window lies, and the pick at their first pixel."""
+        y, x, rows, columns = self.wide(box, margin, pick)
+        (h, w), top, left = self.variant.shape, box[0] - y, box[1] - x
+        return (y % h, x % w, rows, columns), (top, left, *box[2:]), (pick[0], pick[1] - top, pick[2] - left)
 
     def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
         """Cut a patch into the window at `at` alone, and write it into the map."""

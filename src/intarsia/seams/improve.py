@@ -10,17 +10,20 @@ another, each chosen by what all before it show; here only repeats of the same w
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
+from ..foundation.arrays import Array
 from ..foundation.run import Run, draw
 from ..patches import Window, waves
-from ..search import Candidates
-from .graphcut import Box, Cut, GraphcutGrowth, middle
-from .worst import WorstSeams
+from .graphcut import APART, Box, Cut, GraphcutGrowth, Piece, pieces_in
 
 AT_ONCE = 64  # windows of a wave that are searched for and cut before progress is told; what they hold is dropped then
-ROUNDS = 8  # in which the worst seams are covered anew: with more, waves are short
+REACH = 2  # patches that a large piece may grow around the box that it lies in
+SMALLEST = 4  # pieces below 1 / SMALLEST of a patch grow no more
 
 
 class Pass(Protocol):
@@ -73,38 +76,34 @@ class Place(NamedTuple):
 
 
 class Drawing:
-    """Placements are drawn among those that fit: for empty windows, or for the worst ones of a full map."""
+    """Placements are drawn for empty windows, among those that fit."""
 
-    def __init__(self, sewn: GraphcutGrowth, worst: WorstSeams | None = None) -> None:
-        self.sewn, self.worst, self.lay, self.measured = sewn, worst, sewn.write, sewn.note
+    def __init__(self, sewn: GraphcutGrowth) -> None:
+        self.sewn, self.lay, self.measured = sewn, sewn.write, sewn.note
 
-    def found(self, sites: list[Place], run: Run) -> Sequence[Candidates]:
-        """The candidates; the middle of what is to be covered does not count."""
-        holes = [middle(place.box) for place in sites if self.worst is not None]
-        with self.sewn.opened(holes):
-            return self.sewn.found([place.box for place in sites], run)
+    def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
+        """The candidates."""
+        return self.sewn.found([place.box for place in sites], run)
 
-    def best(self, site: Place, found: Candidates) -> Cut | None:
+    def best(self, site: Any, found: Any) -> Cut | None:
         """The cheapest cut of those that are drawn."""
-        return self.sewn.cheapest(site.box, found, site.bits, self.worst is None)
+        return self.sewn.best(site.box, self.sewn.placements(site.box, found, site.bits))
 
     def pays(self, cut: Cut) -> bool:
-        """Always: seams of windows that lie apart are their own."""
+        """Always: what windows that lie apart change is their own."""
         return True
 
     def give_up(self, key: Any) -> None:
-        """Leave a window until something changes there."""
-        assert self.worst is not None  # an empty window takes any patch
-        self.worst.give_up(key)
+        """It stays as it is."""
 
 
-def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, more: int = 0) -> None:
-    """Fill the windows of the layout in waves; `more` units of work are still to come after them."""
+def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, times: int = 0) -> None:
+    """Fill the windows of the layout in waves; its pieces are then to be expanded so many `times`."""
     growth, work, done = sewn.growth, Drawing(sewn), 0
     order: list[list[Window]] = waves(growth.layout, growth.windows, sewn.around)
     if sewn.stitch.lattice and sewn.first is None:  # all others lie in step with the first
         order[:1] = [order[0][:1], order[0][1:]] if order else []
-    total = sum(map(len, order)) + more
+    total = sum(map(len, order)) * (1 + times)
     for wave in order:
         boxes = {w: Place((*growth.at(w), *growth.layout.patch), draw(seed, stage, 0, *w)) for w in wave}
         improve(work, boxes, run, lambda begin: run.tick(done + begin, total, growth.draft))  # noqa: B023
@@ -112,26 +111,54 @@ def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, more: int = 0) -
     run.tick(done, total, growth.draft)
 
 
-def refine(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, steps: int) -> list[int]:
-    """Cover the worst seams anew, where that makes them cheaper; returns what every accepted patch saved.
+class Expanding(Drawing):
+    """Pieces grow over their neighbours, as far as a cut says."""
 
-    Those of them that lie apart are taken together, a part of all attempts at a time. Ends after so many attempts, or
-    when no place is left that has not been tried since it last changed.
+    def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
+        """Themselves: nothing is searched for."""
+        return sites
+
+    def best(self, site: Any, found: Any) -> Cut | None:
+        """The piece cut in anew, if that makes the map cheaper."""
+        cut = self.sewn.cut(site.box, site.pick, self.reach(site), limit=0)
+        return cut if cut.change < 0 else None
+
+    def reach(self, site: Piece) -> int:
+        """How far around its box a piece may grow, px: as far as it is long, up to REACH patches."""
+        return min(REACH * min(self.sewn.growth.layout.patch), max(site.box[2:]))
+
+
+def expand(sewn: GraphcutGrowth, run: Run, times: int) -> list[int]:
+    """Let every piece of a map grow over its neighbours so many times; returns what every accepted cut saved.
+
+    An expansion move of each label (Boykov, Veksler and Zabih 2001), kept to what lies around it; largest pieces first
+    as far as a wave has room. None grows in step with a lattice that is stretched around a canvas: it is not stretched.
     """
-    growth, patch, number, saved = sewn.growth, sewn.growth.layout.patch, 0, list[int]()
-    done, worst = int(growth.windows.sum()), WorstSeams(sewn.prices, patch, sewn.wraps)
-    work = Drawing(sewn, worst)
-    while number < steps:
-        wave = worst.apart(sewn.around, most=min(-(-steps // ROUNDS), steps - number))
-        if not wave:
-            break
-        places = {
-            cell: Place((*at, *patch), draw(seed, stage, 1, number + k)) for k, (cell, at) in enumerate(wave.items())
-        }
-        tick = lambda begin: run.tick(done + number + begin, done + steps, growth.draft)  # noqa: B023, E731
-        laid = improve(work, places, run, tick)
-        worst.renew(*(cut.box for cut in laid))
-        saved += [-cut.change for cut in laid]
-        number += len(wave)
-    run.tick(done + steps, done + steps, growth.draft)
+    growth, work, saved = sewn.growth, Expanding(sewn), list[int]()
+    windows = int(growth.windows.sum())
+    least, total = math.prod(growth.layout.patch) // SMALLEST, windows * (1 + times)
+    for number in range(times if not (sewn.stitch.lattice and any(sewn.wraps)) else 0):
+        pieces, done = pieces_in(sewn.variant, sewn.yx, least), 0
+        pieces = [piece for piece in pieces if sewn.apart(piece.box, np.array([(0, *piece.pick)]))]
+        boxes = [sewn.wide(piece.box, work.reach(piece), piece.pick) for piece in pieces]
+        for wave in parted(np.array(boxes).reshape(-1, 4), sewn.variant.shape, sewn.wraps):
+            told = windows * (1 + number) + windows * done // len(pieces)
+            laid = improve(work, {k: pieces[k] for k in wave}, run, lambda _: run.tick(told, total, growth.draft))  # noqa: B023
+            saved += [-cut.change for cut in laid]
+            done += len(wave)
+    run.tick(total, total, growth.draft)
     return saved
+
+
+def parted(windows: Array, shape: Sequence[int], wraps: Sequence[bool]) -> list[list[int]]:
+    """Share windows (n, 4) out among waves, each into the first where none is so near that either reads the other."""
+    wave = np.zeros(len(windows), np.int64)
+    for k, window in enumerate(windows):
+        near = np.ones(k, np.bool_)
+        for axis, (n, wrap) in enumerate(zip(shape, wraps, strict=True)):
+            away = windows[:k, axis] - window[axis]
+            mine, theirs = window[2 + axis] + APART, windows[:k, 2 + axis] + APART
+            near &= (away % n < mine) | (-away % n < theirs) if wrap else (away < mine) & (-away < theirs)
+        taken = set(wave[:k][near].tolist())
+        wave[k] = next(n for n in range(k + 1) if n not in taken)
+    return [np.flatnonzero(wave == n).tolist() for n in range(int(wave.max(initial=-1)) + 1)]

@@ -219,7 +219,7 @@ class Repairing:
 
     def found(self, sites: list[Any], run: Run) -> list[Candidates]:
         """What fits around the middles of windows."""
-        with self.sewing.opened(list(map(middle, sites)), self.sewing.locked):  # what stays must be fitted
+        with self.sewing.opened(list(map(middle, sites))):  # what stays must be fitted
             return self.sewing.found(sites, run)
 
     def best(self, site: Box, found: Candidates) -> Cut | None:

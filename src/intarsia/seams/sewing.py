@@ -1,4 +1,4 @@
-"""Graph-cut textures at work: windows filled with patches of free shape, then the worst seams covered anew."""
+"""Graph-cut textures at work: windows filled with patches of free shape, which then grow over each other."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ..search import LEAST, check_patch, free_patch, resolved_isometries
 from ..search.guide import check_guide, guided_patch
 from .graphcut import GraphcutGrowth, GraphcutSettings, usage_rates
-from .improve import fill, refine
+from .improve import expand, fill
 from .steps import SLACK
 from .usage_kernels import SHARE
 
 STAGE = 2403  # keeps this method's draws apart from those of others
-REFINED = 5  # windows for each of the worst places that are covered anew
 SMALLER = 70  # % of the largest patches, where nothing is to be kept: at 100 and 50 people liked fewer pictures
 FINE = 1024  # rates of use are told in so many parts of a knee
 TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
 
 
 def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut:
-    """Decide window, overlap, overreach and refinements from the texture's elements and the canvas."""
+    """Decide window, overlap and overreach from the texture's elements and the canvas."""
     guide, patch, room = canvas.guide, method.patch, _room(method, exemplars, canvas)
     if patch is AUTO:
         kept = method.lattice or canvas.start is not None
@@ -46,23 +45,19 @@ def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut
         check_guide(exemplars, guide, patch)
     third = (rows // 3, columns // 3) if rows != columns else rows // 3
     overlap = third if method.overlap is AUTO else method.overlap
-    overreach = 2 * min(rows, columns) // 3 if method.overreach is AUTO else method.overreach
-    known = replace(method, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
-    if method.refinements is AUTO:
-        windows = math.prod(settings_of(known).layout(canvas).shape)
-        known = replace(known, refinements=-(-windows // REFINED))
-    return known
+    overreach = min(rows, columns) // 3 if method.overreach is AUTO else method.overreach
+    return replace(method, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
 
 
 def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Fill the canvas window by window, then cover the worst seams; under a guide patches are chosen as it says."""
+    """Fill the canvas window by window, then let pieces grow; under a guide patches are chosen as it says."""
     if canvas.guide is not None:
         return _guided(method, exemplars, canvas, seed, run)
     growth = Growth(settings_of(method), exemplars, canvas)
     sewn = GraphcutGrowth(growth, stitch_of(method))
     with run.crew() as crew:
-        fill(sewn, seed, STAGE, crew, method.refinements or 0)
-        refine(sewn, seed, STAGE, crew, method.refinements or 0)
+        fill(sewn, seed, STAGE, crew, method.refinements)
+        expand(sewn, crew, method.refinements)
     return growth.map(method.blend)
 
 
