@@ -14,7 +14,8 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.seams import graphcut, steps
-from intarsia.seams.improve import expand, fill
+from intarsia.seams.graphcut import Piece
+from intarsia.seams.improve import Expanding, fill
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.testing import texture
 
@@ -121,16 +122,18 @@ def test_on_a_canvas_that_wraps_all_is_in_step_with_a_lattice_that_closes(wrap: 
 
 
 def test_on_a_canvas_that_wraps_no_piece_goes_on_by_itself() -> None:
-    """As it lies in the exemplar, not stretched; on others it keeps to the lattice."""
+    """As it lies in the exemplar, not stretched, but by a third of a patch; on others it keeps to the lattice."""
     exemplar, found = Exemplar.of(texture(120, 130)), []
     for wrap in ("none", "both"):
         canvas = Canvas(150, 130, wrap=Wrap(wrap))
         method = ia.Graphcut(patch=30, lattice=LATTICE).resolved([exemplar], canvas)
         sewn = graphcut.GraphcutGrowth(Growth(settings_of(method), [exemplar], canvas), stitch_of(method))
         fill(sewn, 3, 7, ia.Run(1))
-        found.append((sewn.shown((60, 50, 30, 30)), expand(sewn, ia.Run(1), 1)))
-    assert all(found[0])
-    assert found[1] == ([], [])
+        piece = Piece((60, 50, 80, 70), (0, 0, 0))
+        found.append((len(sewn.shown((60, 50, 30, 30))), Expanding(sewn).reach(piece)))
+    assert found[0][0] > 1
+    assert [reach for _, reach in found] == [60, 10]
+    assert found[1][0] == 0
 
 
 def test_what_is_there_is_gone_on_with_in_step() -> None:

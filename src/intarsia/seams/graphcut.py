@@ -209,6 +209,11 @@ class GraphcutGrowth:
         return int(self.prices.sum(dtype=np.int64))
 
     @property
+    def stretched(self) -> bool:
+        """Whether patches keep to a lattice that is stretched around the canvas."""
+        return self.first is not None and any(self.wraps)
+
+    @property
     def around(self) -> int:
         """How far apart windows must be that are worked on at the same time, px."""
         return 2 * self.stitch.margin + APART
@@ -235,7 +240,7 @@ class GraphcutGrowth:
 
     def shown(self, box: Box) -> list[Pick]:
         """The pieces that lie about a window, the largest first; on canvases that wrap none would keep to a lattice."""
-        if self.first and any(self.wraps):
+        if self.stretched:
             return []
         wide = self.wide(box, self.stitch.margin)
         seen, down, right = self.index(wide), box[0] - wide[0], box[1] - wide[1]

@@ -124,20 +124,24 @@ class Expanding(Drawing):
         return cut if cut.change < 0 else None
 
     def reach(self, site: Piece) -> int:
-        """How far around its box a piece may grow, px: as far as it is long, up to REACH patches."""
-        return min(REACH * min(self.sewn.growth.layout.patch), max(site.box[2:]))
+        """How far around its box a piece may grow, px: as far as it is long, up to REACH patches.
+
+        Less in step with a lattice that is stretched around a canvas, as no piece is.
+        """
+        most = self.sewn.stitch.margin if self.sewn.stretched else REACH * min(self.sewn.growth.layout.patch)
+        return min(most, max(site.box[2:]))
 
 
 def expand(sewn: GraphcutGrowth, run: Run, times: int) -> list[int]:
     """Let every piece of a map grow over its neighbours so many times; returns what every accepted cut saved.
 
     An expansion move of each label (Boykov, Veksler and Zabih 2001), kept to what lies around it; largest pieces first
-    as far as a wave has room. None grows in step with a lattice that is stretched around a canvas: it is not stretched.
+    as far as a wave has room.
     """
     growth, work, saved = sewn.growth, Expanding(sewn), list[int]()
     windows = int(growth.windows.sum())
     least, total = math.prod(growth.layout.patch) // SMALLEST, windows * (1 + times)
-    for number in range(times if not (sewn.stitch.lattice and any(sewn.wraps)) else 0):
+    for number in range(times):
         pieces, done = pieces_in(sewn.variant, sewn.yx, least), 0
         pieces = [piece for piece in pieces if sewn.apart(piece.box, np.array([(0, *piece.pick)]))]
         boxes = [sewn.wide(piece.box, work.reach(piece), piece.pick) for piece in pieces]
