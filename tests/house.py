@@ -192,7 +192,7 @@ BUDGET = {
     "rendering": 21_191,
     "request": 9_956,
     "root": 2_722,
-    "seams": 19_310,
+    "seams": 19_513,
     "search": 13_722,
     "segments": 5_130,
     "studio": 23_880,

@@ -82,10 +82,10 @@ def test_a_piece_grows_over_its_neighbour() -> None:
     assert sewing.total == before - sum(saved)
 
 
-def test_a_piece_grows_as_far_as_it_is_long_up_to_two_patches() -> None:
+def test_a_piece_grows_two_thirds_as_far_as_it_is_long_up_to_two_patches() -> None:
     work = improve.Expanding(sewing_of(Wrap.NONE))
-    reach = [work.reach(Piece((3, 3, *size), (0, 0, 0))) for size in ((5, 9), (31, 4), (32, 32), (40, 7))]
-    assert reach == [9, 31, 32, 32]
+    reach = [work.reach(Piece((3, 3, *size), (0, 0, 0))) for size in ((5, 9), (31, 4), (48, 32), (70, 7))]
+    assert reach == [6, 20, 32, 32]
 
 
 def test_pieces_below_a_quarter_of_a_patch_do_not_grow(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -81,7 +81,8 @@ def test_all_of_a_picture_is_in_step_with_its_first_pixel(seed: int) -> None:
 
 @pytest.mark.parametrize("pitch", [(0.0, 13.25), (17.5, -2.0)])
 def test_patches_of_rows_lie_whole_pitches_apart_and_anywhere_along(pitch: tuple[float, float]) -> None:
-    made = ia.synthesize(Exemplar.of(texture(72, 80)), (150, 130), ia.Graphcut(patch=30, lattice=(pitch,)), seed=4)
+    method = ia.Graphcut(patch=30, lattice=(pitch,), refinements=0)  # all pieces that are laid
+    made = ia.synthesize(Exemplar.of(texture(72, 80)), (150, 130), method, seed=4)
     away = made.map.yx - np.moveaxis(np.indices((150, 130)), 0, 2)
     away -= away[0, 0].copy()
     (x, y), length = pitch, np.hypot(*pitch)
@@ -132,7 +133,7 @@ def test_on_a_canvas_that_wraps_no_piece_goes_on_by_itself() -> None:
         piece = Piece((60, 50, 80, 70), (0, 0, 0))
         found.append((len(sewn.shown((60, 50, 30, 30))), Expanding(sewn).reach(piece)))
     assert found[0][0] > 1
-    assert [reach for _, reach in found] == [60, 10]
+    assert [reach for _, reach in found] == [53, 10]
     assert found[1][0] == 0
 
 

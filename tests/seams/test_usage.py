@@ -104,7 +104,7 @@ def test_what_a_canvas_begins_with_counts() -> None:
 
 def test_an_accepted_cut_makes_seams_and_usage_together_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
     """The energy is the seams, and for every pixel its rate for each pair of its showings; seams alone may rise."""
-    sewn, seams = grown([Exemplar.of(texture(60, 60, 3, 40))], Canvas(70, 70), evenness=4), list[int]()
+    sewn, seams = grown([Exemplar.of(texture(60, 60, 3, 40))], Canvas(140, 140), evenness=4), list[int]()
     write = sewn.write
 
     def usage() -> float:

@@ -352,18 +352,29 @@ class GraphcutGrowth:
 
     # ---- cutting
 
-    def cut(self, box: Box, pick: Pick, margin: int, limit: int = NEVER) -> Cut:
+    def cut(self, box: Box, pick: Pick, margin: int, limit: int = NEVER, step: int = 1) -> Cut:
         """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
 
         Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. A
-        cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``.
+        cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``. Of a rough one
+        every `step`-th px is looked at.
         """
         window, inner, patch = self._window(box, pick, margin)
-        take, best = np.empty(window[2:], np.uint8), np.array([limit, -1], np.int64)
+        take, best = np.empty([-(-n // step) for n in window[2:]], np.uint8), np.array([limit, -1], np.int64)
         where, one = np.array([(*window, *inner)], np.int64), np.array([(0, *patch)], np.int64)
         with self._barred(window, patch):
-            recut_kernels.recut(*self._map, where, one, self._prices, 1, take, best)
+            recut_kernels.recut(*self._map, where, one, self._prices, step, take, best)
         return Cut(NEVER if best[1] else int(best[0]), window, patch, take)
+
+    def expanded(self, piece: Piece, reach: int) -> Cut:
+        """Cut a piece in anew, up to `reach` px around it, where a rough cut says; it saves nothing where none does."""
+        rough = self.cut(piece.box, piece.pick, reach, limit=0, step=ROUGH)
+        if rough.change >= 0:
+            return rough
+        taken, ((y, x, *size), (v, row, column)) = np.argwhere(rough.take), (rough.box, rough.pick)
+        top, left = (ROUGH * np.maximum(taken.min(axis=0) - 1, 0)).tolist()
+        rows, columns = (np.minimum(ROUGH * (taken.max(axis=0) + 2), size) - (top, left)).tolist()
+        return self.cut((y + top, x + left, rows, columns), (v, row + top, column + left), 0, limit=0)
 
     @contextmanager
     def _barred(self, window: Box, patch: Pick) -> Iterator[None]:
