@@ -300,7 +300,7 @@ def test_paths_and_cuts_are_the_cheapest(seed: int) -> None:
     cost, gap = draws((5, 4), seed, 9), draws((5, 3), seed + 90, 9)
     path = paths.cheapest(cost)
     assert np.abs(np.diff(path)).max() <= 1
-    assert cost[np.arange(5), path].sum() == naive.cheapest_cost(cost) == paths.accumulate(cost)[-1].min()
+    assert cost[np.arange(5), path].sum() == naive.cheapest_cost(cost) == paths.accumulate(cost, 0)[-1].min()
     cut = paths.least_cut(cost, gap)
     assert naive.cut_cost(cost, gap, cut) == naive.least_cut_cost(cost, gap)
 

@@ -7,7 +7,7 @@ All in whole numbers, but for the axes of a covariance: the same on every machin
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,10 +123,3 @@ def window_sums(values: Array, size: Pair, kind: Any = np.int64) -> Array:
     """Return the sums over all windows of (rows, columns) that lie inside a picture (H, W): by their first pixels."""
     (h, w), total = size, running_sums(values, kind)
     return np.asarray(total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w])
-
-
-def moving_sums(values: Array, axis: int, radius: int, mode: Literal["constant", "symmetric", "wrap"]) -> Array:
-    """Return the sums over 2 radius + 1 px around every pixel along an axis, beyond whose ends `mode` pads."""
-    pad = [(radius + 1, radius) if a == axis else (0, 0) for a in range(values.ndim)]
-    sums = np.moveaxis(np.cumsum(np.pad(values, pad, mode=mode), axis=axis), axis, 0)
-    return np.moveaxis(sums[2 * radius + 1 :] - sums[: values.shape[axis]], 0, axis)

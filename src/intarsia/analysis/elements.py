@@ -19,11 +19,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy import fft
 from numpy.typing import NDArray
-from scipy import fft
-from scipy.fft import dctn, idctn
 
 from ..foundation.arrays import Array, Floats, Int16, Mask, Pair
+from ..foundation.filters import blurred, fast_length, widely_blurred
 from . import factor_for, principal_axes, reduced, running_sums
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each
@@ -155,18 +155,15 @@ def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
 def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
     """Take away pixel noise (Gaussian, sigma 1) and slow light (Gaussian, sigma `wide`).
 
-    Gaussians with mirrored borders are products in the cosine transform; any width costs the same. With a
-    mask they are normalised by the blurred mask, so that what must not count does not leak in.
+    Borders are mirrored. With a mask they are normalised by the blurred mask, so that what must not count does not
+    leak in.
     """
-    narrow, broad = (gaussian(picture.shape, sigma) for sigma in (1.0, wide))
     if weight is None:
-        passed: Floats = idctn(dctn(picture) * (narrow - broad))
-        return passed
-    value, mass = dctn(picture * weight), dctn(weight)
-    result = np.zeros_like(picture)
-    for sign, passing in ((1, narrow), (-1, broad)):
-        result += sign * idctn(value * passing) / np.maximum(idctn(mass * passing), 1e-9)
-    return result * weight
+        return blurred(picture, 1.0, "symmetric") - widely_blurred(picture, wide)
+    value = picture * weight
+    narrow = blurred(value, 1.0, "symmetric") / np.maximum(blurred(weight, 1.0, "symmetric"), 1e-9)
+    broad = widely_blurred(value, wide) / np.maximum(widely_blurred(weight, wide), 1e-9)
+    return (narrow - broad) * weight
 
 
 def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floats | None:
@@ -183,12 +180,11 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
         return None
     few = pairs < LEAST_SHARE * pairs[reach, reach]
     correlation = np.where(few, 1.0, product / np.maximum(pairs, 1.0) / here)
-    smooth: Floats = idctn(dctn(correlation) * gaussian(correlation.shape, SMOOTH))
-    return smooth
+    return blurred(correlation, SMOOTH, "symmetric")
 
 
 def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
-    """Read a picture between its pixels, bilinearly. (scipy.ndimage takes longer to import than all of this.)"""
+    """Read a picture between its pixels, bilinearly."""
     top, left = (np.clip(at.astype(np.int64), 0, n - 2) for at, n in zip((y, x), picture.shape, strict=True))
     down, right = y - top, x - left
     upper = picture[top, left] * (1 - right) + picture[top, left + 1] * right
@@ -268,18 +264,12 @@ def overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
     return np.asarray(np.multiply.outer(shape[0] - np.abs(down), shape[1] - np.abs(right)), np.float64)
 
 
-def gaussian(shape: tuple[int, ...], sigma: float) -> Floats:
-    """Return by what the cosine transform of a picture (H, W) is multiplied to blur it, its borders mirrored."""
-    decay = [np.pi * np.arange(n) / n for n in shape]
-    return np.asarray(np.exp(-0.5 * sigma * sigma * (decay[0][:, None] ** 2 + decay[1] ** 2)))
-
-
 def _padded(f: Floats, g: Floats, down: Array, right: Array) -> list[int]:
     """The smallest fast transform in which no wanted lag meets another."""
     size = []
     for axis, lag in ((0, down), (1, right)):
         needed = max(f.shape[axis] - int(lag.min()), g.shape[axis] + int(lag.max()), f.shape[axis], g.shape[axis])
-        size.append(int(fft.next_fast_len(needed, real=axis == 1)))
+        size.append(fast_length(needed))
     return size
 
 
@@ -320,20 +310,23 @@ def _from_mask(picture: Array, mask: Floats, down: Array, right: Array) -> tuple
     size = _padded(f, f, down, right)
     counted = fft.rfft2(mask, size)
 
-    def product(one: Array, other: Array) -> Floats:
-        return _at_lags(one * np.conj(other), size, down, right)
+    def both_ways(one: Array) -> tuple[Floats, Floats]:
+        """The products with what counts, moved by every lag and by the opposite one."""
+        whole = fft.irfft2(one * np.conj(counted), size)
+        here, there = (np.ix_(sign * down % size[0], sign * right % size[1]) for sign in (1, -1))
+        return whole[here], whole[there]
 
-    n = np.rint(product(counted, counted))
+    n = np.rint(both_ways(counted)[0])
+    spectrum: Any = 0.0
     above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
     for own in np.moveaxis(f, 2, 0):
         plain, squared = (fft.rfft2(part, size) for part in (own, own * own))
-        before, after = product(plain, counted), product(counted, plain)
-        above += n * product(plain, plain) - before * after
-        below += np.sqrt(
-            _clamped(n * product(squared, counted) - before * before)
-            * _clamped(n * product(counted, squared) - after * after)
-        )
+        spectrum = spectrum + plain * np.conj(plain)
+        (before, after), (square, other) = both_ways(plain), both_ways(squared)
+        above -= before * after
+        below += np.sqrt(_clamped(n * square - before * before) * _clamped(n * other - after * after))
         largest = max(largest, float((own * own).sum()))
+    above += n * _at_lags(spectrum, size, down, right)
     return _ratio(above, below, FLAT * n * largest), n
 
 

@@ -18,11 +18,12 @@ import numpy as np
 
 from ..foundation import InputError, ParameterError, lazy
 from ..foundation.arrays import Array, Int16, Int32, Mask, Pair, UInt8
+from ..foundation.filters import moving_sums
 from ..foundation.geometry import ISOMETRIES
 from ..model import Exemplar, Exemplars, resized
 from ..model.image import Kind, Plane
 from ..rendering import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
-from . import block_sums, moving_sums, spreads
+from . import block_sums, spreads
 
 if TYPE_CHECKING:
     from . import oriented

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..foundation.arrays import Int16, Mask
-from . import moving_sums
+from ..foundation.filters import moving_sums
 
 ONCE = 128  # a step counts as what it differs, where neighbours differ by a knee on average,
 MOST = 2  # up to so many times and down to one so many-th of it, by the root of how much less or more they differ

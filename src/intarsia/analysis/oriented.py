@@ -21,11 +21,12 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy import fft
 from numpy.typing import NDArray
-from scipy import fft
 
-from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask
+from ..foundation.filters import fast_length, lowest
+from ..kernels import paths
 from . import block_sums, enlarged, factor_for
 
 DIRECTIONS = 12
@@ -65,8 +66,8 @@ def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines
     most, along, mean = _answers(small, toroidal)
     if usable is not None:
         # What has nothing unusable within 3 px, whose edge is none of the picture's.
-        beyond = block_sums(usable, factor) < factor * factor
-        inside = ~ndimage.maximum_filter(beyond, 7, mode="wrap" if toroidal else "constant", cval=True)
+        whole = block_sums(usable, factor) == factor * factor
+        inside = lowest(whole.astype(np.int64), 7, "wrap" if toroidal else "constant")
         most, along, mean = most * inside, along * inside, mean * inside
     return Outlines(np.maximum(most - mean, 0), mean, np.maximum(along - mean, 0), factor)
 
@@ -88,7 +89,7 @@ def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
     radius = filters[0].shape[0] // 2
     mode: Literal["wrap", "symmetric"] = "wrap" if toroidal else "symmetric"
     padded = np.pad(picture.astype(np.int64), ((radius, radius), (radius, radius), (0, 0)), mode)
-    shape = tuple(fft.next_fast_len(n) for n in padded.shape[:2])
+    shape = tuple(fast_length(n) for n in padded.shape[:2])
     (h, w), channels = picture.shape[:2], range(picture.shape[2])
     spectra = [fft.fft2(padded[..., c].astype(np.float64), shape) for c in channels]
     total, most, along = np.zeros((h, w), np.int64), np.zeros((h, w), np.int64), np.zeros((2, h, w), np.int64)
@@ -96,8 +97,8 @@ def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
         answers = fft.fft2(one, shape)
         squares = np.zeros((h, w))  # of whole numbers, far below 2**53
         for spectrum in spectra:
-            columns = fft.ifft(spectrum * answers, axis=0, overwrite_x=True)[2 * radius : 2 * radius + h]
-            found = fft.ifft(columns, axis=1, overwrite_x=True)[:, 2 * radius : 2 * radius + w]
+            columns = fft.ifft(spectrum * answers, axis=0)[2 * radius : 2 * radius + h]
+            found = fft.ifft(columns, axis=1)[:, 2 * radius : 2 * radius + w]
             for part in (found.real, found.imag):
                 whole = np.rint(part)
                 whole *= whole
@@ -144,7 +145,6 @@ def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
     return far
 
 
-NEVER = -(1 << 62)  # what no path adds up to
 BEND = SURE  # a line that steps aside by a px loses what a px of the surest outline is worth
 CLOSE = 24, 6  # lines are as far apart as this part of the shorter side, and so many px, or more
 LEAST_LINE = 0.5  # sureness of a line, bends subtracted. Of all that are found in 80 photographs a third has more
@@ -209,18 +209,9 @@ def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
     From column to column it keeps its row, or costs `bend` to go one up or down: so much less the sum is. Of equal
     paths it is the one that ends uppermost, and keeps its row longest before its end.
     """
-    h, w = sure.shape
-    best = np.full((w, h + 2), NEVER, np.int64)
-    best[0, 1:-1] = sure[:, 0]
-    for x in range(1, w):
-        before, here = best[x - 1], sure[:, x]
-        best[x, 1:-1] = np.maximum(np.maximum(before[:-2], before[2:]) - bend, before[1:-1]) + here
-    line, at = np.empty(w, np.int64), int(best[-1, 1:-1].argmax())
-    for x in range(w - 1, -1, -1):
-        line[x] = at
-        above, here, below = best[x - 1, at : at + 3].tolist()  # of the first column nobody asks where it came from
-        at += 1 if below - bend > max(here, above - bend) else -(above - bend > here)
-    return line, int(best[-1].max())
+    total = paths.accumulate(np.ascontiguousarray(-sure.T), bend)
+    end = int(total[-1].argmin())
+    return paths.trace(total, end, bend), -int(total[-1, end])
 
 
 def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:

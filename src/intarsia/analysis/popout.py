@@ -17,12 +17,11 @@ algorithms for mining outliers from large data sets", SIGMOD 2000.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
+from ..foundation.filters import Mode, highest, lowest, moving_sums
 from ..foundation.run import draw_many
 from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
@@ -75,9 +74,9 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
 def _bare(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
     """Where all around is of one colour."""
     counts = np.ones(picture.shape[:2], bool) if usable is None else usable
-    how: Any = {"size": (BARE, BARE, 1), "mode": "wrap" if toroidal else "nearest"}
-    high = ndimage.maximum_filter(np.where(counts[..., None], picture, -FAR), **how)
-    low = ndimage.minimum_filter(np.where(counts[..., None], picture, FAR), **how)
+    mode: Mode = "wrap" if toroidal else "edge"
+    high = highest(np.where(counts[..., None], picture, -FAR), BARE, mode)
+    low = lowest(np.where(counts[..., None], picture, FAR), BARE, mode)
     return np.asarray((high - low < SEEN).all(axis=2))
 
 
@@ -108,8 +107,8 @@ def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
     """
     for _ in range(3):
         for axis in (1, 2):
-            mean = ndimage.uniform_filter1d(values, 2 * radius + 1, axis, mode="wrap" if toroidal else "reflect")
-            values = np.floor(mean, out=mean)
+            sums = moving_sums(values, axis, radius, "wrap" if toroidal else "symmetric")
+            values = np.floor(sums / (2 * radius + 1))
     return values
 
 

@@ -136,16 +136,22 @@ class Facts:
         return lattices_of(self.exemplar)
 
     @cached_property
+    def two(self) -> Lattice | None:
+        """The lattice of two vectors, where there is one to grow by: not a loose one."""
+        found = self.lattices.accepted
+        if found is None or found.kind == "2-D":
+            return None if found is None or _loose(found) else found
+        return next((one for one in self.lattices.ranked if _holds_rows(one, found)), None)
+
+    @cached_property
     def lattice(self) -> Lattice | None:
-        """The lattice, where there is one to grow by: not a loose one, and of two vectors rather than of rows.
+        """The lattice, where there is one to grow by: of two vectors rather than of rows.
 
         Rows are none to grow by where they are no courses of bricks or boards: lines of text are cut by them.
         """
         found = self.lattices.accepted
-        if found is None or found.kind == "1-D":
-            both = [one for one in self.lattices.ranked if found is not None and _holds_rows(one, found)]
-            return both[0] if both else found if found is not None and self._laid(found) else None
-        return None if _loose(found) else found
+        rows = found is not None and found.kind == "1-D" and self.two is None
+        return found if found is not None and rows and self._laid(found) else self.two
 
     @property
     def about(self) -> Lattice | None:
@@ -174,22 +180,22 @@ class Facts:
     @cached_property
     def variation(self) -> float:
         """How much its periods differ: 0 not at all, 1 as any two places do; 1 without two vectors."""
-        if self.lattice is None or self.lattice.kind == "1-D":
+        if self.two is None:
             return 1.0
         free = self.exemplar.free
-        longest = max(abs(n) for v in self.lattice.vectors for n in v) // UNIT
+        longest = max(abs(n) for v in self.two.vectors for n in v) // UNIT
         part = _middle(self.picture.shape, max(COMPARED, 4 * longest))
         if not free[part].any():
             part = _middle(self.picture.shape, max(self.picture.shape))
         seen = np.ascontiguousarray(self.picture[part])
-        return tiling.unlikeness(seen, self.lattice.vectors, free[part].copy())
+        return tiling.unlikeness(seen, self.two.vectors, free[part].copy())
 
     @cached_property
     def joints(self) -> float:
         """How clearly its periods are parted by joints: 0 by nothing that is cut, 1 not at all, or without periods."""
-        if self.lattice is None or self.lattice.kind == "1-D":
+        if self.two is None:
             return 1.0
-        return grid.joints(self.picture, cell_of(vectors_of(self.lattice), self.picture.shape))
+        return grid.joints(self.picture, cell_of(vectors_of(self.two), self.picture.shape))
 
     @cached_property
     def element(self) -> ElementSize:
@@ -262,8 +268,8 @@ class Facts:
     def light(self) -> Slope:
         """How unevenly it is lit."""
         apart = float(self.element.size)
-        if self.lattice is not None and self.lattice.kind == "2-D":
-            (p, q), (r, s) = self.lattice.vectors
+        if self.two is not None:
+            (p, q), (r, s) = self.two.vectors
             apart = min(apart, math.sqrt(abs(p * s - q * r)) / UNIT)
         return slope_of(self.small, apart / self.reduction)
 
@@ -351,10 +357,10 @@ def _lattice_tie(f: Facts) -> str:
 
 
 def _variation(f: Facts) -> tuple[Any, float, str]:
-    if f.lattice is None or f.lattice.kind == "1-D":
+    if f.two is None:
         return (None, 1.0, "no periods to compare")
     said = f"periods differ by {100 * f.variation:.0f} % of the contrast; cuts in joints cost {f.joints:.2f} of others"
-    return (round(f.variation, 4), min(1.0, f.lattice.confidence / SURE), said)
+    return (round(f.variation, 4), min(1.0, f.two.confidence / SURE), said)
 
 
 def _outlines(f: Facts) -> tuple[Any, float, str]:
@@ -388,8 +394,9 @@ def warnings_of(f: Facts) -> tuple[str, ...]:
         out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")
     if f.constant or f.canvas.start is not None or f.canvas.guide is not None:
         return tuple(out)
-    if f.side >= LEAST_SIDE and f.lattice is not None:
-        longest = max((y * y + x * x) ** 0.5 for y, x in f.lattice.vectors) / UNIT
+    lattice = f.lattice if f.straight is None else f.straight[1]
+    if f.side >= LEAST_SIDE and lattice is not None:
+        longest = max((y * y + x * x) ** 0.5 for y, x in lattice.vectors) / UNIT
         if f.side < PERIODS * longest:
             out.append(f"the exemplar holds fewer than two periods of {longest:.0f} px; a larger one varies more.")
     elif f.side >= LEAST_SIDE and f.across < ACROSS:

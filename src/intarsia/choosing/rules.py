@@ -42,7 +42,7 @@ def _goes_on(f: Facts) -> bool:
     """A picture of a lattice is extended; in holes, whose edges must stay, patches fit better than blocks."""
     canvas = f.canvas
     begun = canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1
-    return begun and f.lattice is not None and f.lattice.kind == "2-D"
+    return begun and f.two is not None
 
 
 def _closes(f: Facts) -> bool:
@@ -68,10 +68,6 @@ def _steps(f: Facts) -> dict[str, Any]:
 def _straight_lattice(f: Facts) -> dict[str, Any]:
     assert f.straight is not None
     return {"lattice": vectors_of(f.straight[1]), "straighten": "on"}
-
-
-def _two(f: Facts) -> bool:
-    return f.lattice is not None and f.lattice.kind == "2-D"
 
 
 def _in_step(f: Facts) -> bool:
@@ -153,7 +149,8 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "equal-periods", "best-tile", f"a lattice of two vectors, and periods that differ by less than {ONE_PICTURE}",
-        lambda f: _two(f) and f.variation < ONE_PICTURE, _lattice, lambda f: (_differ(f), "So one of them is enough."),
+        lambda f: f.two is not None and f.variation < ONE_PICTURE, _lattice,
+        lambda f: (_differ(f), "So one of them is enough."),
     ),
     ChoiceRule(
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
@@ -161,17 +158,17 @@ RULES: tuple[ChoiceRule, ...] = (
         "outlined periods",
         _in_step, _steps,
         lambda f: (
-            _differ(f) if _two(f) else "Its elements lie about a lattice, though it does not repeat by it.",
+            _differ(f) if f.two is not None else "Its elements lie about a lattice, though it does not repeat by it.",
             "Patches of free shape, whole steps of it apart, keep in step and go around what crosses.",
         ),
     ),
     ChoiceRule(
         "periods", "near-regular", "a lattice of two vectors",
-        _two, _lattice, lambda f: (_differ(f), "Each of them is used."),
+        lambda f: f.two is not None, _lattice, lambda f: (_differ(f), "Each of them is used."),
     ),
     ChoiceRule(
         "rows", "near-regular", "a lattice of one vector",
-        lambda f: f.lattice is not None and f.lattice.kind == "1-D", _lattice,
+        lambda f: f.two is None and f.lattice is not None, _lattice,
         lambda f: ("Its rows lie one pitch apart, and nothing returns along them.", "Whole rows are kept."),
     ),
     ChoiceRule(

@@ -22,8 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..analysis import moving_sums, window_sums
+from ..analysis import window_sums
 from ..foundation.arrays import Array, Int16, Mask
+from ..foundation.filters import moving_sums
 from .sources import NEXT, STEP, Reference, Sources, continued
 from .windows import poses
 

@@ -12,8 +12,11 @@ BARRED = 1 << 40
 
 
 @kernel
-def accumulate(cost: Any) -> Any:
-    """Sum up costs (n, k) along the cheapest paths from the first row, one step aside a row at most; int64."""
+def accumulate(cost: Any, bend: int) -> Any:
+    """Sum up costs (n, k) along the cheapest paths from the first row, one step aside a row at most; int64.
+
+    A step aside costs `bend`.
+    """
     n, k = cost.shape
     total = np.empty((n, k), np.int64)
     for j in range(k):
@@ -21,16 +24,16 @@ def accumulate(cost: Any) -> Any:
     for t in range(1, n):
         for j in range(k):
             best = total[t - 1, j]
-            if j > 0 and total[t - 1, j - 1] < best:
-                best = total[t - 1, j - 1]
-            if j + 1 < k and total[t - 1, j + 1] < best:
-                best = total[t - 1, j + 1]
+            if j > 0 and total[t - 1, j - 1] + bend < best:
+                best = total[t - 1, j - 1] + bend
+            if j + 1 < k and total[t - 1, j + 1] + bend < best:
+                best = total[t - 1, j + 1] + bend
             total[t, j] = best + cost[t, j]
     return total
 
 
 @kernel
-def trace(total: Any, end: int) -> Any:
+def trace(total: Any, end: int, bend: int) -> Any:
     """Walk the cheapest path back from column `end` of the last row: its column in every row (n,) int64.
 
     Of equal ways straight on comes first, then the left one.
@@ -40,10 +43,10 @@ def trace(total: Any, end: int) -> Any:
     j = end
     path[n - 1] = j
     for t in range(n - 1, 0, -1):
-        best = j
-        if j > 0 and total[t - 1, j - 1] < total[t - 1, best]:
-            best = j - 1
-        if j + 1 < k and total[t - 1, j + 1] < total[t - 1, best]:
+        best, least = j, total[t - 1, j]
+        if j > 0 and total[t - 1, j - 1] + bend < least:
+            best, least = j - 1, total[t - 1, j - 1] + bend
+        if j + 1 < k and total[t - 1, j + 1] + bend < least:
             best = j + 1
         j = best
         path[t - 1] = j
@@ -53,13 +56,13 @@ def trace(total: Any, end: int) -> Any:
 @kernel
 def cheapest(cost: Any) -> Any:
     """The cheapest path down a field of costs (n, k): its column in every row; of equal ends the middle one."""
-    total = accumulate(cost)
+    total = accumulate(cost, 0)
     n, k = cost.shape
     end = k // 2
     for j in range(k):
         if total[n - 1, j] < total[n - 1, end]:
             end = j
-    return trace(total, end)
+    return trace(total, end, 0)
 
 
 @kernel

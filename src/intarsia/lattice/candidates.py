@@ -22,12 +22,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import dctn, idctn, next_fast_len, rfft2
 
 from ..analysis import spreads
-from ..analysis.elements import autocorrelation, gaussian
-from ..foundation import ndimage
+from ..analysis.elements import autocorrelation
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
+from ..foundation.filters import blurred, fast_length, highest, widely_blurred
 from ..foundation.geometry import UNIT
 from .scoring_kernels import top_of
 
@@ -115,7 +114,7 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     if not given or pairs[middle] < 1:
         return None
     values = np.rint(MILLION * sum(given) / len(given))
-    smooth = np.rint(ndimage.gaussian_filter(values, 1.0, mode="nearest"))
+    smooth = np.rint(blurred(values, 1.0, "edge"))
     share = pairs / pairs[middle]
     weights = np.where(share >= READ, np.rint(1000 * np.sqrt(share)), 0)
     arrays = (values, smooth, weights, np.rint(1000 * share))
@@ -125,18 +124,12 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
 def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
     """Take away what changes slowly: a Gaussian of `sigma` px with mirrored borders, channel by channel.
 
-    Such a Gaussian is a product in the cosine transform; any width costs the same. With a mask it is divided
-    by the blurred mask, so that what does not count does not leak in.
+    With a mask it is divided by the blurred mask, so that what does not count does not leak in.
     """
-    passed = gaussian(picture.shape[:2], sigma)[..., None]
-
-    def slow(values: Floats) -> Floats:
-        return np.asarray(idctn(dctn(values, axes=(0, 1)) * passed, axes=(0, 1)))
-
-    if weight is None:
-        return picture - slow(picture)
-    light, mass = slow(picture * weight[..., None]), slow(weight[..., None])
-    return np.asarray((picture - light / np.maximum(mass, 1e-9)) * weight[..., None])
+    planes = np.moveaxis(picture, 2, 0).copy()  # transforms of one at a time stay in a core's cache
+    mass = 1.0 if weight is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
+    weight = np.ones(picture.shape[:2]) if weight is None else weight
+    return np.stack([(plane - widely_blurred(plane * weight, sigma) / mass) * weight for plane in planes], axis=2)
 
 
 SHORTEST = 4  # px: shorter vectors are grain, not elements
@@ -232,7 +225,7 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
 def _maxima(values: Array, among: Mask) -> Int64:
     """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
-    top = (ndimage.maximum_filter(ranked, 3) == ranked) & (values > 0) & among
+    top = (highest(ranked, 3, "edge") == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 
@@ -252,10 +245,10 @@ def spectral_peaks(picture: Floats) -> Floats:
     """
     height, width = picture.shape[:2]
     window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
-    size = [int(next_fast_len(2 * height)), int(next_fast_len(2 * width, real=True))]
+    size = [fast_length(2 * height), fast_length(2 * width)]
     power = np.zeros((size[0], size[1] // 2 + 1))
     for c in range(picture.shape[2]):
-        wave = rfft2(picture[..., c] * window[0][:, None] * window[1], size)
+        wave = np.fft.rfft2(picture[..., c] * window[0][:, None] * window[1], size)
         power += wave.real**2 + wave.imag**2
     power = np.fft.fftshift(power, axes=0)
     opposite = power[::-1] if size[0] % 2 else np.roll(power[::-1], 1, axis=0)

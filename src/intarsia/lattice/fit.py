@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..foundation import ndimage
 from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
+from ..foundation.filters import blurred
 from ..foundation.geometry import UNIT
 from .candidates import CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
@@ -272,7 +272,7 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
     sigma = FITTING.blur * length
     if residual <= FITTING.loose * length or sigma < FITTING.sigma:
         return vectors
-    wider = np.rint(ndimage.gaussian_filter(found.values.astype(np.float64), sigma, mode="nearest")).astype(np.int32)
+    wider = np.rint(blurred(found.values.astype(np.float64), sigma, "edge")).astype(np.int32)
     one = fit(found, vectors, wider)
     if one is None or one.residual >= residual:
         return vectors

@@ -5,16 +5,15 @@ A course runs along x here, from bed to bed; whoever has courses that stand upri
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from ..analysis.features import Features
-from ..foundation import MethodError, ndimage
+from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
+from ..foundation.filters import averages, blurred, moving_sums
 from ..foundation.geometry import UNIT
 from ..kernels import paths
 from ..lattice import Vector
@@ -78,50 +77,61 @@ class Mortar(NamedTuple):
 MORTAR = Mortar()
 
 
-def model(smooth: Array, usable: Mask, beds: Array, pitch: float) -> tuple[Int16, float]:
-    """How little each pixel looks like mortar, by the mixture of channels that parts it from faces best; and how well.
+class Contrast(NamedTuple):
+    """How mortar and faces are told apart: by a mixture of channels, and how well."""
 
-    Fisher's linear discriminant between the pixels on the beds (n, W) and those in the middle between them. The
-    weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
-    """
-    first, last = MORTAR.middle
-    parts = np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10)))
-    between = (np.rint(a + part * (b - a)).astype(np.int64) for a, b in pairwise(beds) for part in parts)
-    mortar, face = _on([*(beds - 1), *beds], usable.shape, 1) & usable, _on(between, usable.shape, 0) & usable
-    plain = np.full(usable.shape, FACE, np.int16)
-    if min(mortar.sum(), face.sum()) < MORTAR.least:
-        return plain, 0.0
-    one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
-    a, b = np.median(one, axis=0), np.median(two, axis=0)
-    spread = np.atleast_2d(np.cov(one, rowvar=False) + np.cov(two, rowvar=False)) / 2
-    weights = np.linalg.solve(spread + MORTAR.noise * np.eye(smooth.shape[2]), b - a)
-    score = float((weights * (b - a)).sum())
-    if score < 1e-9:
-        return plain, 0.0
-    whole = np.rint(weights * (MORTAR.sharp / np.abs(weights).max())).astype(np.int64)
-    low, high = int((a * whole).sum()), int((b * whole).sum())
-    value = (smooth.astype(np.int64) * whole).sum(axis=2) - low
-    faces = (value * 10 - MORTAR.near * (high - low)) * FACE // ((MORTAR.far - MORTAR.near) * max(high - low, 1))
-    return np.asarray(np.clip(faces, 0, FACE), np.int16), score
+    score: float
+    weights: Int64 = np.zeros(0, np.int64)  # of the channels
+    low: int = 0  # what mortar has by them
+    high: int = 0  # and faces
+
+    @classmethod
+    def of(cls, smooth: Array, usable: Mask, beds: Array, pitch: float) -> Contrast:
+        """Fisher's linear discriminant between pixels on the beds (n, W) and in the middle between them; 0 without.
+
+        The weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
+        """
+        first, last = MORTAR.middle
+        parts = np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10)))
+        between = np.rint(beds[:-1, None] + parts[:, None] * (beds[1:] - beds[:-1])[:, None]).astype(np.int64)
+        mortar = _on(np.concatenate([beds - 1, beds]), usable, 1)
+        face = _on(between.reshape(-1, usable.shape[1]), usable, 0)
+        if min(mortar.sum(), face.sum()) < MORTAR.least:
+            return cls(0.0)
+        one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
+        a, b = np.median(one, axis=0), np.median(two, axis=0)
+        spread = np.atleast_2d(np.cov(one, rowvar=False) + np.cov(two, rowvar=False)) / 2
+        weights = np.linalg.solve(spread + MORTAR.noise * np.eye(smooth.shape[2]), b - a)
+        score = float((weights * (b - a)).sum())
+        if score < 1e-9:
+            return cls(0.0)
+        whole = np.rint(weights * (MORTAR.sharp / np.abs(weights).max())).astype(np.int64)
+        return cls(score, whole, int((a * whole).sum()), int((b * whole).sum()))
+
+    def faces_of(self, smooth: Array) -> Int16:
+        """How little each pixel looks like mortar: (H, W), 0 to FACE; not at all where nothing could be compared."""
+        if not self.score:
+            return np.full(smooth.shape[:2], FACE, np.int16)
+        value, apart = smooth.astype(np.int64) @ self.weights - self.low, self.high - self.low
+        faces = (value * 10 - MORTAR.near * apart) * FACE // ((MORTAR.far - MORTAR.near) * max(apart, 1))
+        return np.asarray(np.clip(faces, 0, FACE), np.int16)
 
 
-def _on(rows: Iterable[Array], shape: Pair, rim: int) -> Mask:
-    """The pixels of some rows (W,), those of the rim above and below left out."""
-    on = np.zeros(shape, bool)
-    x = np.arange(shape[1])
-    for y in rows:
-        ok = (y >= rim) & (y < shape[0] - rim)
-        on[y[ok], x[ok]] = True
-    return on
+def _on(rows: Array, usable: Mask, rim: int) -> Mask:
+    """The usable pixels of some rows (n, W), those of the rim above and below left out."""
+    on: Mask = np.zeros(usable.shape, bool)
+    ok = (rows >= rim) & (rows < len(on) - rim)
+    on[rows[ok], np.nonzero(ok)[1]] = True
+    return on & usable
 
 
 def levelled(faces: Array, pitch: int) -> Int16:
     """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
-    side = max(3, 2 * pitch)
     part = faces > MORTAR.dull
-    count = ndimage.uniform_filter(part.astype(np.float64), side)
-    mean = ndimage.uniform_filter(np.where(part, faces, 0).astype(np.float64), side) / np.maximum(count, 1e-6)
-    factor = FACE / np.clip(mean, MORTAR.dull, FACE)
+    total, count = np.where(part, faces, 0), part.astype(np.int64)
+    for axis in (0, 1):
+        total, count = (moving_sums(values, axis, max(1, pitch), "symmetric") for values in (total, count))
+    factor = FACE / np.clip(total / np.maximum(count, 1), MORTAR.dull, FACE)
     return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
 
 
@@ -142,6 +152,7 @@ class Finding(NamedTuple):
     stray: float = 0.22  # of the pitch a bed may leave its line; halved: 117 joints of 129, doubled: false courses
     pull: int = 40  # of 255 is paid for straying so far; at 0 3 joints of 18 are lost, at 160 6 of 88 are invented
     rounds: int = 3  # times that mortar and beds are found from one another; at 1 507 joints lie over others for 310
+    columns: int = 64  # are looked at for the phase, at least; 32, 128: the same, all: a map of normals gains a joint
     phases: int = 12  # are tried; halved: one wall finds 21 joints of 26, doubled: as is
     coarse: int = 24  # px of pitch: px are averaged above it; never: one course of 5 is lost, always: 75 joints of 148
     low: int = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
@@ -193,25 +204,27 @@ def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
     """Where the beds lie: across the vector, at the phase at which they differ most from what lies between."""
     down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
     pitch = round((down * down + aside * aside) / down)
-    best, found = -1.0, Line(0, pitch, (-aside, down))
-    for n in range(FINDING.phases):
-        line = Line(n * pitch // FINDING.phases, pitch, (-aside, down))
-        faces, _ = model(smooth, usable, _lines(line, usable.shape), pitch / UNIT)
-        _, score = model(smooth, usable, _beds(faces, line), pitch / UNIT)
+    every = max(1, usable.shape[1] // FINDING.columns)
+    smooth, usable = np.ascontiguousarray(smooth[:, ::every]), np.ascontiguousarray(usable[:, ::every])
+    best, found = -1.0, 0
+    for phase in (n * pitch // FINDING.phases for n in range(FINDING.phases)):
+        line = Line(phase, pitch, (-aside * every, down))
+        faces = Contrast.of(smooth, usable, _lines(line, usable.shape), pitch / UNIT).faces_of(smooth)
+        score = Contrast.of(smooth, usable, _beds(faces, line), pitch / UNIT).score
         if score > best * 1.0001:  # no last bit of the linear algebra decides
-            best, found = score, line
-    return found
+            best, found = score, phase
+    return Line(found, pitch, (-aside, down))
 
 
 def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
     """Find beds, mortar and joints; MethodError where no course is whole."""
     height = len(picture)
-    size = 3 if vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2 else 1
-    smooth = ndimage.uniform_filter(picture.astype(np.int32), (size, size, 1))
+    coarse = vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2
+    smooth = averages(picture.astype(np.int32), 1) if coarse else picture
     line = line_of(smooth, usable, vector)
     beds = _lines(line, usable.shape)
     for _ in range(FINDING.rounds):
-        faces, _ = model(smooth, usable, beds, line.pitch / UNIT)
+        faces = Contrast.of(smooth, usable, beds, line.pitch / UNIT).faces_of(smooth)
         beds = _beds(faces, line)
     line = _resolved(line, beds, height)
     faces = levelled(faces, line.pitch // UNIT)
@@ -219,9 +232,7 @@ def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
     return with_joints(line, beds, courses, spans, faces)
 
 
-def with_joints(
-    line: Line, beds: Array, courses: list[int], spans: dict[int, Pair], faces: Array
-) -> Brickwork:
+def with_joints(line: Line, beds: Array, courses: list[int], spans: dict[int, Pair], faces: Array) -> Brickwork:
     """Find the joints of courses whose beds and mortar are known."""
     found, of_course = list[Array](), dict[int, list[int]]()
     for k in courses:
@@ -315,11 +326,11 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
     y = middle[x0:x1] + v[:, None]
     x = np.broadcast_to(np.arange(x0, x1), y.shape)
     cost = faces[np.clip(y, 0, height - 1), x].astype(np.int64)
-    up, down = paths.accumulate(cost[: half + 1]), paths.accumulate(cost[half:][::-1].copy())
+    up, down = paths.accumulate(cost[: half + 1], 0), paths.accumulate(cost[half:][::-1].copy(), 0)
     profile = (up[-1] + down[-1] - cost[half]) // len(v)
     joints = []
     for at in _minima(profile, tall // FINDING.apart):
-        path = np.concatenate([paths.trace(up, at), paths.trace(down, at)[::-1][1:]]) + x0
+        path = np.concatenate([paths.trace(up, at, 0), paths.trace(down, at, 0)[::-1][1:]]) + x0
         rows = middle[at + x0] + v
         path += int(np.median(_middles(faces, rows, path)))
         joints.append(np.interp(np.arange(height), rows, path).round().astype(np.int64))
@@ -480,7 +491,7 @@ def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
         return np.zeros(reach, np.int64), int(usual / 2)
     seen = np.array([d for d in distances if d < reach], np.int64)
     count = np.bincount(seen, minlength=reach).astype(np.float64)
-    density = ndimage.gaussian_filter(count, max(1.5, BOND.blur * usual))
+    density = blurred(count, max(1.5, BOND.blur * usual), "symmetric", (0,))
     common = int(np.argmax(density))
     cost = np.clip(-BOND.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, BOND.unusual)
     low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)

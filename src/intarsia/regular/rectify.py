@@ -19,12 +19,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import fft, rfft
+from numpy.fft import fft, fftfreq, fftshift, rfft
 
-from ..analysis import factor_for, reduced
+from ..analysis import factor_for, principal_axes, reduced
 from ..analysis.features import features
-from ..foundation import ndimage
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
+from ..foundation.filters import blurred
 from ..foundation.params import Steps, Weights
 from ..lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
 from ..lattice.candidates import CorrelatedPictures, pictures
@@ -36,6 +36,7 @@ from .unequal import sure_masonry
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
 TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
+TURNS = np.exp(2j * np.pi * np.arange(1 << 12) / (1 << 12))  # angles are looked up; as sharp as they are averaged
 
 
 class Following(NamedTuple):
@@ -103,13 +104,15 @@ def samples(n: int, seen: int | None = None) -> Floats:
 
 
 def _layers(prepared: CorrelatedPictures) -> Floats | None:
-    """Colours and edges (C, H, W), each of variance 1 or nothing."""
-    stack = np.moveaxis(np.concatenate([prepared.colours, prepared.steps], axis=2), 2, 0)
+    """What colours differ by most, and edges (2, H, W), each of variance 0.5 or nothing."""
+    colours = prepared.colours.reshape(-1, prepared.colours.shape[2])
+    mean = colours.sum(axis=0) / len(colours)  # of whole numbers, as are the sums of their products
+    axis = principal_axes(colours.T @ colours / len(colours) - np.outer(mean, mean), 1)[1][0]
+    stack = np.stack([np.rint(prepared.colours @ axis), prepared.steps[..., 0]])
     deviation = stack.std(axis=(1, 2))
     if not (deviation > 0).any():
         return None
-    shares = np.sqrt(np.array([0.5 / (len(stack) - 1)] * (len(stack) - 1) + [0.5]))
-    return np.asarray(stack * (shares / np.maximum(deviation, 1e-9))[:, None, None])
+    return np.asarray(stack * (math.sqrt(0.5) / np.maximum(deviation, 1e-9))[:, None, None])
 
 
 def _spectra(layers: Floats) -> Spectra:
@@ -119,16 +122,23 @@ def _spectra(layers: Floats) -> Spectra:
     n = FOLLOWING.finer * side
     most = min(n // 2, int(n * (1 + FOLLOWING.spread) / FOLLOWING.shortest) + 1) + 1
     hann = np.sin(np.pi * (np.arange(side) + 0.5) / side) ** 2
+    down, right = (np.linspace(0, n - side, FOLLOWING.windows).astype(int) for n in (height, width))
+    base = rfft(hann, n)[:most, None]
+    # Rows are transformed once for all windows below one another: (C, frequencies, H).
+    strips = [[rfft(layer[:, x : x + side] * hann, n)[:, :most].T for layer in layers] for x in right]
     powers, middles = [], []
-    for y in np.linspace(0, height - side, FOLLOWING.windows).astype(int):
-        for x in np.linspace(0, width - side, FOLLOWING.windows).astype(int):
-            part = layers[:, y : y + side, x : x + side]
-            part = (part - part.mean(axis=(1, 2), keepdims=True)) * (hann[:, None] * hann)
-            waves = fft(rfft(part, n)[:, :, :most], n, axis=1)
-            powers.append(np.fft.fftshift((waves.real**2 + waves.imag**2).sum(axis=0), axes=0))
+    for y in down:
+        for x, strip in zip(right, strips, strict=True):
+            power = np.zeros((most, n))
+            for layer, rows in zip(layers, strip, strict=True):
+                mean = layer[y : y + side, x : x + side].mean()
+                waves = fft((rows[:, y : y + side] - mean * base) * hann, n)
+                power += waves.real**2 + waves.imag**2
+            powers.append(fftshift(power.T, axes=0))
             middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
-    rows = np.fft.fftshift(np.fft.fftfreq(n))
-    return Spectra(np.array(powers), np.array(middles), rows[:, None], -rows[len(rows) // 2 :: -1][:most])
+    waves_down: Floats = np.asarray(fftshift(fftfreq(n)), np.float64)
+    along = -waves_down[n // 2 :: -1][:most]
+    return Spectra(np.array(powers), np.array(middles), waves_down[:, None], along)
 
 
 def _waves(spectra: Spectra, shape: tuple[int, ...]) -> list[tuple[float, float]]:
@@ -215,7 +225,8 @@ def _advanced(layers: Floats, angle: Floats, step: int, fit: tuple[int, ...]) ->
     height, width = angle.shape
     down, across = _begins(height, step), _begins(width, step)
     above, beside = _windows(height, down, step), _windows(width, across, step)
-    parts = [layers * f(2 * np.pi * angle) for f in (np.cos, np.sin)]
+    turns = np.rint(angle * len(TURNS)).astype(np.int64) % len(TURNS)
+    parts = [layers * wave[turns] for wave in (TURNS.real, TURNS.imag)]
     rows = [np.einsum("ny,cyx->cnx", above, part) for part in parts]
     one, other = (np.einsum("mx,cnx->cnm", beside, part) for part in rows)
     sums = one - 1j * other
@@ -436,7 +447,7 @@ def _flat(at: Int64) -> tuple[float, float, float]:
 
 def _lean(picture: Array, usable: Mask) -> int:
     """How far the joints between bricks lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
-    smooth = np.rint(ndimage.gaussian_filter(picture.astype(np.float64), (1.5, 1.5, 0)) * 16).astype(np.int64)
+    smooth = np.rint(blurred(picture.astype(np.float64), 1.5, "symmetric") * 16).astype(np.int64)
     across, along = np.zeros(smooth.shape, np.int64), np.zeros(smooth.shape, np.int64)
     across[1:-1], along[:, 1:-1] = smooth[2:] - smooth[:-2], smooth[:, 2:] - smooth[:, :-2]
     square = (along * along).sum(axis=2)

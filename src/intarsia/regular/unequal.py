@@ -15,8 +15,9 @@ import numpy as np
 
 from ..analysis.features import course_lines, features
 from ..analysis.oriented import surest_line
-from ..foundation import MethodError, ndimage
+from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int64, Mask
+from ..foundation.filters import averages, highest, lowest
 from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..model import Exemplar
@@ -25,11 +26,11 @@ from .brickwork import (
     FINDING,
     Bricks,
     Brickwork,
+    Contrast,
     Line,
     along_x,
     bricks_of,
     levelled,
-    model,
     spans_of,
     with_joints,
 )
@@ -44,7 +45,7 @@ class Unequal(NamedTuple):
     same: float = 0.6  # of that reach apart in the mean, two beds are one; 0.3 and 1.2: the same
     bend: int = 64  # of 255 is what a bed pays for each px aside; 32: 180, 128: 185, but beds cut corners of stones
     stray: float = 0.3  # of the lowest course a bed may leave its line, when mortar is known; halved: 175, doubled: 178
-    wide: int = 3  # px that mortar is smoothed over; 1: 184, 5: 168
+    wide: int = 1  # px to either side that mortar is smoothed over; 0: 184, 2: 168
     low: float = 0.4  # of the usual height, and 4 px: what is lower is a wide bed; 0.2: the same, 0.8: 155
     full: int = 170  # of 255: what looks less like faces holds joints, and is no stone; 180: the same, 220: 174
     like: float = 0.2  # of a course's height stones may be higher or lower. At 0.25 they touch across beds
@@ -171,19 +172,19 @@ def faces_at_joints(work: Brickwork) -> int:
 def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
     """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
     reach = max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
-    smooth = ndimage.uniform_filter(picture.astype(np.int32), (UNEQUAL.wide, UNEQUAL.wide, 1))
+    smooth = averages(picture.astype(np.int32), UNEQUAL.wide)
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
     beds, best = np.empty((0, 0), np.int64), -1.0
     for cost in _fields(smooth, reach):
         some = _apart(_drawn(cost, lines.astype(np.int64), reach), reach)
-        score = model(smooth, usable, some, pitch)[1] if len(some) > 1 else 0.0
+        score = Contrast.of(smooth, usable, some, pitch).score if len(some) > 1 else 0.0
         if score > best * 1.0001:  # no last bit of the linear algebra decides
             beds, best = some, score
     if len(beds) < 2:
         raise MethodError("the lines that run across the exemplar hold no course between them.")
     lowest = min(int((b - a).sum()) // len(a) for a, b in pairwise(beds))
     for _ in range(FINDING.rounds):
-        faces, _ = model(smooth, usable, beds, pitch)
+        faces = Contrast.of(smooth, usable, beds, pitch).faces_of(smooth)
         beds = np.sort(_drawn(faces, beds, max(1, int(UNEQUAL.stray * lowest))), axis=0)
     faces = levelled(faces, pitch)
     courses, spans = spans_of(usable, beds, lowest * UNIT)
@@ -193,10 +194,12 @@ def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
 def _fields(smooth: Array, reach: int) -> list[Int64]:
     """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
     light, side = smooth.sum(axis=2), 2 * reach + 1
+    closed = lowest(highest(light, side, "symmetric"), side, "symmetric")
+    opened = highest(lowest(light, side, "symmetric"), side, "symmetric")
     found = []
-    for depth in (ndimage.grey_closing(light, (side, side)) - light, light - ndimage.grey_opening(light, (side, side))):
+    for depth in (closed - light, light - opened):
         most = max(int(np.sort(depth, axis=None)[19 * (depth.size - 1) // 20]), 1)
-        sure = ndimage.uniform_filter(np.minimum(depth, most) * FACE // most, reach // 3 * 2 + 1)
+        sure = averages(np.minimum(depth, most) * FACE // most, reach // 3)
         found.append(np.asarray(FACE - sure, np.int64))
     return found
 

@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from ..analysis import nearest
 from ..analysis.features import features
-from ..foundation import MethodError, ndimage
+from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Pair
+from ..foundation.filters import highest
 from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run, below, draw
@@ -247,7 +248,7 @@ class Wall:
         if lattice is None:
             picture, usable, upright, work, bricks, own, heights, _ = masonry_of(exemplar, weights)
             layout = Chains(work, bricks, Rows.stacked(heights, canvas, upright, seed), seed, own)
-            shown = ndimage.maximum_filter(work.faces, work.thickness // RIM * 2 + 1)
+            shown = highest(work.faces, work.thickness // RIM * 2 + 1, "symmetric")
         else:
             work, picture, usable, upright = courses_of(lattice, weights, exemplar)
             rows, some, shown = Rows.equal(work.line, canvas, upright), bricks_of(work), work.faces

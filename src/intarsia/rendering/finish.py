@@ -21,11 +21,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy import fft
+from numpy import fft
 
-from ..foundation import ParameterError, ndimage
+from ..foundation import ParameterError
 from ..foundation.arrays import Array, Floats, Int32, Int64
 from ..foundation.blend import Finish, Levelling
+from ..foundation.filters import fast_length, moving_sums
 from ..foundation.geometry import Box
 from ..foundation.run import Run
 from . import Ground
@@ -75,7 +76,7 @@ class Finishing:
             for x in range(0, out.shape[1], side)
         ]
         colours = _Colours.of(ground, self.alpha)
-        size = [fft.next_fast_len(min(n, side) + 2 * radius, real=True) for n in out.shape[:2]]
+        size = [fast_length(min(n, side) + 2 * radius) for n in out.shape[:2]]
         spread = fft.rfft2(potential(radius), size)
         with self.run.pool() as each:
 
@@ -184,13 +185,13 @@ def _opacity(alpha: Array) -> Int64:
 
 def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> Int64:
     """Return the mean over the box around every pixel of exemplars, (N, C) end to end, rounded down; 0 of nothing."""
-    means, ones = np.zeros_like(values), np.ones(2 * radius + 1)
+    means = np.zeros_like(values)
     for start, height, width, toroidal in table:
         pixels = slice(start, start + height * width)
         weight = np.ones((height, width, 1), np.int64) if weights is None else weights[pixels].reshape(height, width, 1)
         sums = [values[pixels].reshape(height, width, -1) * weight, weight]
-        for axis in range(2):  # whole numbers below 2**53 are exact in the doubles that are added up
-            sums = [ndimage.convolve1d(s, ones, axis, mode="wrap" if toroidal else "constant") for s in sums]
+        for axis in range(2):
+            sums = [moving_sums(s, axis, radius, "wrap" if toroidal else "constant") for s in sums]
         means[pixels] = (sums[0] // np.maximum(sums[1], 1)).reshape(-1, values.shape[1])
     return means
 

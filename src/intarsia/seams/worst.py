@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis import moving_sums
 from ..foundation.arrays import Array, Pair
+from ..foundation.filters import moving_sums
 
 CELL = 8  # seams are added up in cells of so many px: half of the smallest automatic patch
 

@@ -16,11 +16,12 @@ from collections.abc import Callable, Sequence
 from threading import Lock
 
 import numpy as np
-from scipy import fft
+from numpy import fft
 
 from ..analysis import principal_axes
 from ..foundation import ParameterError
 from ..foundation.arrays import Array, Pair
+from ..foundation.filters import fast_length
 from ..kernels.maps import Grown
 from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_kernels, in_one_row
 from .fourier_kernels import Listed
@@ -93,7 +94,7 @@ class PatchSearch:
         self.mean, self.axes, self.scale, self.clip = self._reduction()
         pictures = [self._reduced(variants.picture(v)) for v in range(len(variants))]
         sizes = [p.shape[1:] for p in pictures]
-        self.padded = [(fft.next_fast_len(h, real=False), fft.next_fast_len(w, real=True)) for h, w in sizes]
+        self.padded = [(fast_length(h), fast_length(w)) for h, w in sizes]
         self._spectra = [fft.rfft2(p, shape) for p, shape in zip(pictures, self.padded, strict=True)]
         h, w = self.cells
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
@@ -245,7 +246,7 @@ class PatchSearch:
         product = pictures[0] * windows[:, 0]
         for k in range(1, len(pictures)):
             product += pictures[k] * windows[:, k]
-        rows = fft.ifft(product, axis=1, overwrite_x=True)[:, : len(self.valid[v])]
+        rows = fft.ifft(product, axis=1, out=product)[:, : len(self.valid[v])]
         return np.asarray(fft.irfft(rows, width, axis=2))
 
 
@@ -255,7 +256,7 @@ def _conjugates(templates: Array, shape: Pair) -> Array:
     The columns' are made of the rows', which are few: what is padding is transformed once.
     """
     rows = fft.rfft(templates, shape[1], axis=3)
-    return np.asarray(fft.ifft(rows.conj(), shape[0], axis=2, norm="forward", overwrite_x=True))
+    return np.asarray(fft.ifft(rows.conj(), shape[0], axis=2, norm="forward"))
 
 
 def most_steps(patch: Pair, cells: Pair, axes: int) -> int:

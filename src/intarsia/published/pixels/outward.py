@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis import moving_sums
 from ...analysis.features import features
 from ...foundation.arrays import Array, Pair
+from ...foundation.filters import moving_sums
 from ...foundation.params import extent
 from ...foundation.run import Run, below, draw, draw_many
 from ...kernels.maps import Grown
