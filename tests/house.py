@@ -183,7 +183,7 @@ BUDGET = {
     "files": 16_370,
     "giant": 10_007,
     "judging": 10_981,
-    "kernels": 15_062,
+    "kernels": 15_219,
     "lattice": 13_590,
     "methods": 4_402,
     "patches": 17_984,

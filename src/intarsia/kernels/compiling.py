@@ -20,7 +20,13 @@ from contextlib import contextmanager
 from typing import Any
 
 import numba
-from llvmlite.binding import Linkage, address_of_symbol, create_pass_builder, create_pipeline_tuning_options
+from llvmlite.binding import (
+    Linkage,
+    address_of_symbol,
+    create_pass_builder,
+    create_pipeline_tuning_options,
+    parse_bitcode,
+)
 from numba.core import caching, environment, serialize
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompileResult
@@ -46,6 +52,7 @@ _runtime: Any = nrt.rtsys
 
 # no kernel divides by 0, by a test; an error made ready at every divisor takes longer to compile
 OPTIONS = {"nopython": True, "nogil": True, "boundscheck": None, "no_cfunc_wrapper": True, "error_model": "numpy"}
+FORM = 2  # of entries
 INLINED = 6000  # bytes of bitcode, 2300 of them nothing: what is larger is not inlined, and was simplified by itself
 
 
@@ -60,6 +67,19 @@ class Library(JITCodeLibrary):
     """Lowered functions that become machine code when an address of them is asked for, not when they are linked."""
 
     _codegen: Any
+    _lowered: bytes | None = None  # what loaded machine code was made of, until a kernel that calls it is compiled
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> Any:
+        """Load machine code; what it was made of takes longer to read, and is read where it is linked."""
+        name, machine_code, lowered, defined = state
+        self: Any = codegen.create_library(name)
+        self.enable_object_caching()
+        self._set_compiled_object(machine_code)
+        self._lowered = lowered
+        self._finalize_final_module()
+        codegen._engine._defined_symbols |= defined
+        return self
 
     @property
     def codegen(self) -> Any:
@@ -86,6 +106,8 @@ class Library(JITCodeLibrary):
         return int(plain.get_pointer_to_function(name))
 
     def _get_module_for_linking(self) -> Any:
+        if self._lowered is not None:
+            self._shared_module, self._lowered = parse_bitcode(self._lowered), None
         if self._shared_module is None and not self._finalized:
             module, large = self._final_module.clone(), []
             for library in dict.fromkeys(self._linking_libraries):
@@ -257,24 +279,27 @@ class KernelCache:
             return
         path, identity = self._entry(folder, sig, data.codegen)
         try:
-            *whole, environments = data._reduce()
+            (name, _, (machine_code, lowered)), *whole, environments = data._reduce()
             needed = tuple(e for e in environments if e.consts)  # one without would hide that of a kernel of its own
-            write_entry(path, identity, _dumps((_asked_of_others(data.library._final_module), (*whole, needed))))
+            module = data.library._final_module
+            kept = (name, machine_code, lowered, set(_names(module, False)))
+            asked = tuple(n for n in _names(module, True) if not n.startswith("llvm."))
+            write_entry(path, identity, _dumps((asked, (kept, *whole, needed))))
         except OSError as e:
             not_kept(folder, (e.strerror or str(e)).lower())
 
     def _entry(self, folder: str, sig: Any, codegen: Any) -> tuple[str, bytes]:
         """Return the file of an entry, and the bytes that say what it is for."""
-        made_by = (numba.__version__, sys.implementation.cache_tag, getattr(sys, "abiflags", ""))
+        made_by = (FORM, numba.__version__, sys.implementation.cache_tag, getattr(sys, "abiflags", ""))
         identity = repr((self._name, made_by, _key_of(self, sig, codegen))).encode()  # types, processor, bytecode
         digest = hashlib.blake2b(identity, digest_size=12).hexdigest()
         return os.path.join(folder, f"{self._name}-{digest}.kernel"), identity
 
 
-def _asked_of_others(module: Any) -> tuple[str, ...]:
-    """The names that machine code needs and does not hold."""
+def _names(module: Any, declared: bool) -> Iterator[str]:
+    """The names that machine code holds, or, only declared, asks of others."""
     named = (*module.functions, *module.global_variables)
-    return tuple(n.name for n in named if n.is_declaration and not n.name.startswith("llvm."))
+    return (n.name for n in named if n.is_declaration == declared)
 
 
 def _all_known(names: tuple[str, ...], target_context: Any) -> bool:
