@@ -15,7 +15,7 @@ from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches import waves
 from intarsia.patches.growth import Growth
 from intarsia.seams import improve
-from intarsia.seams.graphcut import Cut, GraphcutGrowth
+from intarsia.seams.graphcut import Box, Cut, GraphcutGrowth, Pick
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.testing import texture
 
@@ -126,9 +126,29 @@ def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], se
 
 def test_pieces_grow_in_waves_of_their_own() -> None:
     """Progress goes on to the end, and never back."""
-    sewn, told = sewing_of(Canvas(140, 150)), list[int]()
-    improve.fill(sewn, 1, 2, ia.Run(1), 2)
-    assert improve.expand(sewn, ia.Run(1, lambda done, total, draft: told.append(done)), 2)
+    sewn, told = sewing_of(Canvas(140, 150)), list[float]()
+    run = ia.Run(1, lambda done, total, draft: told.append(done / total))
+    improve.fill(sewn, 1, 2, run, 2)
+    assert improve.expand(sewn, run, 2)
     assert told == sorted(told)
-    assert told[-1] == 3 * int(sewn.growth.windows.sum())
+    assert told[-1] < 1
     assert len(set(told)) > 6
+
+
+@pytest.mark.parametrize("near", [False, True])
+def test_no_piece_grows_where_it_would_return_too_near(near: bool) -> None:
+    """What a wave has laid before is looked at once more, by the rule that bars pixels."""
+    sewn = sewing_of(Canvas(140, 150))
+    improve.fill(sewn, 1, 2, ia.Run(1), 1)
+
+    class Bar:
+        def __call__(self, box: Box, pick: Pick) -> np.ndarray:
+            return np.zeros(box[2:], bool)
+
+        def returns(self, box: Box, pick: Pick, take: np.ndarray) -> bool:
+            return near
+
+    sewn.bar, before = Bar(), sewn.yx.copy()
+    saved = improve.expand(sewn, ia.Run(1), 1)
+    assert bool(saved) is not near
+    assert (sewn.yx == before).all() == near

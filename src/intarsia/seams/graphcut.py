@@ -15,11 +15,11 @@ is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimi
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -47,7 +47,17 @@ from .usage_kernels import Usage, count_map, rates
 
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
-Bar = Callable[[Box, Pick], Array]
+
+
+class Bar(Protocol):
+    """What must stay, whatever it costs, when a patch is cut in; see :class:`.repair.Constraints`."""
+
+    def __call__(self, box: Box, pick: Pick) -> Array:
+        """Which pixels of a box."""
+
+    def returns(self, box: Box, pick: Pick, take: Array) -> bool:
+        """Whether what is taken would now return too near."""
+
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen together; of larger maps so much counts
 SAMPLES = 64  # along each side of what lies about a window it is looked at in at most so many places

@@ -123,6 +123,10 @@ class Expanding(Drawing):
         cut = self.sewn.expanded(site, self.reach(site))
         return cut if cut.change < 0 else None
 
+    def pays(self, cut: Cut) -> bool:
+        """Unless it would now return too near to what the wave has laid before it."""
+        return self.sewn.bar is None or not self.sewn.bar.returns(cut.box, cut.pick, cut.take)
+
     def reach(self, site: Piece) -> int:
         """How far around its box a piece may grow, px: two thirds as far as it is long, up to REACH patches.
 
@@ -132,25 +136,23 @@ class Expanding(Drawing):
         return min(most, 2 * max(site.box[2:]) // 3)
 
 
-def expand(sewn: GraphcutGrowth, run: Run, times: int) -> list[int]:
+def expand(sewn: GraphcutGrowth, run: Run, times: int, before: int = 1) -> list[int]:
     """Let every piece of a map grow over its neighbours so many times; returns what every accepted cut saved.
 
     An expansion move of each label (Boykov, Veksler and Zabih 2001), kept to what lies around it; largest pieces first
-    as far as a wave has room.
+    as far as a wave has room. What was done `before` took so many times as long as each.
     """
     growth, work, saved = sewn.growth, Expanding(sewn), list[int]()
-    windows = int(growth.windows.sum())
-    least, total = math.prod(growth.layout.patch) // SMALLEST, windows * (1 + times)
+    least = math.prod(growth.layout.patch) // SMALLEST
     for number in range(times):
         pieces, done = pieces_in(sewn.variant, sewn.yx, least), 0
         pieces = [piece for piece in pieces if sewn.apart(piece.box, np.array([(0, *piece.pick)]))]
         boxes = [sewn.wide(piece.box, work.reach(piece), piece.pick) for piece in pieces]
         for wave in parted(np.array(boxes).reshape(-1, 4), sewn.variant.shape, sewn.wraps):
-            told = windows * (1 + number) + windows * done // len(pieces)
-            laid = improve(work, {k: pieces[k] for k in wave}, run, lambda _: run.tick(told, total, growth.draft))  # noqa: B023
+            told = (before + number) * len(pieces) + done, (before + times) * len(pieces)
+            laid = improve(work, {k: pieces[k] for k in wave}, run, lambda _: run.tick(*told, growth.draft))  # noqa: B023
             saved += [-cut.change for cut in laid]
             done += len(wave)
-    run.tick(total, total, growth.draft)
     return saved
 
 

@@ -29,7 +29,7 @@ from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings
 from ..search import Candidates
 from .graphcut import TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
-from .improve import improve
+from .improve import expand, improve
 from .worst import WorstSeams
 
 STRUCTURE = 1.0  # weight of outlines in the search, as of graphcut
@@ -49,6 +49,8 @@ class Repair:
         As the parameters of the methods: channel weights, poses of new patches.
     distance : int
         No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+    grown : int
+        How often all pieces grow after that.
     """
 
     patch: Pair
@@ -56,6 +58,7 @@ class Repair:
     weights: Weights = None
     isometries: Poses = "none"
     distance: int = 0
+    grown: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,18 +74,19 @@ class Repaired:
 def repaired(
     repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> Repaired:
-    """Cover the worst seams of a finished map, as long as the whole becomes better.
+    """Cover the worst seams of a finished map, and let its pieces grow, as long as the whole becomes better.
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
     """
     work = Repairing(repair, exemplars, canvas, smap)
-    before, patches = work.sewing.total, 0
+    before, patches, total = work.sewing.total, 0, repair.passes + repair.grown
     for number in range(repair.passes):
         wave = work.worst.apart(work.sewing.around)
         if not wave:
             break
-        patches += work.cover(wave, run, lambda _: run.tick(number, repair.passes, work.growth.draft))  # noqa: B023
-    run.tick(repair.passes, repair.passes, work.growth.draft)
+        patches += work.cover(wave, run, lambda _: run.tick(number, total, work.growth.draft))  # noqa: B023
+    expand(work.sewing, run, repair.grown, repair.passes)
+    run.tick(total, total, work.growth.draft)
     return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
 
 

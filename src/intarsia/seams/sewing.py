@@ -58,6 +58,7 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
     with run.crew() as crew:
         fill(sewn, seed, STAGE, crew, method.refinements)
         expand(sewn, crew, method.refinements)
+    run.tick(1, 1, growth.draft)
     return growth.map(method.blend)
 
 

@@ -255,7 +255,7 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
     """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
 
     Where one patch covers a hole and no size is given several are tried; the result with the least visible seams is
-    taken. Where it takes several the worst seams between them are covered anew, in smaller and smaller windows.
+    taken. Where it takes several the worst seams between them are covered anew, in smaller windows, and pieces grow.
     """
     scene = plan.scene
     run = run_of(run)

@@ -25,8 +25,8 @@ else:
 
 LEAST_PATCH = 8
 LEAST_WINDOW = 12  # px
-# What is filled is covered anew in windows of these sides, relative to its patches, in so many passes each.
-FINER = ((1.0, 4), (0.6, 3), (0.375, 2))
+FINER = 0.375  # of its patches' sides are windows in which what is filled is covered anew,
+COVERED, GROWN = 4, 2  # in so many passes, and so often its pieces grow then
 
 
 def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> Synthesis:
@@ -73,7 +73,7 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
 
 
 def settled(made: Synthesis, run: Run) -> Synthesis:
-    """Cover the worst seams of what was filled in smaller and smaller windows; where no patches were laid all stays.
+    """Cover the worst seams of what was filled in smaller windows, and let its pieces grow; without patches all stays.
 
     One fill and this make seams cheaper than the best of four fills with patches of four sizes does.
     """
@@ -82,11 +82,9 @@ def settled(made: Synthesis, run: Run) -> Synthesis:
         return made
     canvas = made.canvas
     assert canvas is not None
-    for part, passes in FINER:
-        high, wide = (min(n, max(round(n * part), LEAST_WINDOW)) for n in (rows, columns))
-        asked = replace(repair_of(made.method, made.exemplars, passes), patch=(high, wide))
-        made = replace(made, map=repairs.repaired(asked, made.exemplars, canvas, made.map, run).map)
-    return made
+    high, wide = (min(n, max(round(n * FINER), LEAST_WINDOW)) for n in (rows, columns))
+    asked = replace(repair_of(made.method, made.exemplars, COVERED), patch=(high, wide), grown=GROWN)
+    return replace(made, map=repairs.repaired(asked, made.exemplars, canvas, made.map, run).map)
 
 
 def check_repair(method: Method, passes: int) -> None:
