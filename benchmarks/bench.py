@@ -304,7 +304,7 @@ def case_command() -> list[Result]:
 def case_choice() -> list[Result]:
     """The measurements and the choice; every call sees the exemplar for the first time."""
     results = []
-    for name, target in (("tiles", 60), ("stones", 60)):
+    for name, target in (("tiles", 5), ("stones", 5)):
 
         def work(name: str = name) -> object:
             return ia.Auto().choose([ia.Exemplar.of(pixels(name))], ia.Canvas(512, 512))
