@@ -192,7 +192,7 @@ BUDGET = {
     "rendering": 21_176,
     "request": 9_956,
     "root": 2_722,
-    "seams": 19_604,
+    "seams": 19_615,
     "search": 13_714,
     "segments": 5_130,
     "studio": 23_880,

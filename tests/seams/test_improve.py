@@ -126,12 +126,12 @@ def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], se
 
 def test_pieces_grow_in_waves_of_their_own() -> None:
     """Progress goes on to the end, and never back."""
-    sewn, told = sewing_of(Canvas(140, 150)), list[float]()
-    run = ia.Run(1, lambda done, total, draft: told.append(done / total))
+    sewn, told = sewing_of(Canvas(140, 150)), list[tuple[int, int]]()
+    run, windows = ia.Run(1, lambda done, total, draft: told.append((done, total))), int(sewn.growth.windows.sum())
     improve.fill(sewn, 1, 2, run, 2)
-    assert improve.expand(sewn, run, 2)
+    assert improve.expand(sewn, run, 2, windows, 1)
     assert told == sorted(told)
-    assert told[-1] < 1
+    assert told[-1] == (3 * windows, 3 * windows)
     assert len(set(told)) > 6
 
 

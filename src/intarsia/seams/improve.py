@@ -136,23 +136,24 @@ class Expanding(Drawing):
         return min(most, 2 * max(site.box[2:]) // 3)
 
 
-def expand(sewn: GraphcutGrowth, run: Run, times: int, before: int = 1) -> list[int]:
+def expand(sewn: GraphcutGrowth, run: Run, times: int, unit: int = 1, before: int = 0) -> list[int]:
     """Let every piece of a map grow over its neighbours so many times; returns what every accepted cut saved.
 
     An expansion move of each label (Boykov, Veksler and Zabih 2001), kept to what lies around it; largest pieces first
-    as far as a wave has room. What was done `before` took so many times as long as each.
+    as far as a wave has room. Each time is told as `unit` steps of progress, after so many units `before`.
     """
     growth, work, saved = sewn.growth, Expanding(sewn), list[int]()
-    least = math.prod(growth.layout.patch) // SMALLEST
+    least, total = math.prod(growth.layout.patch) // SMALLEST, unit * (before + times)
     for number in range(times):
         pieces, done = pieces_in(sewn.variant, sewn.yx, least), 0
         pieces = [piece for piece in pieces if sewn.apart(piece.box, np.array([(0, *piece.pick)]))]
         boxes = [sewn.wide(piece.box, work.reach(piece), piece.pick) for piece in pieces]
         for wave in parted(np.array(boxes).reshape(-1, 4), sewn.variant.shape, sewn.wraps):
-            told = (before + number) * len(pieces) + done, (before + times) * len(pieces)
-            laid = improve(work, {k: pieces[k] for k in wave}, run, lambda _: run.tick(*told, growth.draft))  # noqa: B023
+            told = unit * (before + number) + unit * done // len(pieces)
+            laid = improve(work, {k: pieces[k] for k in wave}, run, lambda _: run.tick(told, total, growth.draft))  # noqa: B023
             saved += [-cut.change for cut in laid]
             done += len(wave)
+    run.tick(total, total, growth.draft)
     return saved
 
 

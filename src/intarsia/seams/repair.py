@@ -85,8 +85,7 @@ def repaired(
         if not wave:
             break
         patches += work.cover(wave, run, lambda _: run.tick(number, total, work.growth.draft))  # noqa: B023
-    expand(work.sewing, run, repair.grown, repair.passes)
-    run.tick(total, total, work.growth.draft)
+    expand(work.sewing, run, repair.grown, 1, repair.passes)
     return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
 
 

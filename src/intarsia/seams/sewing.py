@@ -57,8 +57,7 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
     sewn = GraphcutGrowth(growth, stitch_of(method))
     with run.crew() as crew:
         fill(sewn, seed, STAGE, crew, method.refinements)
-        expand(sewn, crew, method.refinements)
-    run.tick(1, 1, growth.draft)
+        expand(sewn, crew, method.refinements, int(growth.windows.sum()), 1)
     return growth.map(method.blend)
 
 
