@@ -95,7 +95,7 @@ def states(page: Desk) -> Iterator[str]:
     page.button("Grow").click()
     page.page.get_by_role("heading", name="Contact sheet").wait_for()
     yield "A contact sheet"
-    page.page.locator(".sheet .over:not(:empty)").first.wait_for(state="detached", timeout=120_000)
+    page.page.locator(".sheet .caption .number:empty").first.wait_for(state="detached", timeout=120_000)
 
 
 def test_an_audit_finds_nothing_serious(filled: Desk, axe: Any) -> None:
@@ -197,3 +197,17 @@ def test_the_focus_stays_where_it_is_while_a_job_goes_on(page: Desk) -> None:
     page.page.keyboard.press("Enter")
     page.page.get_by_role("heading", name="Lattice").wait_for(timeout=60_000)
     assert link.evaluate("a => a === document.activeElement")
+
+
+def test_the_focus_stays_when_cells_change_their_order(page: Desk) -> None:
+    assert page.page.evaluate("""async () => {
+      const { arrange } = await import("/static/js/parts/cell.js");
+      const place = document.body.appendChild(document.createElement("div")), cells = new Map();
+      const order = ids => arrange(place, cells, ids, id => ({
+        place: Object.assign(document.createElement("button"), { textContent: id }), show() {},
+      }));
+      order(["a", "b", "c"]);
+      cells.get("b").place.focus();
+      order(["c", "b", "a"]);
+      return [place.textContent, document.activeElement.textContent];
+    }""") == ["cba", "b"]

@@ -50,7 +50,7 @@ export class Cell {
 }
 
 /**
- * Keep cells for these jobs in a place, in this order; those that are there already stay.
+ * Keep cells for these jobs in a place, in this order; those that are there already stay, and so does the focus.
  * @param {HTMLElement} place
  * @param {Map<string, Cell>} cells
  * @param {string[]} ids
@@ -62,10 +62,12 @@ export function arrange(place, cells, ids, make) {
     cell.place.remove();
     cells.delete(id);
   }
+  const focused = /** @type {HTMLElement | null} */ (place.contains(document.activeElement) ? document.activeElement : null);
   ids.forEach((id, n) => {
     const cell = cells.get(id) ?? make(id);
     cells.set(id, cell);
     if (place.children[n] !== cell.place) place.insertBefore(cell.place, place.children[n] ?? null);
     cell.show();
   });
+  if (focused !== document.activeElement) focused?.focus({ preventScroll: true });
 }
