@@ -208,12 +208,14 @@ class Plan:
         return [(side, px, px - step, closed, its.hangs) for side, px, step, closed in along]
 
 
-def planned(scene: Scene, method: Method | Auto | str, blend: Blend | None = None) -> Plan:
+def planned(
+    scene: Scene, method: Method | Auto | str, blend: Blend | None = None, run: Run | None = None
+) -> Plan:
     """Decide by which method, with which parameters, a scene is filled, or refuse what cannot work."""
     expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
     method = named(method)
     if _is_auto(method):
-        choice = method.choose(scene.exemplars, scene.canvas)
+        choice = method.choose(scene.exemplars, scene.canvas, run)
         return Plan(scene, choice.method, blend, choice)
     check_abilities(method, scene.exemplars, scene.canvas)
     resolved = method.resolved(scene.exemplars, scene.canvas)
@@ -224,7 +226,7 @@ def planned(scene: Scene, method: Method | Auto | str, blend: Blend | None = Non
 def filled(scene: Scene, method: Method | Auto | str, seed: int, blend: Blend | None, run: Run | None) -> Synthesis:
     """Fill the canvas of a scene with a method: what :func:`synthesize` does once all is understood."""
     seed, run = check_seed(seed), run_of(run)
-    plan = planned(scene, method, blend)
+    plan = planned(scene, method, blend, run)
     run.notes.extend(plan.choice.warnings if plan.choice else ())
     return carry_out(plan, seed, run)
 

@@ -35,12 +35,28 @@ def test_every_item_is_worked_on_once(threads: int) -> None:
 
 @pytest.mark.parametrize("threads", [1, 2, 4])
 def test_an_error_in_a_worker_is_raised_where_the_work_was_asked_for(threads: int) -> None:
+    """What is not begun by then is left."""
+    begun: list[int] = []
+
     def fail(k: int) -> None:
-        if k == 3:
+        begun.append(k)
+        if k >= 3:
             raise KeyError(k)
 
     with pytest.raises(KeyError, match="3"), ia.Run(threads).pool() as each:
-        each(fail, range(9))
+        each(fail, range(99))
+    assert len(begun) < 99
+
+
+def test_of_several_errors_the_first_in_order_is_raised() -> None:
+    barrier = threading.Barrier(2, timeout=20)
+
+    def fail(k: int) -> None:
+        barrier.wait()
+        raise KeyError(k)
+
+    with pytest.raises(KeyError, match="0"), ia.Run(2).pool() as each:
+        each(fail, range(2))
 
 
 def test_several_threads_really_work_at_the_same_time() -> None:
@@ -60,9 +76,16 @@ def test_a_crew_stays_for_all_pools() -> None:
                 each(lambda _: seen.add(threading.get_ident()) or barrier.wait(), range(2))
         assert len(seen) == 2
         assert seen <= {t.ident for t in threading.enumerate()}
-    assert not seen & {t.ident for t in threading.enumerate()}
+    assert seen & {t.ident for t in threading.enumerate()} == {threading.get_ident()}  # who asks works, too
     with ia.Run(1).crew() as crew, crew.pool() as each:
         assert set(each(lambda _: threading.get_ident(), range(3))) == {threading.get_ident()}
+
+
+def test_a_pool_within_a_pool_waits_for_no_thread_that_is_not_free() -> None:
+    with ia.Run(2).crew() as crew, crew.pool() as each:
+        assert each(lambda k: each(lambda j: 10 * k + j, range(3)), range(4)) == [
+            [10 * k + j for j in range(3)] for k in range(4)
+        ]
 
 
 def test_steps_are_told_before_cancelling_is_looked_at() -> None:

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..foundation.filters import Mode, highest, lowest, moving_sums
-from ..foundation.run import draw_many
+from ..foundation.run import Run, draw_many, run_of
 from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
 USUAL = 256  # what the median spot has
@@ -43,7 +43,9 @@ NOWHERE = 1 << 30  # how far away is what is no like
 STAGE = 1999  # which spots are references hangs on this number and on their places
 
 
-def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -> Int32:
+def popout(
+    picture: Int16, usable: Mask | None = None, toroidal: bool = False, run: Run | None = None
+) -> Int32:
     """Measure how far the look of every spot of an exemplar is from its likes.
 
     Parameters
@@ -54,6 +56,8 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
         Which pixels count.
     toroidal : bool
         Whether the exemplar continues in itself.
+    run : Run, optional
+        Threads, which share the scales.
 
     Returns
     -------
@@ -64,9 +68,9 @@ def popout(picture: Int16, usable: Mask | None = None, toroidal: bool = False) -
     factor = factor_for(picture.shape, WORK_SIDE)
     small, mask = reduced(picture, usable, factor)
     out = np.full(small.shape[:2], USUAL, np.int32)
-    for radius in RADII:
-        if ROOM * radius <= min(out.shape):
-            np.maximum(out, _at_scale(small, mask, radius, toroidal), out=out)
+    with run_of(run).pool() as each:
+        scales = [radius for radius in RADII if ROOM * radius <= min(out.shape)]
+        out = np.maximum.reduce([out, *each(lambda radius: _at_scale(small, mask, radius, toroidal), scales)])
     out[_bare(small, mask, toroidal)] = 0
     return enlarged(out, picture.shape, factor)
 

@@ -27,6 +27,7 @@ from ..foundation import (
 )
 from ..foundation.blend import Blend, Levelling
 from ..foundation.params import parameters
+from ..foundation.run import Run
 from ..methods import METHODS, Ability, Method, make, method_class, needed, traits
 
 if TYPE_CHECKING:
@@ -148,7 +149,7 @@ class Auto:
             raise refused
         object.__setattr__(self, "able", tuple(kept))
 
-    def choose(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
+    def choose(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> Choice:
         """Choose by the first rule that holds, among the methods that can do what is asked.
 
         Raises
@@ -156,7 +157,7 @@ class Auto:
         ParameterError, MethodError
             where none can.
         """
-        return self.decide(choosing_facts.Facts(exemplars, canvas))
+        return self.decide(choosing_facts.Facts(exemplars, canvas, run))
 
     def decide(self, facts: choosing_facts.Facts) -> Choice:
         """Choose by facts that are known."""

@@ -24,6 +24,7 @@ from ..analysis.symmetry import allowed_isometries
 from ..foundation import lazy
 from ..foundation.arrays import Int16
 from ..foundation.geometry import UNIT
+from ..foundation.run import Run, run_of
 from ..lattice import cell_of, lattices_of, vectors_of
 from ..lattice.verdict import Lattice, Lattices, told_by_peaks
 from ..model import Exemplar, Exemplars, sampled
@@ -97,8 +98,8 @@ def _holds_rows(two: Lattice, rows: Lattice) -> bool:
 class Facts:
     """All that rules may ask about an exemplar, the first that may be sampled, and about the canvas."""
 
-    def __init__(self, exemplars: Exemplars, canvas: Canvas) -> None:
-        self.exemplars, self.canvas = tuple(exemplars), canvas
+    def __init__(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> None:
+        self.exemplars, self.canvas, self.run = tuple(exemplars), canvas, run_of(run)
         self.exemplar = sampled(exemplars)[0]
 
     @property
@@ -174,7 +175,13 @@ class Facts:
 
     @cached_property
     def straight(self) -> tuple[Straight, Lattice] | None:
-        """How its courses are laid straight, and the lattice they then have, where that is much surer."""
+        """How its courses are laid straight, and the lattice they then have, where that is much surer.
+
+        Several threads look side by side for what nearly every exemplar is asked then.
+        """
+        if self.run.workers > 1:
+            with self.run.pool() as each:
+                each(lambda name: getattr(self, name), ("lattices", "courses", "element"))
         return improved(self.exemplar)
 
     @cached_property

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from threading import Event
@@ -130,19 +130,14 @@ class Run:
         if self.workers == 1:
             yield _in_turn
             return
-        with nullcontext(self._crew) if self._crew else ThreadPoolExecutor(self.workers) as executor:
-
-            def each(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
-                items = list(items)
-                return _in_turn(function, items) if len(items) < 2 else list(executor.map(function, items))
-
-            yield each
+        with nullcontext(self._crew) if self._crew else ThreadPoolExecutor(self.workers - 1) as others:
+            yield lambda function, items: _shared(function, list(items), others, self.workers - 1)
 
     @contextmanager
     def crew(self) -> Iterator[Run]:
         """Yield this run with threads that stay, for many pools one after another; what they do opens none."""
-        with ThreadPoolExecutor(self.workers) as executor:
-            yield replace(self, _crew=executor)
+        with ThreadPoolExecutor(max(self.workers - 1, 1)) as others:
+            yield replace(self, _crew=others)
 
 
 def run_of(run: Run | None) -> Run:
@@ -154,6 +149,27 @@ def run_of(run: Run | None) -> Run:
 
 def _in_turn(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
     return [function(item) for item in items]
+
+
+def _shared(function: Callable[[T], Any], items: list[T], others: ThreadPoolExecutor, most: int) -> list[Any]:
+    """What a function makes of every item, by this thread and as many others as are free; the first error, if any."""
+    made, errors, rest = [None] * len(items), dict[int, BaseException](), iter(range(len(items)))
+
+    def work() -> None:
+        for k in rest:
+            try:
+                made[k] = function(items[k])
+            except BaseException as error:  # is raised below, by the thread that asked
+                errors[k] = error
+                for _ in rest:
+                    pass
+
+    helping = [others.submit(work) for _ in range(min(most, len(items) - 1))]
+    work()
+    wait([each for each in helping if not each.cancel()])
+    if errors:
+        raise errors[min(errors)]
+    return made
 
 
 MASK = (1 << 64) - 1

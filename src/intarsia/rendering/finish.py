@@ -88,10 +88,13 @@ class Finishing:
                     return
                 steps = _with_mirrors(steps, wide, cell.moved(y0, x0), radius)
                 first = 2 * radius - 1
-                for c in range(steps.shape[2]):
+
+                def even(c: int) -> None:
                     field = fft.irfft2(fft.rfft2(steps[..., c], size) * spread, size)
                     added = np.rint(field[first : first + cell.height, first : first + cell.width])
                     colours.move(out[cell.y0 : cell.y1, cell.x0 : cell.x1], c, added, how.strength)
+
+                each(even, range(steps.shape[2]))
 
             each(level, cells)
             self.run.tick(1, 1)

@@ -159,10 +159,12 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
     return out
 
 
-def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool) -> Int32:
+def usage_rates(
+    feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool, run: Run | None = None
+) -> Int32:
     """What each showing of an exemplar pixel costs the next one, on a canvas of so many px."""
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
-    strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal)
+    strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
                                              for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
     return rates(strikes, price, due, in_step)
 
@@ -174,7 +176,9 @@ class GraphcutGrowth:
     there is one, says which pixels of a box must stay, whatever it costs, when a patch is cut in.
     """
 
-    def __init__(self, growth: Growth, stitch: GraphcutSettings, bar: Bar | None = None) -> None:
+    def __init__(
+        self, growth: Growth, stitch: GraphcutSettings, bar: Bar | None = None, run: Run | None = None
+    ) -> None:
         self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self.pieces = pieces_of(growth, self.price.knee)
@@ -194,12 +198,12 @@ class GraphcutGrowth:
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = (int(self.yx[y, x, 0]), int(self.yx[y, x, 1])), (y, x)
-        self.usage = self._counted(stitch.evenness)
+        self.usage = self._counted(stitch.evenness, run)
         self._map, self._prices = (self.grown, self.locked, self.pieces), (self.price, self.usage)
         self._told: Prices | None = None
         self.note((0, 0, *self.variant.shape))
 
-    def _counted(self, price: float) -> Usage:
+    def _counted(self, price: float, run: Run | None) -> Usage:
         """How often the map shows every exemplar pixel now, and what each showing costs."""
         feats, exemplars = self.growth.features, self.growth.exemplars
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
@@ -208,7 +212,7 @@ class GraphcutGrowth:
         rate = shown[:0]
         if price:
             price *= self.growth.seam_price("sharp").knee
-            rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None)
+            rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None, run)
         usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, shown)
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage

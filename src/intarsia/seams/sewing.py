@@ -54,8 +54,8 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
     if canvas.guide is not None:
         return _guided(method, exemplars, canvas, seed, run)
     growth = Growth(settings_of(method), exemplars, canvas)
-    sewn = GraphcutGrowth(growth, stitch_of(method))
     with run.crew() as crew:
+        sewn = GraphcutGrowth(growth, stitch_of(method), run=crew)
         fill(sewn, seed, STAGE, crew, method.refinements)
         expand(sewn, crew, method.refinements, int(growth.windows.sum()), 1)
     return growth.map(method.blend)
@@ -66,7 +66,7 @@ def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, r
     stages = Stages(settings_of(method, method.usage), exemplars, canvas, method.blend)
     in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
     for growth in stages:
-        sewn = GraphcutGrowth(growth, stitch_of(method))
+        sewn = GraphcutGrowth(growth, stitch_of(method), run=in_turn)
         growth.fill(seed, STAGE, in_turn, choose=TOLERANCE, join=sewn.join)
     return stages.map
 

@@ -74,7 +74,7 @@ def plan_of(request: Request, scene: Scene) -> Plan:
     elif request.verb == "heal":
         plan = completion.planned_for_holes(scene, request.chosen, request.edge)
     else:
-        plan = planned(scene, request.chosen)
+        plan = planned(scene, request.chosen, run=Run(request.threads))
     if plan.choice is None and request.repair:
         repair.check_repair(plan.method, request.repair)
     return with_joins(plan, request)
