@@ -159,9 +159,7 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
     return out
 
 
-def usage_rates(
-    feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool, run: Run | None = None
-) -> Int32:
+def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool, run: Run) -> Int32:
     """What each showing of an exemplar pixel costs the next one, on a canvas of so many px."""
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
     strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
@@ -198,12 +196,12 @@ class GraphcutGrowth:
         if stitch.lattice and (self.variant == 0).any():
             y, x = divmod(int((self.variant == 0).argmax()), self.variant.shape[1])
             self.first = (int(self.yx[y, x, 0]), int(self.yx[y, x, 1])), (y, x)
-        self.usage = self._counted(stitch.evenness, run)
+        self.usage = self._counted(stitch.evenness, run or Run())
         self._map, self._prices = (self.grown, self.locked, self.pieces), (self.price, self.usage)
         self._told: Prices | None = None
         self.note((0, 0, *self.variant.shape))
 
-    def _counted(self, price: float, run: Run | None) -> Usage:
+    def _counted(self, price: float, run: Run) -> Usage:
         """How often the map shows every exemplar pixel now, and what each showing costs."""
         feats, exemplars = self.growth.features, self.growth.exemplars
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])

@@ -114,7 +114,7 @@ def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, 
         for n, e in enumerate(exemplars)
     ])  # fmt: skip
     feats, area = features(exemplars, method.channel_weights, method.structure), smap.height * smap.width
-    rate = usage_rates(feats, exemplars, area, FINE * method.evenness, method.lattice is not None)
+    rate = usage_rates(feats, exemplars, area, FINE * method.evenness, method.lattice is not None, Run())
     return {"use": int((rate * shown * (shown - 1)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
 
 
