@@ -404,7 +404,8 @@ def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window
     rows = _neighbours(layout.rows, layout.patch[0] + around, layout.height, layout.wrap_y)
     columns = _neighbours(layout.columns, layout.patch[1] + around, layout.width, layout.wrap_x)
     reach = [b - a for a, near in enumerate(columns) for b in near]
-    slope = 1 + max((r for r in reach if r <= len(columns) // 2), default=0)
+    half = len(columns) // 2 if layout.wrap_x else len(columns)
+    slope = 1 + max((r for r in reach if r <= half), default=0)
     out: list[list[Window]] = []
     if not (layout.wrap_y or layout.wrap_x) and wanted.all():  # what the loop below finds, in closed form
         r, c = np.indices(wanted.shape)

@@ -51,6 +51,8 @@ class Repair:
         No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
     grown : int
         How often all pieces grow after that.
+    structure : float
+        Weight of outlines in the search.
     """
 
     patch: Pair
@@ -59,6 +61,7 @@ class Repair:
     isometries: Poses = "none"
     distance: int = 0
     grown: int = 0
+    structure: float = STRUCTURE
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,8 +205,8 @@ class Repairing:
 
     def __init__(self, repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap) -> None:
         settings = PatchSettings(
-            repair.patch, (repair.patch[0] // 4, repair.patch[1] // 4), weights=repair.weights, structure=STRUCTURE,
-            isometries=repair.isometries, rim=1,
+            repair.patch, (repair.patch[0] // 4, repair.patch[1] // 4), weights=repair.weights,
+            structure=repair.structure, isometries=repair.isometries, rim=1,
         )  # fmt: skip
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
         self.growth = Growth(settings, exemplars, whole)

@@ -83,7 +83,7 @@ def settled(made: Synthesis, run: Run) -> Synthesis:
     canvas = made.canvas
     assert canvas is not None
     high, wide = (min(n, max(round(n * FINER), LEAST_WINDOW)) for n in (rows, columns))
-    asked = replace(repair_of(made.method, made.exemplars, COVERED), patch=(high, wide), grown=GROWN)
+    asked = replace(repair_of(made.method, made.exemplars, COVERED), patch=(high, wide), grown=GROWN, structure=0)
     return replace(made, map=repairs.repaired(asked, made.exemplars, canvas, made.map, run).map)
 
 

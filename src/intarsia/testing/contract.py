@@ -85,9 +85,9 @@ class Laws:
         """Return at which of so many steps cancelling is tested."""
         return range(1, count + 1)
 
-    def rim(self, exemplars: Exemplars, size: Pair) -> int:
+    def rim(self, exemplars: Exemplars, start: SourceMap) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
-        resolved = self.method.resolved(exemplars, Canvas(*size))
+        resolved = self.method.resolved(exemplars, Canvas(start.height, start.width, start.wrap, start))
         return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
 
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
@@ -145,7 +145,7 @@ class StartLaws(Laws):
             start, feather = self._start(case, hole), 3
             out = case.grow(self.method, start=start)
             assert not out.map.holes.any()
-            rim = self.rim(case.exemplars, case.size)
+            rim = self.rim(case.exemplars, start)
             far = depth(start, case.wrap)
             assert same_pixels(out.map, start, far > rim)
             before = laid_over(case.grow(self.method).map, start)
@@ -189,7 +189,7 @@ class StartLaws(Laws):
         start = with_hole(identity((below.source, sampled.source), 0), holes)
         out = synthesize([below, sampled], None, self.method, start=start, run=Run(threads=1))
         assert (out.map.numbers[holes] == 1).all()
-        deep = depth(start, Wrap.NONE) > self.rim((below, sampled), (26, 30))
+        deep = depth(start, Wrap.NONE) > self.rim((below, sampled), start)
         assert (out.map.numbers[deep] == 0).all()
         assert (out.render(feather=0).pixels[deep] == below.base.pixels[deep]).all()
 

@@ -1,0 +1,47 @@
+"""Windows that are worked on at the same time never touch what another one reads or writes."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.foundation.geometry import apart, laid
+from intarsia.patches import WindowGrid, waves
+from intarsia.testing import texture
+
+PATCH, OVERLAP = (9, 14), (2, 5)
+
+
+def grid(height: int, width: int, wraps: tuple[bool, bool]) -> WindowGrid:
+    (rows, high), (columns, wide) = (
+        laid(*axis) for axis in zip((height, width), PATCH, OVERLAP, wraps, strict=True)
+    )
+    return WindowGrid(tuple(rows), tuple(columns), (high, wide), height, width, *wraps, None)
+
+
+@pytest.mark.parametrize("around", [0, 4, 15])
+@pytest.mark.parametrize("wraps", list(itertools.product([False, True], repeat=2)))
+def test_windows_of_a_wave_lie_apart_on_canvases_of_any_width(wraps: tuple[bool, bool], around: int) -> None:
+    """Where the last window is moved in from the border it may overlap the one before the last, too."""
+    for height, width in itertools.product((9, 13, 22, 40), range(14, 90)):
+        layout = grid(height, width, wraps)
+        found = waves(layout, np.ones(layout.shape, bool), around)
+        assert sorted(itertools.chain(*found)) == sorted(np.ndindex(*layout.shape))
+        for a, b in itertools.chain(*(itertools.combinations(wave, 2) for wave in found)):
+            away = [
+                apart(p, q, length, wrap)
+                for p, q, length, wrap in zip(layout.at(*a), layout.at(*b), (height, width), wraps, strict=True)
+            ]
+            assert any(n >= side + around for n, side in zip(away, layout.patch, strict=True)), (height, width, a, b)
+
+
+@pytest.mark.parametrize("width", [24, 25, 26])
+def test_on_a_canvas_of_three_windows_threads_change_no_byte(width: int) -> None:
+    exemplar = ia.Exemplar.of(texture(28, 29, 2, 1), toroidal=True)
+    method = ia.ImageQuilting(patch=PATCH[::-1], overlap=OVERLAP[::-1])
+    for seed in range(4):
+        one, two = (ia.synthesize(exemplar, (22, width), method, seed=seed, run=ia.Run(n)).map for n in (1, 2))
+        assert one.digest == two.digest
