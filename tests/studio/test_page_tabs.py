@@ -69,6 +69,7 @@ def test_a_page_that_comes_late_is_told_how_things_are_by_a_line_of_its_own(page
     asked = """() => new Promise(told => {
       const ear = new SharedWorker("/static/js/core/ear.js");
       ear.port.onmessage = e => e.data.kind === "here" && told(e.data.told);
+      setTimeout(() => told("nothing"), 20000);
     })"""
     assert page.page.evaluate(asked) is True
 
