@@ -108,7 +108,7 @@ CLASSES = {
     "weave": "equal-periods",
     "checkerboard": "equal-periods",
     "constant": "one-colour",
-    "stripes": "rows",
+    "stripes": "in-step",  # rows without joints
     "noise_pink": "elements",
     "pebbles_black": "in-step",  # they lie about a grid of 14 px
     "noise_white": "elements",

@@ -9,7 +9,7 @@ import numpy as np
 
 FAR = 1 << 60
 UNREADABLE, STEP = 1 << 20, 8
-FACE, OPEN = -1, -2
+FACE = -1
 
 
 def cheapest_cost(cost: np.ndarray) -> int:
@@ -78,32 +78,6 @@ def best_chain_cost(length, sizes, start, joint, pair, closing, rules) -> int:
     return best
 
 
-def leap_costs(strip: np.ndarray, half: int, spare: int) -> np.ndarray:
-    height, n, _ = strip.shape
-    out = np.full((n, n), FAR, np.int64)
-    for x in range(spare, min(n, n - spare + 1)):
-        for z in range(spare, min(n, n - spare + 1)):
-            total = 0
-            for t in range(-half, half):
-                d = strip[:, x + t].astype(np.int64) - strip[:, z + t]
-                total += int(16.0 * math.sqrt(int((d * d).sum()) // height))
-            out[x, z] = total // (2 * half)
-    return out
-
-
-def best_leaps(costs: np.ndarray, apart: int, keep: int) -> np.ndarray:
-    n = len(costs)
-    out = np.full((n, keep), -1, np.int64)
-    for x in range(n):
-        found: list[int] = []
-        for z in sorted(range(n), key=lambda z: (costs[x, z], z)):
-            far = abs(z - x) >= apart and all(2 * abs(z - other) >= apart for other in found)
-            if costs[x, z] < FAR and far and len(found) < keep:
-                found.append(z)
-        out[x, : len(found)] = found
-    return out
-
-
 def apart(picture, a, b, y, x) -> int:
     h, w = picture.shape[:2]
     one = picture[min(max(a, 0), h - 1), min(max(b, 0), w - 1)].astype(np.int64)
@@ -116,8 +90,6 @@ def astray(scene, piece, y, x, side) -> int:
     if not (0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x]):
         return UNREADABLE
     kind, end = piece[5 + side], piece[7 + side]
-    if kind == OPEN:
-        return 0
     limit = (end + halves[0] if side == 0 else end - halves[1]) if kind == FACE else joints[kind, y]
     return int(faces[y, x]) + STEP if (x < limit) == (side == 0) else 0
 

@@ -276,8 +276,8 @@ def test_threads_change_nothing() -> None:
     assert len(digests) == 1
 
 
-def test_boards_go_on_without_joints() -> None:
-    """Courses without joints: every course of the output is one course of the exemplar, in place."""
+def test_boards_are_laid_whole_and_grown_in_step() -> None:
+    """Courses without joints: each is one board to be laid, in place; by itself `auto` keeps them in step."""
     y = np.mgrid[:160, :240][0]
     tone = np.array([120, 180, 150, 200, 100, 160, 140, 190])[y // 20]
     grain = (noise(160, 240, 4) % np.uint64(20)).astype(int)
@@ -286,9 +286,16 @@ def test_boards_go_on_without_joints() -> None:
     assert bricks_of(brickwork_of(picture, np.ones(picture.shape[:2], bool), (20 * 256, 0))) is None
     made = ia.synthesize(pixels, (200, 700), ia.NearRegular(lattice=((0, 20),)), seed=2)
     board = made.map.yx[:, :, 0] // 20
-    seen = [np.unique(board[i * 20 + 6 : i * 20 + 17]) for i in range(9)]
-    assert all(len(some) == 1 for some in seen)
-    assert all(a[0] != b[0] for a, b in pairwise(seen))
+    for i in range(9):
+        row = board[i * 20 + 10]
+        ends = np.flatnonzero(np.diff(made.map.yx[i * 20 + 10, :, 1]) != 1)
+        assert (board[i * 20 + 6 : i * 20 + 17] == row).mean() > 0.98  # cuts of ends wander a little
+        assert 2 <= len(ends) <= 5
+        assert np.diff(ends).min() > 100
+    grown = ia.synthesize(pixels, (200, 300), seed=2)
+    assert (grown.method.slug, np.round(grown.method.lattice).tolist()) == ("graphcut", [[0, 20]])
+    off = (grown.map.yx[:, :, 0] - np.arange(200)[:, None]) % 20
+    assert np.isin((off - off[0, 0] + 10) % 20, range(7, 14)).all()  # give or take 3 px
 
 
 def draws(shape, seed: int, below: int) -> np.ndarray:
@@ -325,31 +332,6 @@ def test_chains_are_the_best(seed: int) -> None:
     assert cost == naive.best_chain_cost(*arguments)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_leaps_are_the_cheapest(seed: int) -> None:
-    strip = texture(6, 30, 2, seed).astype(np.int16)
-    costs = wall_kernels.leap_costs(strip, 2, 4)
-    np.testing.assert_array_equal(costs, naive.leap_costs(strip, 2, 4))
-    for apart, keep in ((1, 30), (9, 3)):
-        found = wall_kernels.best_leaps(costs, apart, keep)
-        np.testing.assert_array_equal(found, naive.best_leaps(costs, apart, keep))
-
-
-@pytest.mark.parametrize("length", [1, 7, 40, 130])
-def test_walks_arrive(length: int) -> None:
-    """A walk of leaps is as long as asked for, begins and ends where it must, and leaps only where it may."""
-    costs = wall_kernels.leap_costs(texture(6, 30, 1, 3).astype(np.int16), 2, 4)
-    leaps = wall_kernels.best_leaps(costs, 9, 4)
-    out = np.empty((length + 1, 3), np.int64)
-    count = wall_kernels.leap(length, costs, leaps, np.array([6, 11]), 5, np.uint64(7), out)
-    at, u = 6, 0
-    for v, x, z in out[:count][::-1]:
-        assert x == at + v - u
-        assert z in leaps[x]
-        at, u = z, v
-    assert at + length - u <= 30
-
-
 def scene_of(seed: int):
     picture = texture(24, 40, 2, seed).astype(np.int16)
     usable = np.ones((24, 40), bool)
@@ -359,11 +341,11 @@ def scene_of(seed: int):
     return picture, usable, draws((24, 40), seed, 200), beds, joints, np.array([2, 1], np.int64)
 
 
-@pytest.mark.parametrize("kinds", [(1, 0), (-1, 0), (1, -1), (-2, -2)])
+@pytest.mark.parametrize("kinds", [(1, 0), (-1, 0), (1, -1)])
 def test_pieces_are_cut_as_their_twins(kinds: tuple[int, int]) -> None:
     scene = scene_of(sum(kinds) + 5)
-    left = np.array([0, 14, 11, 2, 0, -2, kinds[0], 0, 25, 0], np.int64)
-    right = np.array([14, 30, -2, 1, 0, kinds[1], -2, 12, 30, 0], np.int64)
+    left = np.array([0, 14, 11, 2, 0, -1, kinds[0], 0, 25, 0], np.int64)
+    right = np.array([14, 30, -2, 1, 0, kinds[1], -1, 12, 30, 0], np.int64)
     cost, gap = naive.junction_costs(scene, left, right, 1, 16, 4)
     cut = np.empty(16, np.int64)
     wall_kernels.junction(scene, left, right, 1, cut, 4)

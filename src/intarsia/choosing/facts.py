@@ -52,7 +52,6 @@ LOOSE = 1.0  # px (rms) by which points are missed; halved: the same, doubled: s
 ROWS = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
 HINT = 0.045  # so much better than what lies between them; halved: the same, doubled: six textures lose it
 BRICKS = 0.5  # of courses must be whole bricks: of seven textures of courses 0.62 and more, of text 0.28
-BOARDS = 0.7  # coherence of boards: 0.91 and 0.95 of two
 ALONG = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
 
 
@@ -148,7 +147,7 @@ class Facts:
     def lattice(self) -> Lattice | None:
         """The lattice, where there is one to grow by: of two vectors rather than of rows.
 
-        Rows are none to grow by where they are no courses of bricks or boards: lines of text are cut by them.
+        Rows are none to grow by where they are no courses of bricks: lines of text are cut by them.
         """
         found = self.lattices.accepted
         rows = found is not None and found.kind == "1-D" and self.two is None
@@ -158,8 +157,8 @@ class Facts:
     def about(self) -> Lattice | None:
         """The lattice that its elements lie about, where that is sure enough for patches that can go around them.
 
-        One to grow by, one too loose for that, rows that are no courses, such as lines of text, or, where there are no
-        rows, one that its peaks tell, low as they are.
+        One to grow by, one too loose for that, rows that are no courses of bricks, such as lines of text or boards, or,
+        where there are no rows, one that its peaks tell, low as they are.
         """
         known = self.lattice or self.lattices.accepted
         if known is None:
@@ -257,9 +256,8 @@ class Facts:
         return unequal.sure_masonry(self.exemplar)
 
     def _laid(self, rows: Lattice) -> bool:
-        """Whether rows are courses: of bricks with joints that fill half of them, or of boards that run along."""
-        share = wall.brick_share(vectors_of(rows), self.exemplar)
-        return share >= BRICKS if share else self.structure.coherence >= BOARDS
+        """Whether rows are courses, of bricks with joints that fill half of them."""
+        return wall.brick_share(vectors_of(rows), self.exemplar) >= BRICKS
 
     @cached_property
     def symmetry(self) -> tuple[int, ...]:

@@ -19,8 +19,8 @@ from ..foundation.arrays import Array, Int64, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import below, draw
 from . import wall_kernels
-from .brickwork import Bricks, Brickwork
-from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
+from .brickwork import SORTING, Bricks, Brickwork
+from .rows import DEALT, STAGE, Piece, Rows, dealt
 from .unequal import UNEQUAL
 from .wall_kernels import FACE
 
@@ -68,13 +68,16 @@ class Laying(NamedTuple):
 LAYING = Laying()
 
 
-class Chains(CourseLayout):
+class Chains:
     """Chains of bricks along the courses of an endless canvas; `own`: how high each is, where courses are unequal."""
 
     def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int, own: Int64 | None = None) -> None:
-        usual = max(bricks.usual, 1.0)
-        super().__init__(rows, seed, round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT))  # whole bricks
-        self.bricks = bricks
+        self.rows, self.seed, self.bricks = rows, seed, bricks
+        usual, wide = max(bricks.usual, 1.0), rows.width
+        step = round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT)  # whole bricks
+        # Px from anchor to anchor, as a fraction: of a canvas that wraps, and how many are around it.
+        self.pace = (wide, max(1, round(wide * UNIT / step))) if wide else (step, UNIT)
+        self._known, self._anchors = dict[Pair, list[Piece]](), dict[Pair, int]()
         sizes = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
         self.mean = np.array([sizes[k].mean() for k in bricks.table[:, 0]])
         # Px by which a joint may be wider or narrower, what a brick costs that is cut to fit, times that a chain is
@@ -84,6 +87,36 @@ class Chains(CourseLayout):
         if own is not None:
             self.give, self.cut = min(max(work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
             self.rounds, self.cards = LAYING.rounds, [_alike(bricks, own, height) for height in rows.heights]
+
+    def pieces(self, i: int, first: int, end: int) -> list[Piece]:
+        """The pieces of course i that touch some columns, from left to right."""
+        s = first * self.pace[1] // self.pace[0] - 1
+        found: list[Piece] = []
+        while self.anchor(i, s) < end:
+            found += [p for p in self.chain(i, s) if p.end > first and p.first < end]
+            s += 1
+        return found
+
+    def anchor(self, i: int, s: int) -> int:
+        """The column of anchor s of course i."""
+        i, s, by = self.named(i, s)
+        if (i, s) not in self._anchors:
+            whole, parts = self.pace
+            place = s * whole // parts
+            self._anchors[i, s] = place + self._late(i, s, place, whole // parts // 2)
+        return self._anchors[i, s] + by
+
+    def chain(self, i: int, s: int) -> list[Piece]:
+        """The pieces of course i between its anchors s and s + 1."""
+        i, s, by = self.named(i, s)
+        if (i, s) not in self._known:
+            self._known[i, s] = self._chained(i, s)
+        return [p._replace(first=p.first + by, end=p.end + by) for p in self._known[i, s]]
+
+    def named(self, i: int, s: int) -> tuple[int, int, int]:
+        """The course and the anchor that are the same around a canvas, and how many columns further on they lie."""
+        turns, s = divmod(s, self.pace[1]) if self.rows.width else (0, s)
+        return self.rows.named(i, turns), s, turns * self.rows.width
 
     def _around(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
         """The chains around that came before: how many courses off, and their pieces."""
@@ -96,7 +129,7 @@ class Chains(CourseLayout):
         return [] if s == 0 and self.rows.turn else self._around(i, s)
 
     def _late(self, i: int, s: int, place: int, room: int) -> int:
-        """Where its joint lies best above and below those that are there."""
+        """How far behind its place an anchor lies, less than `room`: best above and below the joints that are there."""
         choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
         drawn = [below(COSTS.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
@@ -125,7 +158,7 @@ class Chains(CourseLayout):
         mine = order[hand * held : (hand + 1) * held]
         start = [e for e in mine if self.bricks.table[e, 3] != FACE]
         if not start:
-            start = [e for e in order if self.bricks.table[e, 3] != FACE][:1]
+            start = ([e for e in order if self.bricks.table[e, 3] != FACE] or order)[:1]
             mine = [*start, *mine[1:]]
         at, around = self.anchor(i, s), self._around_anchor(i, s)
         # A brick of the same kind nearby makes another one begin.
@@ -218,6 +251,19 @@ class Chains(CourseLayout):
                 if p.brick in places and low < high:
                     cost[places[p.brick], low:high] += fall[low - at : high - at] // off
         return np.ascontiguousarray(cost, np.int64)
+
+
+def boards_of(work: Brickwork) -> Bricks:
+    """Courses without joints: each is one brick, which the border of the exemplar cuts at both ends."""
+    table = []
+    for k in work.courses:
+        x0, x1 = work.spans[k]
+        spare = min(SORTING.margin, (x1 - x0 - 1) // 2)
+        table.append((k, x0 + spare, x1 - spare, FACE, FACE))
+    usual = float(np.mean([end - begin for _, begin, end, _, _ in table]))
+    free = np.zeros(int(2 * usual) + 2, np.int64)  # no joint lies better than another
+    least = max(2, int(SORTING.half * usual))
+    return Bricks(np.array(table, np.int64), usual, least, free, free, int(usual / 2))
 
 
 def _alike(bricks: Bricks, own: Int64, height: int) -> list[int]:

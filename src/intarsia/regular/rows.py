@@ -1,14 +1,10 @@
 """Where the courses of a canvas lie: straight rows at exact places, which close around a wrapped canvas.
 
 Courses of one pitch are courses of one height, 1.
-
-What lies in a course is made from anchor to anchor, columns that follow from their number and the seed alone: any part
-can be made without the others.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
@@ -163,57 +159,8 @@ class Piece(NamedTuple):
     end: int
     source: int  # the exemplar column that `first` shows
     course: int  # of the exemplar that it is a piece of
-    left: int  # what lies at its left end: a joint, FACE or OPEN
+    left: int  # what lies at its left end: a joint, or FACE
     right: int  # and at its right end
     low: int  # the exemplar column of the left end
     high: int  # and of the right one
     brick: int  # its number
-
-
-class CourseLayout(ABC):
-    """What lies where in the courses of an endless canvas; `step`: 1/256 px from anchor to anchor."""
-
-    def __init__(self, rows: Rows, seed: int, step: int) -> None:
-        self.rows, self.seed = rows, seed
-        wide = rows.width
-        # Px from anchor to anchor, as a fraction: of a canvas that wraps, and how many are around it.
-        self.pace = (wide, max(1, round(wide * UNIT / step))) if wide else (step, UNIT)
-        self._known, self._anchors = dict[Pair, list[Piece]](), dict[Pair, int]()
-
-    def pieces(self, i: int, first: int, end: int) -> list[Piece]:
-        """The pieces of course i that touch some columns, from left to right."""
-        s = first * self.pace[1] // self.pace[0] - 1
-        found: list[Piece] = []
-        while self.anchor(i, s) < end:
-            found += [p for p in self.chain(i, s) if p.end > first and p.first < end]
-            s += 1
-        return found
-
-    def anchor(self, i: int, s: int) -> int:
-        """The column of anchor s of course i."""
-        i, s, by = self.named(i, s)
-        if (i, s) not in self._anchors:
-            whole, parts = self.pace
-            place = s * whole // parts
-            self._anchors[i, s] = place + self._late(i, s, place, whole // parts // 2)
-        return self._anchors[i, s] + by
-
-    def chain(self, i: int, s: int) -> list[Piece]:
-        """The pieces of course i between its anchors s and s + 1."""
-        i, s, by = self.named(i, s)
-        if (i, s) not in self._known:
-            self._known[i, s] = self._chained(i, s)
-        return [p._replace(first=p.first + by, end=p.end + by) for p in self._known[i, s]]
-
-    def named(self, i: int, s: int) -> tuple[int, int, int]:
-        """The course and the anchor that are the same around a canvas, and how many columns further on they lie."""
-        turns, s = divmod(s, self.pace[1]) if self.rows.width else (0, s)
-        return self.rows.named(i, turns), s, turns * self.rows.width
-
-    @abstractmethod
-    def _late(self, i: int, s: int, place: int, room: int) -> int:
-        """How far behind its place an anchor lies, less than `room` so that anchors stay in order."""
-
-    @abstractmethod
-    def _chained(self, i: int, s: int) -> list[Piece]:
-        """The pieces from an anchor to the next."""

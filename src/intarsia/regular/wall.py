@@ -1,4 +1,4 @@
-"""Textures of courses: rows of whole bricks or of boards, at one pitch, with joints wherever they may be.
+"""Textures of courses: rows of whole bricks, at one pitch or of unequal heights, with joints wherever they may be.
 
 What lies where depends only on its place and the seed: any window of the endless texture can be made alone.
 
@@ -21,126 +21,20 @@ from numpy.typing import NDArray
 from ..analysis import nearest
 from ..analysis.features import features
 from ..foundation import MethodError
-from ..foundation.arrays import Array, Int16, Int32, Int64, Laid, Pair
+from ..foundation.arrays import Array, Int32, Int64, Laid, Pair
 from ..foundation.filters import highest
 from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
-from ..foundation.run import Run, below, draw
+from ..foundation.run import Run
 from ..kernels import paths
 from ..lattice import Pairs, cell_of
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
-from .chains import Chains
-from .rows import DEALT, STAGE, CourseLayout, Piece, Rows, dealt
+from .chains import Chains, boards_of
+from .rows import Piece, Rows
 from .unequal import UNEQUAL, faces_at_joints, masonry_of
-from .wall_kernels import OPEN
-
-LONG = 1024  # px from anchor to anchor; halved and doubled: leaps elsewhere, nothing is seen
-
-
-class Leaps(NamedTuple):
-    """How boards leap; seams are what leaps differ by on planks and on a knotted board of 320 px (docs/design/012)."""
-
-    keep: int = 10  # from every column, so that a walk is short; 5 and 20: the same
-    overlap: int = 10  # columns compared on each side; halved: seams of 48.7 instead of 47.0, doubled: 48.6 for 47.2
-    spare: int = 32  # columns on each side in which the cut may wander; halved: 55.7 for 47.2, doubled: 46.1
-    longest: int = 1024  # columns of a course that are used: the table of leaps takes 8 MiB of them
-    small: int = 64  # columns of a course that may leap from anywhere to anywhere; halved: the same
-    loop: int = 45  # percent of its columns that a leap goes at least, or knots return; 22: 52.0, 60: 61.0 for 47.2
-    shade: int = 60  # a change of colour, where a difference of single pixels counts 16; 0: 56.8, 30: 54.4, 240: 46.1
-    fee: float = 0.1  # of leaps are cheaper than what each costs besides; halved and doubled: 8 % of pixels change
-
-
-LEAPS = Leaps()
-
-
-class Boards(CourseLayout):
-    """Courses without joints along the rows of an endless canvas; each shows one course of the exemplar."""
-
-    def __init__(self, picture: Int16, work: Brickwork, rows: Rows, seed: int) -> None:
-        super().__init__(rows, seed, LONG * UNIT)
-        self.picture, self.work = picture, work
-        self._leaps: dict[int, tuple[Array, Array, int]] = {}
-
-    def course(self, i: int) -> int:
-        """The exemplar's course that a course shows: dealt from shuffled decks, no two alike side by side."""
-        around = self.rows.around
-        closed = math.gcd(self.rows.turn, around)
-        i = i % closed if closed else i  # once around a board meets itself
-        courses = self.work.courses
-        n = len(courses)
-        number, at = divmod(i, n)
-        order, before, first = (list(dealt(n, self.seed, DEALT, m, 0)) for m in (number, number - 1, 0))
-        if n > 2 and order[0] == before[-1]:
-            order[0], order[1] = order[1], order[0]
-        if around and n > 2 and i == around - 1 and order[at] == first[0]:
-            at = (at + 1) % n
-        return courses[order[at]]
-
-    def _late(self, i: int, s: int, place: int, room: int) -> int:
-        return below(max(1, room), draw(self.seed, STAGE, 1, i, s))
-
-    def _shown(self, i: int, s: int) -> int:
-        """The column of its board that an anchor shows."""
-        i, s, _ = self.named(i, s)
-        costs, _, half = self._table(self.course(i))
-        return half + below(max(1, len(costs) - 3 * half), draw(self.seed, STAGE, 2, i, s))
-
-    def _chained(self, i: int, s: int) -> list[Piece]:
-        k = self.course(i)
-        costs, leaps, _ = self._table(k)
-        first, here, there = self.anchor(i, s), self._shown(i, s), self._shown(i, s + 1)
-        length = self.anchor(i, s + 1) - first
-        known = costs[costs < wall_kernels.FAR]
-        fee = int(np.quantile(known, LEAPS.fee)) if len(known) else 1
-        out = np.empty((length + 1, 3), np.int64)
-        key = np.uint64(draw(self.seed, STAGE, 3, i, s))
-        count = wall_kernels.leap(length, costs, leaps, np.array([here, there], np.int64), max(fee, 1), key, out)
-        x0, x1 = self._span(k)
-        pieces, at, shown = [], 0, here
-        for u, _, to in [*out[:count][::-1].tolist(), (length, 0, 0)]:
-            if u > at:
-                low = x0 + shown
-                pieces.append(Piece(first + at, first + u, low, k, OPEN, OPEN, x0, x1, k))
-            at, shown = u, to
-        return pieces
-
-    def _span(self, k: int) -> Pair:
-        x0, x1 = self.work.spans[k]
-        spare = max(0, x1 - x0 - LEAPS.longest) // 2
-        return x0 + spare, x1 - spare
-
-    def _table(self, k: int) -> tuple[Array, Array, int]:
-        """What leaps in a course cost, and the best from every column."""
-        if k not in self._leaps:
-            x0, x1 = self._span(k)
-            x = np.arange(x0, x1)
-            above, below_ = self.work.beds[k], self.work.beds[k + 1]
-            tall = max(1, self.work.line.pitch // UNIT)
-            y = (above[x] + below_[x] - tall) // 2 + np.arange(tall)[:, None]
-            strip = self.picture[np.clip(y, 0, self.picture.shape[0] - 1), x]
-            n = x1 - x0
-            half = max(1, min(LEAPS.spare, n // 6))
-            costs = wall_kernels.leap_costs(np.ascontiguousarray(strip), min(LEAPS.overlap, half), half)
-            costs[costs < wall_kernels.FAR] += _shades(strip, 2 * half)[costs < wall_kernels.FAR]
-            apart, keep = (1, n) if n <= LEAPS.small else (LEAPS.loop * n // 100, LEAPS.keep)
-            self._leaps[k] = costs, wall_kernels.best_leaps(costs, apart, keep), half
-        return self._leaps[k]
-
-
-def _shades(strip: Array, wide: int) -> Int64:
-    """How much the colour of a board changes at each leap: before column x and from column z on, (n, n)."""
-    mean = strip.mean(axis=0)
-    total = np.concatenate([np.zeros((1, mean.shape[1])), np.cumsum(mean, axis=0)])
-    at = np.arange(len(mean))
-    first, end = np.maximum(at - wide, 0), np.minimum(at + wide, len(mean))
-    before = (total[at] - total[first]) / np.maximum(at - first, 1)[:, None]
-    after = (total[end] - total[at]) / np.maximum(end - at, 1)[:, None]
-    gap = np.sqrt(((before[:, None] - after) ** 2).sum(axis=2))
-    return np.asarray(np.rint(LEAPS.shade * gap), np.int64)
-
 
 Made = TypeVar("Made", bound=tuple[Array, ...])
 
@@ -183,7 +77,6 @@ RIM = 4  # joints are so many times as wide as rims of stones, which count as fa
 class Reach(NamedTuple):
     """How far cuts wander, and what they pay; of nine walls of 320 px, less than 1 % changes where nothing is said."""
 
-    open: int = 32  # px aside between two boards; halved: seams of 53.5 instead of 47.2, doubled: 48.3
     beyond: int = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
     most: int = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
     bed: int = 4  # times that goes into the pitch; halved and doubled: 5 % of the planks, nothing is seen
@@ -228,7 +121,7 @@ class Wall:
     """An endless wall of courses."""
 
     work: Brickwork  # what the exemplar holds; its courses run along x
-    layout: Chains | Boards  # which piece lies where
+    layout: Chains  # which piece lies where
     rows: Rows  # where the courses lie
     scene: tuple[Any, ...]  # what the kernels show: see :mod:`intarsia.regular.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
@@ -244,15 +137,14 @@ class Wall:
 
         MethodError where no course is whole, ParameterError where rows cannot close.
         """
-        layout: Chains | Boards
         if lattice is None:
             picture, usable, upright, work, bricks, own, heights, _ = masonry_of(exemplar, weights)
             layout = Chains(work, bricks, Rows.stacked(heights, canvas, upright, seed), seed, own)
             shown = highest(work.faces, work.thickness // RIM * 2 + 1, "symmetric")
         else:
             work, picture, usable, upright = courses_of(lattice, weights, exemplar)
-            rows, some, shown = Rows.equal(work.line, canvas, upright), bricks_of(work), work.faces
-            layout = Boards(picture, work, rows, seed) if some is None else Chains(work, some, rows, seed)
+            rows, shown = Rows.equal(work.line, canvas, upright), work.faces
+            layout = Chains(work, bricks_of(work) or boards_of(work), rows, seed)
         spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
         halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
         scene = (picture, usable, _weighted(picture, work, shown), work.beds, work.joints, halves)
@@ -320,7 +212,7 @@ class Wall:
 
     def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
         """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
-        spare = RUN_UP + 2 * REACH.open
+        spare = RUN_UP + 2 * REACH.most
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
         return each(self._strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
@@ -348,8 +240,6 @@ class Wall:
         line = self.work.line
         here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
         x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
-        if p.left == wall_kernels.OPEN:  # a board lies still: only its whole length tells where it is
-            x = np.arange(p.low, p.high)
         off = (self.work.beds[p.course][x] + self.work.beds[p.course + 1][x]) * UNIT - 2 * line.lean(x)
         place = int(off.sum()) // (2 * len(x)) + int(line.lean(np.array(here)))
         ty = (place - self.rows.place(2 * i + 1, away) + UNIT // 2) // UNIT + y0
@@ -360,9 +250,7 @@ class Wall:
         if k == 0:
             return 0, 1, 0
         left, right = pieces[k - 1], pieces[k]
-        wander = REACH.open
-        if left.right != wall_kernels.OPEN:
-            wander = min(self.work.thickness + REACH.beyond, REACH.most)
+        wander = min(self.work.thickness + REACH.beyond, REACH.most)
         wander = max(0, min(wander, (left.end - left.first) // 2 - 1, (right.end - right.first) // 2 - 1))
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander

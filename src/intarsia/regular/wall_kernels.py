@@ -4,8 +4,8 @@ A scene is what the exemplar shows: (picture (H, W, C) int16, usable (H, W), fac
 it does not belong, beds (n, W), joints (m, H), and (2,) how wide the right and the left half
 of a joint are). A piece is a row of nine numbers:
 first column and end on the canvas, what to add to a canvas column and row to read it, the number of its course,
-what lies at its left and right end (a joint's number; FACE: the course is cut there; OPEN: it runs on), and the
-exemplar columns of both ends.
+what lies at its left and right end (a joint's number; FACE: the course is cut there), and the exemplar columns of
+both ends.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.draws import below, draw
 from ..kernels.jit import kernel
 from ..kernels.paths import least_cut
 
@@ -104,95 +103,7 @@ def _written(length: int, sizes: Any, back: Any, found: Any, out: Any) -> int:
     return n
 
 
-@kernel
-def leap_costs(strip: Any, half: int, spare: int) -> Any:
-    """What it costs to leave a strip (h, n, C) before column x and go on at column z: (n, n) int64.
-
-    The mean distance (1/16 units) of the columns around both, `half` to each side; FAR nearer than `spare` columns
-    to an end.
-    """
-    height, n, channels = strip.shape
-    single = np.zeros((n, n), np.int64)
-    for x in range(n):
-        for z in range(x):
-            total = np.int64(0)
-            for y in range(height):
-                for c in range(channels):
-                    d = np.int64(strip[y, x, c]) - np.int64(strip[y, z, c])
-                    total += d * d
-            single[x, z] = single[z, x] = int(16.0 * np.sqrt(np.float64(total // height)))
-    out = np.full((n, n), FAR, np.int64)
-    for x in range(spare, min(n, n - spare + 1)):
-        for z in range(spare, min(n, n - spare + 1)):
-            total = np.int64(0)
-            for t in range(-half, half):
-                total += single[x + t, z + t]
-            out[x, z] = total // (2 * half)
-    return out
-
-
-@kernel
-def best_leaps(costs: Any, apart: int, keep: int) -> Any:
-    """The cheapest leaps from every column that go at least `apart` columns: targets (n, keep), -1 for none."""
-    n = len(costs)
-    out = np.full((n, keep), -1, np.int64)
-    for x in range(n):
-        order = np.argsort(costs[x], kind="mergesort")
-        count = 0
-        for z in order:
-            if costs[x, z] == FAR or count == keep:
-                break
-            near = abs(z - x) < apart
-            for k in range(count):
-                near |= 2 * abs(out[x, k] - z) < apart
-            if not near:
-                out[x, count] = z
-                count += 1
-    return out
-
-
-@kernel
-def leap(length: int, costs: Any, leaps: Any, ends: Any, fee: int, key: Any, out: Any) -> int:
-    """Walk `length` columns from ends[0] to ends[1] with the cheapest leaps: `out` (n, 3): column, from, to.
-
-    `fee`: what every leap costs besides; up to as much again is drawn by `key` (uint64) for each.
-    """
-    n, keep = leaps.shape
-    best = np.full((length + 1, n + 1), FAR, np.int64)
-    came = np.full((length + 1, n + 1), -1, np.int64)
-    best[0, ends[0]] = 0
-    for u in range(length + 1):
-        if u > 0:
-            for x in range(n):  # leaps at u: from what ran on to x
-                if best[u, x] == FAR or came[u, x] >= 0:
-                    continue
-                for k in range(keep):
-                    z = leaps[x, k]
-                    if z < 0:
-                        break
-                    cost = best[u, x] + costs[x, z] + fee + below(fee + 1, draw(key, 0, 0, x, z))
-                    if cost < best[u, z]:
-                        best[u, z], came[u, z] = cost, x
-        if u < length:
-            for x in range(n):
-                if best[u, x] < best[u + 1, x + 1]:
-                    best[u + 1, x + 1] = best[u, x]
-    last, least = ends[1], best[length, ends[1]]
-    for x in range(n):
-        cost = best[length, x] + costs[x, ends[1]] + fee if costs[x, ends[1]] < FAR else FAR
-        if best[length, x] < FAR and cost < least:
-            last, least = x, cost
-    count, u, x = 0, length, last
-    while u > 0:
-        if came[u, x] >= 0:
-            out[count, 0], out[count, 1], out[count, 2] = u, came[u, x], x
-            count += 1
-            x = came[u, x]
-        u, x = u - 1, x - 1
-    return count
-
-
-FACE, OPEN = -1, -2  # names, beside the numbers of joints
+FACE = -1  # beside the numbers of joints
 UNREADABLE = 1 << 20  # more than any cut costs without it: a hundred times the largest distance of two pixels
 STEP = 8  # what a pixel beyond its joint counts at least
 BEYOND = 1 << 40  # px: beyond any exemplar
@@ -223,7 +134,7 @@ def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> in
     """The column at which a piece begins (side 0) or ends (1) in a row of the exemplar, with its half of the joint."""
     if kind == FACE:
         return end + half if side == 0 else end - half
-    if kind == OPEN or not 0 <= y < joints.shape[1]:
+    if not 0 <= y < joints.shape[1]:
         return -BEYOND if side == 0 else BEYOND
     return int(joints[kind, y])
 
