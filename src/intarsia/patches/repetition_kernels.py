@@ -127,24 +127,40 @@ def edge_of(locked: Any, y0: int, x0: int, wrap: Any, known: Any, edge: Any) -> 
 
 
 @kernel
-def grain(flat: Any, begin: int, stride: int, channels: int, edge: Any) -> Any:
-    """Root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
-
-    `flat` holds the window from `begin` on, `stride` pixels a row.
-    """
+def cells_of(edge: Any, count: int) -> Any:
+    """The edge's pixels (count, 2), cell by cell, and where each cell that has some ends."""
     h, w = edge.shape
-    total = np.int64(0)
+    spots, ends = np.empty((count, 2), np.int64), np.empty(count, np.int64)
+    n, cells = 0, 0
     for y in range(0, h, CELL):
         for x in range(0, w, CELL):
-            for c in range(channels):
-                count, values, squares = np.int64(0), np.int64(0), np.int64(0)
-                for i in range(y, min(y + CELL, h)):
-                    for j in range(x, min(x + CELL, w)):
-                        if edge[i, j]:
-                            value = np.int64(flat[begin + (i * stride + j) * channels + c])
-                            count, values, squares = count + 1, values + value, squares + value * value
-                if count:
-                    total += squares - values * values // count
+            begin = n
+            for i in range(y, min(y + CELL, h)):
+                for j in range(x, min(x + CELL, w)):
+                    if edge[i, j]:
+                        spots[n, 0], spots[n, 1] = i, j
+                        n += 1
+            if n > begin:
+                ends[cells] = n
+                cells += 1
+    return spots, ends[:cells]
+
+
+@kernel
+def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: Any) -> Any:
+    """Root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
+
+    `flat` holds the window from `begin` on, `stride` pixels a row; `spots`, `ends` as :func:`cells_of` tells them.
+    """
+    total, first = np.int64(0), 0
+    for end in ends:
+        for c in range(channels):
+            values, squares = np.int64(0), np.int64(0)
+            for n in range(first, end):
+                value = np.int64(flat[begin + (spots[n, 0] * stride + spots[n, 1]) * channels + c])
+                values, squares = values + value, squares + value * value
+            total += squares - values * values // (end - first)
+        first = end
     return np.sqrt(np.float64(total))
 
 
@@ -166,27 +182,23 @@ def weigh_edge(
     for i in range(h):
         for j in range(w):
             total += known[i, j]
-    sums = np.zeros(((h + CELL - 1) // CELL, (w + CELL - 1) // CELL, channels + 1), np.int64)
-    own = grain(feats.ravel(), 0, w, channels, edge)
+    spots, ends = cells_of(edge, count)
+    own = grain(feats.ravel(), 0, w, channels, spots, ends)
     for n in range(len(rows)):
         v, u, s = rows[n, 1], rows[n, 2], rows[n, 3]
-        rough = own - grain(flat, table[v, 0] + (u * table[v, 3] + s) * channels, table[v, 3], channels, edge)
-        there = np.int64(GRAIN * rough * rough)
-        sums[:] = 0
-        for i in range(h):
-            for j in range(w):
-                if edge[i, j]:
-                    k = table[v, 0] + ((u + i) * table[v, 3] + s + j) * channels
-                    cell = sums[i // CELL, j // CELL]
-                    cell[channels] += 1
-                    for c in range(channels):
-                        d = np.int64(feats[i, j, c]) - flat[k + c]
-                        there += d * d
-                        cell[c] += d
-        for i in range(sums.shape[0]):
-            for j in range(sums.shape[1]):
-                for c in range(channels):
-                    there += TONE * sums[i, j, c] ** 2 // max(sums[i, j, channels], 1)
+        begin = table[v, 0] + (u * table[v, 3] + s) * channels
+        rough = own - grain(flat, begin, table[v, 3], channels, spots, ends)
+        there, first = np.int64(GRAIN * rough * rough), 0
+        for end in ends:
+            for c in range(channels):
+                steps = np.int64(0)
+                for k in range(first, end):
+                    i, j = spots[k, 0], spots[k, 1]
+                    d = np.int64(feats[i, j, c]) - flat[begin + (i * table[v, 3] + j) * channels + c]
+                    there += d * d
+                    steps += d
+                there += TONE * steps**2 // (end - first)
+            first = end
         rows[n, 0] = (rows[n, 0] + there // count * total) // 2
     for n in range(1, len(rows)):  # few rows: insertion keeps the order of equals
         k = n

@@ -32,8 +32,9 @@ class WorstSeams:
 
     def scores(self) -> Array:
         """What the middle half of the window around each cell costs, (rows, columns); nothing lies beyond a border."""
-        lines = [self.prices[y : y + CELL].sum(axis=(0, 2), dtype=np.int64) for y in range(0, len(self.prices), CELL)]
-        cells = np.add.reduceat(np.array(lines), np.arange(0, self.prices.shape[1], CELL), axis=1)
+        both = self.prices.reshape(len(self.prices), -1)  # to the right and below, pixel by pixel
+        cells: Array = np.add.reduceat(both, np.arange(0, both.shape[1], 2 * CELL), axis=1, dtype=np.int64)
+        cells = np.add.reduceat(cells, np.arange(0, len(cells), CELL), axis=0)
         for axis, (size, n, wrap) in enumerate(zip(self.patch, self.shape, self.wraps, strict=True)):
             cells = moving_sums(cells, axis, min(size // (4 * CELL), n // 2), "wrap" if wrap else "constant")
         return cells
@@ -45,7 +46,7 @@ class WorstSeams:
         """
         left, found = np.where(self._tired, 0, self.scores()), dict[Pair, Pair]()
         firsts = [np.array([self._first(axis, cell) for cell in range(n)]) for axis, n in enumerate(self.shape)]
-        for k in np.argsort(-left, axis=None, kind="stable").tolist():
+        for k in np.argsort(-left, axis=None, kind="stable")[: np.count_nonzero(left > 0)].tolist():
             at = divmod(k, self.shape[1])
             if left[at] <= 0:
                 continue
