@@ -14,11 +14,13 @@ from intarsia.kernels.maxflow import ABSENT, FREE, NEW, OLD
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.patches.growth import Growth
+from intarsia.seams import usage as pricing
 from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import Box, Cut, GraphcutGrowth
 from intarsia.seams.improve import expand, fill
 from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.seams.usage_kernels import MOST, SHARE, USUAL, Usage, rates
+from intarsia.seams.usage import MOST, RIM, USUAL, rates, rim
+from intarsia.seams.usage_kernels import SHARE, Usage
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
@@ -77,6 +79,40 @@ def test_what_many_pixels_do_does_not_strike() -> None:
     assert (rates(few, 4, 2)[:9] == 2 * SHARE * 17).all()
 
 
+@pytest.mark.parametrize("toroidal", [False, True])
+def test_the_rim_counts_as_shown(toroidal: bool) -> None:
+    """By how far the nearest px is that is none, of the exemplar and around it: as often as is due, less further in."""
+    usable = np.ones((31, 37), bool)
+    usable[12:14, 20:23] = usable[0, 0] = False
+    want = np.zeros((31, 37), int)
+    around = np.pad(usable, 10, mode="wrap" if toroidal else "constant")
+    gone = np.argwhere(~around) - 10
+    for y, x in np.argwhere(usable):
+        far = np.abs(gone - (y, x)).max(axis=1).min()
+        want[y, x] = np.rint(3.5 * max(RIM + 1 - far, 0) / RIM)
+    np.testing.assert_array_equal(rim(usable, toroidal, 3.5), want)
+    assert want.max() == 4
+    assert rim(np.ones((31, 37), bool), True, 3.5).max() == 0
+
+
+def test_cuts_keep_away_from_the_exemplars_border(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of all px of cuts a third more ends a piece beside its border where the rim counts as shown by none."""
+    shares = []
+    for _ in range(2):
+        near = total = 0
+        for name, seed in (("pebbles", 1), ("pebbles", 2), ("stones", 1), ("stones", 2)):
+            e = ia.read(f"sample:{name}")
+            yx = ia.synthesize(e, 400, ia.Graphcut(), seed=seed).map.yx.astype(int)
+            for axis in (0, 1):
+                here, there = (np.moveaxis(yx, axis, 0)[part] for part in (np.s_[:-1], np.s_[1:]))
+                seam = (there - here != np.eye(2, dtype=int)[axis]).any(axis=-1)
+                last = np.minimum(e.free.shape[axis] - 1 - here[..., axis], there[..., axis])[seam]
+                near, total = near + int((last <= 2).sum()), total + last.size
+        shares.append(near / total)
+        monkeypatch.setattr(pricing, "rim", lambda usable, toroidal, due: np.zeros(usable.shape, np.int32))
+    assert shares[1] > 1.33 * shares[0], shares
+
+
 @pytest.mark.parametrize("poses", ["none", "both"])
 def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
     """In all poses, of all exemplars, after windows were filled and pieces have grown."""
@@ -88,6 +124,7 @@ def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
     begin = 0
     for number, e in enumerate(exemplars):
         shown = sewn.usage.shown[begin : begin + e.height * e.width].reshape(e.height, e.width)
+        shown = shown - rim(e.free, e.toroidal, 90 * 80 / (40 * 44 + 30 * 36))
         assert all(shown[y, x] == seen[number, y, x] for y, x in product(range(e.height), range(e.width)))
         begin += e.height * e.width
 
@@ -98,8 +135,9 @@ def test_what_a_canvas_begins_with_counts() -> None:
     canvas = Canvas(60, 60, start=start)
     method = ia.Graphcut(patch=16, overlap=6).resolved([e], canvas)
     sewn = GraphcutGrowth(Growth(settings_of(method), [e], canvas), stitch_of(method))
-    assert sewn.usage.shown.sum() == 3600
-    np.testing.assert_array_equal(sewn.usage.shown.reshape(40, 44), start.usage()[0])
+    shown = sewn.usage.shown.reshape(40, 44) - rim(e.free, False, 3600 / (40 * 44))
+    assert shown.sum() == 3600
+    np.testing.assert_array_equal(shown, start.usage()[0])
 
 
 def test_an_accepted_cut_makes_seams_and_usage_together_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,10 +217,13 @@ def test_the_recipe_tells_what_use_costs(lattice: tuple[tuple[float, float], ...
     at = Counter(zip(made.map.numbers.ravel(), *(made.map.yx[..., k].ravel() for k in (0, 1)), strict=True))
     sewn = grown(list(made.exemplars), Canvas(70, 90), lattice=lattice, evenness=0.5)
     rate, knee, begin = sewn.usage.rate, sewn.growth.seam_price("sharp").knee, [0, 40 * 44]
+    due = 0 if lattice else 70 * 90 / sum(e.free.size for e in made.exemplars)
+    first = [rim(e.free, False, due) for e in made.exemplars]
     want = sum(
-        int(rate[begin[n] + y * made.exemplars[n].width + x]) / (SHARE * knee) * shown * (shown - 1) / 2
+        int(rate[begin[n] + y * made.exemplars[n].width + x]) / (SHARE * knee)
+        * (shown * (shown - 1) / 2 + shown * first[n][y, x])
         for (n, y, x), shown in at.items()
-    )
+    )  # fmt: skip
     told = json.loads(made.recipe_text)
     assert told["energy"] == made.energy
     assert told["use"] == pytest.approx(1_000_000 * want / (70 * 90), rel=0.02)

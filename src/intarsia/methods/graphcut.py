@@ -66,7 +66,7 @@ class Graphcut(methods.CutSquares):
     isometries: str | tuple[int, ...] = methods.poses()
     usage: float = methods.usage_price()
     evenness: float = param(
-        0.2, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
+        0.25, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
         "knees (three eighths of the spread of colours); up to 64 times as much where it strikes, nothing on bare "
         "ground, in step with a lattice only what strikes; 0: none",
         low=0, high=100,

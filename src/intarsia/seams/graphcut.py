@@ -24,15 +24,13 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..analysis import block_sums, window_sums
-from ..analysis.features import Features, pose_array
+from ..analysis.features import pose_array
 from ..analysis.masking import ONCE
-from ..analysis.popout import popout
-from ..foundation.arrays import Array, Int32, Mask, Pair
+from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, draw
 from ..kernels.maps import Grown
 from ..lattice import Vectors, once_around
-from ..model import Exemplars
 from ..model.sourcemap import HOLE
 from ..patches import Pick, index_of, picked, random_patch
 from ..patches.growth import Growth
@@ -43,7 +41,8 @@ from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look
 from .recut_kernels import NEVER
 from .steps import in_step, led
-from .usage_kernels import Usage, count_map, rates
+from .usage import usage_of
+from .usage_kernels import Usage, count_map
 
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
@@ -159,12 +158,10 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
     return out
 
 
-def usage_rates(feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool, run: Run) -> Int32:
-    """What each showing of an exemplar pixel costs the next one, on a canvas of so many px."""
-    due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
-    strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
-                                             for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-    return rates(strikes, price, due, in_step)
+def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
+    """The first of :meth:`GraphcutGrowth.windows`."""
+    (y, x, h, w, *_), (v, row, column) = windows[0].tolist(), patches[0].tolist()
+    return (y, x, h, w), (v, row, column)
 
 
 class GraphcutGrowth:
@@ -207,10 +204,10 @@ class GraphcutGrowth:
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
         shown = np.zeros(begins[-1], np.int32)
-        rate = shown[:0]
+        rate, stepped = shown[:0], self.stitch.lattice is not None
         if price:
             price *= self.growth.seam_price("sharp").knee
-            rate = usage_rates(feats, exemplars, self.variant.size, price, self.stitch.lattice is not None, run)
+            rate, shown = usage_of(feats, exemplars, self.variant.size, price, stepped, run)
         usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, shown)
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage
@@ -234,20 +231,18 @@ class GraphcutGrowth:
 
     def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
         """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none."""
-        if not picks:
-            return None
-        # a lone one is compared with none
-        return self.cut(box, picks[self._promising(box, picks) if picks[1:] else 0], self.stitch.margin)
+        which = self._promising(box, picks) if picks[1:] else 0  # a lone one is compared with none
+        return self.cut(box, picks[which], self.stitch.margin) if picks else None
 
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
         """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
         step, best = max(1, min(ROUGH, min(box[2:]) // LEAST)), np.array([NEVER, len(picks)], np.int64)
-        tries = sorted((*self._window(box, pick, self.stitch.margin), n) for n, pick in enumerate(picks))
-        for some in [[one] for one in tries] if self.bar else [tries]:
-            windows = np.array([(*window, *inner) for window, inner, _, _ in some], np.int64)
-            numbered = np.array([(n, *patch) for _, _, patch, n in some], np.int64)
-            with self._barred(some[0][0], some[0][2]):
-                recut_kernels.recut(*self._map, windows, numbered, self._prices, step, NOTHING, best)
+        windows, patches = self.windows(box, np.array(picks, np.int64), self.stitch.margin)
+        order = np.lexsort(windows[:, 3::-1].T)  # equal ones in a row
+        for some in order[:, None] if self.bar else [order]:
+            tried, numbered = windows[some], np.column_stack([some, patches[some]])
+            with self._barred(*first_of(tried, patches[some])):
+                recut_kernels.recut(*self._map, tried, numbered, self._prices, step, NOTHING, best)
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
@@ -371,11 +366,12 @@ class GraphcutGrowth:
         cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``. Of a rough one
         every `step`-th px is looked at.
         """
-        window, inner, patch = self._window(box, pick, margin)
+        windows, patches = self.windows(box, np.array([pick], np.int64), margin)
+        window, patch = first_of(windows, patches)
         take, best = np.empty([-(-n // step) for n in window[2:]], np.uint8), np.array([limit, -1], np.int64)
-        where, one = np.array([(*window, *inner)], np.int64), np.array([(0, *patch)], np.int64)
+        one = np.array([(0, *patch)], np.int64)
         with self._barred(window, patch):
-            recut_kernels.recut(*self._map, where, one, self._prices, step, take, best)
+            recut_kernels.recut(*self._map, windows, one, self._prices, step, take, best)
         return Cut(NEVER if best[1] else int(best[0]), window, patch, take)
 
     def expanded(self, piece: Piece, reach: int) -> Cut:
@@ -402,24 +398,27 @@ class GraphcutGrowth:
         finally:
             self.locked[index] = kept
 
-    def wide(self, box: Box, margin: int, pick: Pick | None = None) -> Box:
-        """A box with up to `margin` px around it, as far as the canvas reaches, and the exemplar from a pick on."""
+    def wide(self, box: Box, margin: int) -> Box:
+        """A box with up to `margin` px around it, as far as the canvas reaches."""
         out = list(box)
-        for axis, (n, length) in enumerate(zip(box[2:], self.variant.shape, strict=True)):
-            before = after = min(margin, (length - n) // 2) if self.wraps[axis] else margin
-            if not self.wraps[axis]:
-                before, after = min(before, box[axis]), min(after, length - n - box[axis])
-            if pick and not self.variants.toroidal[pick[0]]:
-                before = min(before, pick[1 + axis])
-                after = min(after, int(self.variants.table[pick[0], 1 + axis]) - pick[1 + axis] - n)
+        for axis, (n, length, wrap) in enumerate(zip(box[2:], self.variant.shape, self.wraps, strict=True)):
+            before = min(margin, (length - n) // 2 if wrap else box[axis])
+            after = before if wrap else min(margin, length - n - box[axis])
             out[axis], out[2 + axis] = box[axis] - before, n + before + after
         return out[0], out[1], out[2], out[3]
 
-    def _window(self, box: Box, pick: Pick, margin: int) -> tuple[Box, Box, Pick]:
-        """A window with its surroundings, where in these the window lies, and the pick at their first pixel."""
-        y, x, rows, columns = self.wide(box, margin, pick)
-        (h, w), top, left = self.variant.shape, box[0] - y, box[1] - x
-        return (y % h, x % w, rows, columns), (top, left, *box[2:]), (pick[0], pick[1] - top, pick[2] - left)
+    def windows(self, box: Box, picks: Array, margin: int) -> tuple[Array, Array]:
+        """A box with its surroundings, as far as picks (n, 3) go on: windows and patches for the kernel ``recut``."""
+        wide, which = self.wide(box, margin), picks[:, 0]
+        windows, patches, free = np.empty((len(picks), 8), np.int64), picks.copy(), FAR * self.variants.toroidal[which]
+        for axis, (n, length) in enumerate(zip(box[2:], self.variant.shape, strict=True)):
+            before, at = box[axis] - wide[axis], picks[:, 1 + axis]
+            room = np.minimum(before, at + free)
+            beyond = np.minimum(wide[2 + axis] - n - before, self.variants.table[which, 1 + axis] - at - n + free)
+            windows[:, axis], windows[:, 2 + axis] = (box[axis] - room) % length, n + room + beyond
+            windows[:, 4 + axis], windows[:, 6 + axis] = room, n
+            patches[:, 1 + axis] = at - room
+        return windows, patches
 
     def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
         """Cut a patch into the window at `at` alone, and write it into the map."""

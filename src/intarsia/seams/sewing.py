@@ -20,9 +20,10 @@ from ..model.sourcemap import SourceMap
 from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
 from ..search import LEAST, check_patch, free_patch, resolved_isometries
 from ..search.guide import check_guide, guided_patch
-from .graphcut import GraphcutGrowth, GraphcutSettings, usage_rates
+from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import expand, fill
 from .steps import SLACK
+from .usage import usage_of
 from .usage_kernels import SHARE
 
 STAGE = 2403  # keeps this method's draws apart from those of others
@@ -105,7 +106,7 @@ def stitch_of(method: Graphcut) -> GraphcutSettings:
 def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:
     """What the cuts made small beside seams: that exemplar pixels are shown again, in knees per million px.
 
-    A pixel that is shown n times costs n (n - 1) / 2 times its rate.
+    A pixel that is shown n times costs n (n - 1) / 2 times its rate, and n times what it counts from the beginning.
     """
     if not method.evenness:
         return {}
@@ -114,8 +115,8 @@ def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, 
         for n, e in enumerate(exemplars)
     ])  # fmt: skip
     feats, area = features(exemplars, method.channel_weights, method.structure), smap.height * smap.width
-    rate = usage_rates(feats, exemplars, area, FINE * method.evenness, method.lattice is not None, Run())
-    return {"use": int((rate * shown * (shown - 1)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
+    rate, first = usage_of(feats, exemplars, area, FINE * method.evenness, method.lattice is not None, Run())
+    return {"use": int((rate * shown * (shown - 1 + 2 * first)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
 
 
 def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:

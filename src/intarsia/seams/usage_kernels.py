@@ -11,7 +11,6 @@ Tuning Texture Optimization", Eurographics 2015. That the cut itself pays for it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,9 +21,7 @@ from ..kernels.maps import HOLE, Grown
 from ..kernels.maxflow import FREE, NEW
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
-USUAL, MOST = 256, 64  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
-STRIKING = 2.0  # times as much as usual: more strikes,
-RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/019)
+BAND = 64  # rows that are counted together, or more of large exemplars
 
 
 class Usage(NamedTuple):
@@ -32,24 +29,7 @@ class Usage(NamedTuple):
 
     origin: Int32  # (pixels of all variants,): which exemplar pixel each is
     rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: it costs nothing
-    shown: Int32  # (exemplar pixels,): how often each is shown
-
-
-
-def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = False) -> Int32:
-    """Return what every showing of each pixel costs the next one.
-
-    `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
-    `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual, and more
-    than nine of ten pixels, costs up to MOST times that, by the square of how much more: the same thing is seen again
-    at once. Bare ground (0) costs nothing, as nobody sees that it returns. Nor does, in step, what does not strike: all
-    of it returns anyway, and misses are seen at once.
-    """
-    far = np.concatenate([s.ravel() for s in strikes]) / USUAL
-    bar = max(np.quantile(far, RARE, method="lower"), STRIKING)
-    weight: Array = np.minimum(1 + (4 * np.maximum(far / bar - 1, 0)) ** 2, MOST)
-    weight[far < (bar if in_step else 0.5)] = 0
-    return np.rint(SHARE * price * weight / due).astype(np.int32)
+    shown: Int32  # (exemplar pixels,): how often each is shown, with what :func:`rim` counts
 
 
 @kernel
@@ -91,9 +71,12 @@ def taken_sum(more: Any, take: Any) -> Any:
 
 
 def count_map(grown: Grown, table: Array, channels: int, usage: Usage) -> None:
-    """Count all that a map shows, row by row; `table` (V, 4) and `channels` as in ``Pieces``."""
-    for shown, yx in zip(grown.variant, grown.yx, strict=True):
+    """Count all that a map shows, band by band; `table` (V, 4) and `channels` as in ``Pieces``."""
+    height, width = grown.variant.shape
+    rows = max(BAND, len(usage.shown) // width)
+    for top in range(0, height, rows):
+        shown, yx = grown.variant[top : top + rows], grown.yx[top : top + rows]
         known = shown != HOLE
         variant, (row, column) = shown[known], yx[known].T
         place = table[variant, 0] // channels + row * table[variant, 3] + column
-        np.add.at(usage.shown, usage.origin[place], 1)
+        usage.shown[:] += np.bincount(usage.origin[place], minlength=len(usage.shown)).astype(np.int32)

@@ -1,0 +1,61 @@
+"""What showings of exemplar pixels cost, by how much each strikes, and where cuts are to keep away from the border."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..analysis.features import Features
+from ..analysis.popout import popout
+from ..foundation.arrays import Array, Int32, Mask
+from ..foundation.run import Run
+from ..model import Exemplars
+from .usage_kernels import SHARE
+
+USUAL, MOST = 256, 64  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
+STRIKING = 2.0  # times as much as usual: more strikes,
+RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/019)
+RIM = 8  # px from the border count as shown already; 0: twice as many straight cuts along it, 16: alike, used less
+
+
+def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = False) -> Int32:
+    """Return what every showing of each pixel costs the next one.
+
+    `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
+    `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual, and more
+    than nine of ten pixels, costs up to MOST times that, by the square of how much more: the same thing is seen again
+    at once. Bare ground (0) costs nothing, as nobody sees that it returns. Nor does, in step, what does not strike: all
+    of it returns anyway, and misses are seen at once.
+    """
+    far = np.concatenate([s.ravel() for s in strikes]) / USUAL
+    bar = max(np.quantile(far, RARE, method="lower"), STRIKING)
+    weight: Array = np.minimum(1 + (4 * np.maximum(far / bar - 1, 0)) ** 2, MOST)
+    weight[far < (bar if in_step else 0.5)] = 0
+    return np.rint(SHARE * price * weight / due).astype(np.int32)
+
+
+def rim(usable: Mask, toroidal: bool, due: float) -> Int32:
+    """As how often shown each pixel of an exemplar counts at first: the outermost `due` times, none RIM px further in.
+
+    Else a cut that takes all that is shown too seldom ends at the border, in a straight line that no seam would take.
+    """
+    left, depth = np.pad(usable, RIM + 1, mode="wrap" if toroidal else "constant"), np.zeros(1, np.int32)
+    for _ in range(RIM + 1):  # as often as it can be peeled, at most
+        depth = depth + left
+        for axis in (0, 1):
+            left = left & np.roll(left, 1, axis) & np.roll(left, -1, axis)
+    inner = depth[RIM + 1 : -RIM - 1, RIM + 1 : -RIM - 1]
+    return np.rint(due * np.where(inner, RIM + 1 - inner, 0) / RIM).astype(np.int32)
+
+
+def usage_of(
+    feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool, run: Run
+) -> tuple[Int32, Int32]:
+    """What each showing of every exemplar pixel costs the next, on a canvas of so many px, and its :func:`rim`."""
+    due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
+    strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
+                                             for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
+    whole = 0 if in_step else due  # where hardly anything costs nothing draws cuts to the border
+    first = np.concatenate([rim(e.free, e.toroidal, whole).ravel() for e in exemplars])
+    return rates(strikes, price, due, in_step), first
