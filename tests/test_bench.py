@@ -46,6 +46,25 @@ def test_tables_show_every_result(bench: ModuleType) -> None:
     assert "1.23 R" in bench.markdown(results)
 
 
+def test_pieces_are_laid_out_on_cores_as_threads_take_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    more = load(ROOT / "benchmarks" / "more_cores.py")
+    assert more.makespan([3.0, 1.0, 1.0, 2.0], 2) == pytest.approx(4 + more.WAKE)
+    assert more.makespan([3.0], 8) == 3.0
+    assert more.makespan([], 8) == 0.0
+    clock = [0.0]
+    monkeypatch.setattr(more.time, "process_time", lambda: clock[0])
+
+    def piece(seconds: object) -> float:
+        if isinstance(seconds, list):
+            return sum(pools.each(piece, seconds))
+        clock[0] += float(str(seconds))
+        return float(str(seconds))
+
+    pools = more.Pools(2)
+    assert pools.each(piece, [4.0, [3.0, 3.0], 2.0]) == [4.0, 6.0, 2.0]
+    assert pools.saved == [pytest.approx(12 - 5 - 2 * more.WAKE)]  # 4 beside 3 (two at once) and then 2
+
+
 def test_wall_times_are_left_out_on_a_busy_machine(bench: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench.os, "getloadavg", lambda: (3.0, 3.0, 3.0), raising=False)
     found = bench.case_threads()
