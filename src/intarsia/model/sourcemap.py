@@ -235,7 +235,8 @@ class SourceMap:
         which = self.numbers
         counts = []
         for number, source in enumerate(self.sources):
-            yx = self.yx[which == number]
+            mine = which == number
+            yx = self.yx.reshape(-1, 2) if mine.all() else self.yx[mine]
             pixels = source.height * source.width
             try:
                 flat = np.bincount(yx[:, 0].astype(np.int64) * source.width + yx[:, 1], minlength=pixels)

@@ -127,24 +127,23 @@ class Piece(NamedTuple):
 def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
     """List the pieces that a map, or part of one, shows; those that cover most of it first.
 
+    Of equally large ones the first by variant, then by how far rows, and columns, lie before what they show.
+
     Parameters
     ----------
     variant, yx : arrays, shape (h, w) and (h, w, 2)
         What is shown: variants, HOLE where none is, and their rows and columns.
     least : int
         Pieces that cover fewer px are left out.
-
-    Returns
-    -------
-    list of Piece
-        Of equally large pieces the first by variant, then by how far rows, and columns, lie before what they show.
     """
     h, w = variant.shape
-    key = (variant.astype(np.int64) * FAR + np.arange(h)[:, None] - yx[..., 0] + FAR // 2) * FAR
-    key += np.arange(w) - yx[..., 1] + FAR // 2
-    runs = np.flatnonzero(np.diff(key, axis=1, prepend=-1))  # each begins one along its row
-    found, number = np.unique(key.ravel()[runs], return_inverse=True)
-    row, first, length = runs // w, runs % w, np.diff(runs, append=h * w)
+    begins, (shown_row, shown_column) = np.ones((h, w), np.bool_), np.moveaxis(yx, 2, 0)
+    goes_on = (variant[:, 1:] == variant[:, :-1]) & (shown_row[:, 1:] == shown_row[:, :-1])
+    np.logical_not(goes_on & (shown_column[:, 1:] == shown_column[:, :-1] + 1), out=begins[:, 1:])
+    runs = np.flatnonzero(begins)  # along their rows
+    (row, first), length = divmod(runs, w), np.diff(runs, append=h * w)
+    key = (variant[row, first].astype(np.int64) * FAR + row - shown_row[row, first] + FAR // 2) * FAR
+    found, number = np.unique(key + first - shown_column[row, first] + FAR // 2, return_inverse=True)
     area, corners = np.bincount(number, length), np.tile([h, w, 0, 0], (len(found), 1))
     for k, ends in enumerate((row, first, row + 1, first + length)):
         (np.maximum if k > 1 else np.minimum).at(corners[:, k], number, ends)

@@ -110,10 +110,7 @@ def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, 
     """
     if not method.evenness:
         return {}
-    shown = np.concatenate([
-        np.bincount(np.ravel_multi_index(smap.yx[smap.numbers == n].T, e.free.shape), minlength=e.free.size)
-        for n, e in enumerate(exemplars)
-    ])  # fmt: skip
+    shown = np.concatenate([counts.ravel() for counts in smap.usage()])
     feats, area = features(exemplars, method.channel_weights, method.structure), smap.height * smap.width
     rate, first = usage_of(feats, exemplars, area, FINE * method.evenness, method.lattice is not None, Run())
     return {"use": int((rate * shown * (shown - 1 + 2 * first)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
