@@ -56,6 +56,8 @@ def usage_of(
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
     strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
                                              for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-    whole = 0 if in_step else due  # where hardly anything costs nothing draws cuts to the border
-    first = np.concatenate([rim(e.free, e.toroidal, whole).ravel() for e in exemplars])
-    return rates(strikes, price, due, in_step), first
+    rate = rates(strikes, price, due, in_step)
+    if in_step:  # where hardly anything costs nothing draws cuts to the border
+        return rate, np.zeros_like(rate)
+    first = feats.memo(("rim", due), lambda: np.concatenate([rim(e.free, e.toroidal, due).ravel() for e in exemplars]))
+    return rate, first.copy()  # which is counted on
