@@ -87,8 +87,22 @@ def test_patches_of_rows_lie_whole_pitches_apart_and_anywhere_along(pitch: tuple
     away -= away[0, 0].copy()
     (x, y), length = pitch, np.hypot(*pitch)
     across, along = (away @ np.array(v) / length for v in ((y, x), (-x, y)))
-    assert np.abs(across - np.rint(across / length) * length).max() <= 2 * steps.SLACK + 2
+    assert np.abs(across - np.rint(across / length) * length).max() <= 2 * steps.STRAIGHT + 2
     assert len(np.unique(np.rint(along) % 28)) > 12  # by steps of 28 px, give or take 3, it would be nine at most
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_across_rows_of_one_vector_patches_give_way_less(second: bool) -> None:
+    """That a gap between boards jogs by 3 px is seen; threads that cross have nowhere else to go."""
+    lattice, slack = (((0.0, 20.0),), steps.STRAIGHT) if not second else (((0.0, 20.0), (20.0, 0.0)), steps.SLACK)
+    method = ia.Graphcut(patch=30, overlap=10, overreach=10, lattice=lattice)
+    growth = Growth(settings_of(method), [Exemplar.of(texture(72, 80))], Canvas(90, 90))
+    sewing = graphcut.GraphcutGrowth(growth, stitch_of(method))
+    sewing.first = (10, 12), (0, 0)
+    (allowed,) = sewing._allowed((0, 0))
+    down, across = ((np.argwhere(allowed) - (10, 12) + 10) % 20 - 10).T.tolist()
+    assert set(down) == set(range(-slack, slack + 1))
+    assert set(across) == (set(range(-slack, slack + 1)) if second else set(range(-10, 10)))
 
 
 @pytest.mark.parametrize("seed", range(8))

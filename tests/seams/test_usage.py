@@ -163,15 +163,15 @@ def test_an_accepted_cut_makes_seams_and_usage_together_cheaper(monkeypatch: pyt
     assert max(seams) > 0
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_the_dearer_repeats_are_the_more_evenly_is_an_exemplar_used(seed: int) -> None:
-    pixels = texture(96, 96, 3, seed)
+def test_the_dearer_repeats_are_the_more_evenly_is_an_exemplar_used() -> None:
+    """Of six exemplars together: of a single one the second share may be anything from 0.7 to 0.9."""
+    methods = [ia.Graphcut(patch=24, evenness=price) for price in (0, 1, 4)]
     spread = [
-        ia.synthesize(pixels, 192, ia.Graphcut(patch=24, evenness=price), seed=seed).map.usage()[0].var()
-        for price in (0, 1, 4)
+        sum(ia.synthesize(texture(96, 96, 3, n), 192, m, seed=n).map.usage()[0].var() for n in range(1, 7))
+        for m in methods
     ]
-    assert spread[1] < 0.75 * spread[0]
-    assert spread[2] < 0.75 * spread[1]
+    assert spread[1] < 0.7 * spread[0]
+    assert spread[2] < 0.85 * spread[1]
 
 
 def test_in_step_only_what_clearly_strikes_costs() -> None:

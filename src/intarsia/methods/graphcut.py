@@ -61,7 +61,7 @@ class Graphcut(methods.CutSquares):
     structure: float = methods.structure_weight()
     lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
         "two steps by which the texture repeats, or the one between its rows: patches are laid whole steps from the "
-        "first, give or take 3 px; automatic: anywhere"
+        "first, give or take 3 px, by one vector 1 px; automatic: anywhere"
     )
     isometries: str | tuple[int, ...] = methods.poses()
     usage: float = methods.usage_price()

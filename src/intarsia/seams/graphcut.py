@@ -40,7 +40,7 @@ from . import energy_kernels, placement_kernels, recut_kernels, visibilities
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look
 from .recut_kernels import NEVER
-from .steps import in_step, led
+from .steps import SLACK, in_step, led
 from .usage import usage_of
 from .usage_kernels import Usage, count_map
 
@@ -85,12 +85,6 @@ class Cut:
     take: Array
 
 
-def middle(box: Box) -> Box:
-    """The middle of a window, half as high and wide."""
-    y, x, h, w = box
-    return y + h // 4, x + w // 4, h // 2, w // 2
-
-
 @dataclass(frozen=True)
 class GraphcutSettings:
     """How patches are placed and joined.
@@ -105,7 +99,7 @@ class GraphcutSettings:
     margin : int
         How far around its window a patch may replace what is there, px.
     lattice : two vectors, (rows, columns) in 1/256 px
-        Patches are laid in step with the first one; none: anywhere.
+        Patches are laid in step with the first one, give or take `slack` px; none: anywhere.
     evenness : float
         What it costs to show a pixel once more that is shown as often as area asks, knees; 0: nothing.
     """
@@ -114,6 +108,7 @@ class GraphcutSettings:
     seam: str = "difference"
     margin: int = 16
     lattice: Vectors | None = None
+    slack: int = 0
     evenness: float = 0.0
 
 
@@ -159,8 +154,7 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
 
 def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
     """The first of :meth:`GraphcutGrowth.windows`."""
-    (y, x, h, w, *_), (v, row, column) = windows[0].tolist(), patches[0].tolist()
-    return (y, x, h, w), (v, row, column)
+    return tuple(windows[0, :4].tolist()), tuple(patches[0].tolist())
 
 
 class GraphcutGrowth:
@@ -176,9 +170,8 @@ class GraphcutGrowth:
         self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self.pieces = pieces_of(growth, self.price.knee)
-        work = growth.growing
+        work, self.wraps = growth.growing, growth.layout.wraps
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
-        self.wraps = growth.layout.wraps
         self.grown = Grown(self.variant, self.yx, self.wraps)
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
@@ -199,11 +192,10 @@ class GraphcutGrowth:
 
     def _counted(self, price: float, run: Run) -> Usage:
         """How often the map shows every exemplar pixel now, and what each showing costs."""
-        feats, exemplars = self.growth.features, self.growth.exemplars
+        feats, exemplars, stepped = self.growth.features, self.growth.exemplars, self.stitch.lattice is not None
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
-        shown = np.zeros(begins[-1], np.int32)
-        rate, stepped = shown[:0], self.stitch.lattice is not None
+        rate, shown = np.empty(0, np.int32), np.zeros(begins[-1], np.int32)
         if price:
             price *= self.growth.seam_price("sharp").knee
             rate, shown = usage_of(feats, exemplars, self.variant.size, price, stepped, run)
@@ -258,11 +250,15 @@ class GraphcutGrowth:
         return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // SHOWN]
 
     def apart(self, box: Box, rows: Array) -> Array:
-        """Which of the candidates for a window show next to nothing beside itself in another pose."""
+        """Which candidates show next to nothing beside itself in another pose, and nothing a whole exemplar away."""
         count = np.zeros(len(rows), np.int64)
         if self.variants.turns.any():
             placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
-        return np.asarray(count * MOST <= box[2] * box[3])
+        good = np.asarray(count * MOST <= box[2] * box[3])
+        if self.stitch.lattice is None or self.variants.toroidal.any():
+            placement_kernels.goes_around(self.grown, self.pieces, box, rows, SLACK, count)
+            good &= count == 0
+        return good
 
     def placements(self, box: Box, found: Candidates, bits: int) -> list[Pick]:
         """Draw some of the candidates for a window, the cheaper the likelier; an empty one gets any place at least."""
@@ -341,7 +337,7 @@ class GraphcutGrowth:
         if lattice is None or self.first is None:
             return valid
         place = led(self._around, self.first, (at[0], at[1]), self.variant.shape)
-        return [in_step(v, lattice, place) for v in valid]
+        return [in_step(v, lattice, place, self.stitch.slack) for v in valid]
 
     @contextmanager
     def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
@@ -409,14 +405,15 @@ class GraphcutGrowth:
     def windows(self, box: Box, picks: Array, margin: int) -> tuple[Array, Array]:
         """A box with its surroundings, as far as picks (n, 3) go on: windows and patches for the kernel ``recut``."""
         wide, which = self.wide(box, margin), picks[:, 0]
-        windows, patches, free = np.empty((len(picks), 8), np.int64), picks.copy(), FAR * self.variants.toroidal[which]
+        windows, patches, torus = np.empty((len(picks), 8), np.int64), picks.copy(), self.variants.toroidal[which]
         for axis, (n, length) in enumerate(zip(box[2:], self.variant.shape, strict=True)):
-            before, at = box[axis] - wide[axis], picks[:, 1 + axis]
-            room = np.minimum(before, at + free)
-            beyond = np.minimum(wide[2 + axis] - n - before, self.variants.table[which, 1 + axis] - at - n + free)
+            before, left = box[axis] - wide[axis], self.variants.table[which, 1 + axis] - n
+            left = np.where(torus, np.maximum(left, 0), left)  # a torus has no end, and is shown once at most
+            first = np.where(torus, left // 2, picks[:, 1 + axis])
+            room, beyond = np.minimum(before, first), np.minimum(wide[2 + axis] - n - before, left - first)
             windows[:, axis], windows[:, 2 + axis] = (box[axis] - room) % length, n + room + beyond
             windows[:, 4 + axis], windows[:, 6 + axis] = room, n
-            patches[:, 1 + axis] = at - room
+            patches[:, 1 + axis] -= room
         return windows, patches
 
     def join(self, at: Pair, pick: Pick, found: Candidates) -> None:

@@ -174,3 +174,28 @@ def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, o
                     i, j = i % table[rows[k, 1], 1], j % table[rows[k, 1], 2]
                 if 0 <= i < h and 0 <= j < w and abs(i - a) < near and abs(j - b) < near:
                     out[k] += step * step
+
+
+@kernel
+def goes_around(grown: Any, pieces: Any, box: Any, rows: Any, slack: int, out: Any) -> None:
+    """Count for each candidate in how many places of nine it shows what the map shows one whole exemplar away.
+
+    Give or take `slack` px. Where the borders of an exemplar meet that costs no seam at all, and what is grown would be
+    nothing but the exemplar, side by side. `box` and `rows` as in :func:`repeats`.
+    """
+    (variant, yx, wrap), table = grown, pieces.table
+    (height, width), h, w = variant.shape, box[2], box[3]
+    for k in range(len(rows)):
+        v, out[k] = rows[k, 1], 0
+        rise, run, torus = table[v, 1], table[v, 2], pieces.torus[v]
+        for spot in range(9):
+            i, j = h // 2 + (spot // 3 - 1) * (h // 3), w // 2 + (spot % 3 - 1) * (w // 3)
+            for way in range(9):
+                dy, dx = (way // 3 - 1) * rise, (way % 3 - 1) * run
+                y, x = canvas_place(box[0] + i + dy, height, wrap[0]), canvas_place(box[1] + j + dx, width, wrap[1])
+                if y < 0 or x < 0 or variant[y, x] != v or (dy % height == 0 and dx % width == 0):
+                    continue
+                a, b = yx[y, x, 0] - rows[k, 2] - i, yx[y, x, 1] - rows[k, 3] - j
+                if torus:
+                    a, b = (a + slack) % rise - slack, (b + slack) % run - slack
+                out[k] += abs(a) <= slack and abs(b) <= slack

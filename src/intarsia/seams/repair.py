@@ -28,7 +28,7 @@ from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, picked
 from ..patches.growth import Growth, PatchSettings
 from ..search import Candidates
-from .graphcut import TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings, middle
+from .graphcut import TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings
 from .improve import expand, improve
 from .worst import WorstSeams
 
@@ -194,6 +194,12 @@ def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
         return np.zeros((smap.height, smap.width), bool)
     same = ~start.holes & (start.yx == smap.yx).all(axis=2) & (start.turns == smap.turns)
     return np.asarray(same & (start.numbers == smap.numbers))
+
+
+def middle(box: Box) -> Box:
+    """The middle of a window, half as high and wide."""
+    y, x, h, w = box
+    return y + h // 4, x + w // 4, h // 2, w // 2
 
 
 class Repairing:

@@ -22,7 +22,7 @@ from ..search import LEAST, check_patch, free_patch, resolved_isometries
 from ..search.guide import check_guide, guided_patch
 from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import expand, fill
-from .steps import SLACK
+from .steps import SLACK, STRAIGHT
 from .usage import usage_of
 from .usage_kernels import SHARE
 
@@ -89,18 +89,18 @@ def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
     return room
 
 
-def _steps(method: Graphcut) -> Vectors | None:
-    """The vectors as whole numbers; along rows of one vector steps so short that patches lie anywhere."""
+def _steps(method: Graphcut) -> tuple[Vectors | None, int]:
+    """The vectors as whole numbers, and the slack; along rows of one vector steps so short that all is in step."""
     if not method.lattice:
-        return None
+        return None, 0
     (y, x), second = cell_of(method.lattice, (1 << 16, 1 << 16))
-    share = (2 * SLACK + 1) * UNIT / math.hypot(y, x)
-    return (y, x), second or (round(-x * share), round(y * share))
+    share = (2 * STRAIGHT + 1) * UNIT / math.hypot(y, x)
+    return ((y, x), second or (round(-x * share), round(y * share))), SLACK if second else STRAIGHT
 
 
 def stitch_of(method: Graphcut) -> GraphcutSettings:
     """How patches are placed and joined; known once overreach is."""
-    return GraphcutSettings(method.usage, method.seam, method.overreach or 0, _steps(method), method.evenness)
+    return GraphcutSettings(method.usage, method.seam, method.overreach or 0, *_steps(method), method.evenness)
 
 
 def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:

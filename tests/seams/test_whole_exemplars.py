@@ -1,0 +1,108 @@
+"""What is grown is not the exemplar over and over, though nothing costs less where its borders meet."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+import intarsia as ia
+from intarsia.foundation.geometry import Wrap
+from intarsia.model import Exemplar
+from intarsia.model.canvas import Canvas
+from intarsia.model.sourcemap import HOLE
+from intarsia.patches.growth import Growth, PatchSettings
+from intarsia.seams import placement_kernels
+from intarsia.seams.graphcut import GraphcutGrowth, GraphcutSettings
+from intarsia.seams.steps import SLACK
+from intarsia.search import Candidates
+
+SIDE = 48
+
+
+def meeting(seed: int) -> np.ndarray:
+    """Blobs that go on around all four borders, (SIDE, SIDE) of 0 to 255."""
+    dice = np.random.default_rng(seed)
+    waves = np.fft.rfft2(dice.normal(size=(SIDE, SIDE)))
+    y, x = np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE)
+    blobs = np.fft.irfft2(waves * np.exp(-((y**2 + x**2) / (2 * 0.08**2))), (SIDE, SIDE))
+    return np.clip(128 + 45 * blobs / blobs.std(), 0, 255).astype(np.uint8)
+
+
+def sewing_of(toroidal: bool, wrap: Wrap = Wrap.NONE, size: tuple[int, int] = (110, 130)) -> GraphcutGrowth:
+    """An empty map of two exemplars, one of them turned, too."""
+    exemplars = [Exemplar.of(meeting(1), toroidal=toroidal), Exemplar.of(meeting(2)[:30], toroidal=toroidal)]
+    growth = Growth(PatchSettings((14, 17), (4, 4), isometries=(0, 4)), exemplars, Canvas(*size, wrap))
+    return GraphcutGrowth(growth, GraphcutSettings(margin=5))
+
+
+def again(sewing: GraphcutGrowth, box: tuple[int, int, int, int], row: tuple[int, ...]) -> int:
+    """In how many places of nine, and in how many of the ways around each, an exemplar away the same is shown."""
+    (top, left, h, w), (_, v, u, s), count = box, row, 0
+    size = sewing.variants.table[v, 1:3].tolist()
+    for a, b, p, q in product((-1, 0, 1), repeat=4):
+        i, j = h // 2 + a * (h // 3), w // 2 + b * (w // 3)
+        at = [top + i + p * size[0], left + j + q * size[1]]
+        inside = all(wrap or 0 <= n < m for n, m, wrap in zip(at, sewing.variant.shape, sewing.wraps, strict=True))
+        y, x = (n % m for n, m in zip(at, sewing.variant.shape, strict=True))
+        if not inside or sewing.variant[y, x] != v or (y, x) == (top + i, left + j):
+            continue
+        gaps = [abs(int(n) - m) for n, m in zip(sewing.yx[y, x], (u + i, s + j), strict=True)]
+        if sewing.variants.toroidal[v]:
+            gaps = [min(g % n, -g % n) for g, n in zip(gaps, size, strict=True)]
+        count += max(gaps) <= SLACK
+    return count
+
+
+@pytest.mark.parametrize("wrap", [Wrap.NONE, Wrap.X, Wrap.BOTH])
+@pytest.mark.parametrize("toroidal", [False, True])
+def test_what_is_shown_an_exemplar_away_is_counted_as_by_the_twin(toroidal: bool, wrap: Wrap) -> None:
+    sewing, dice = sewing_of(toroidal, wrap, (96, 2 * SIDE)), np.random.default_rng(3)
+    sewing.variant[:] = dice.integers(0, 2, (8, 1, 8, 1)).repeat(12, 1).repeat(12, 3).reshape(96, 96)
+    offsets = dice.integers(-2, 3, (8, 1, 8, 1, 2)).repeat(12, 1).repeat(12, 3).reshape(96, 96, 2)
+    plain = np.moveaxis(np.indices((96, 96)), 0, 2)
+    sewing.yx[:] = (plain + offsets) % sewing.variants.table[sewing.variant, 1:3]
+    sewing.variant[dice.random((96, 96)) < 0.1] = HOLE
+    counts = []
+    for box in ((0, 0, 14, 17), (50, 60, 14, 17), (20, 40, 20, 12)):
+        rows = np.array([(0, v, (box[0] + a) % SIDE, (box[1] + b) % SIDE)
+                         for v in (0, 1) for a in (-4, 0, 3) for b in (-3, 1, 4)], np.int64)  # fmt: skip
+        out = np.empty(len(rows), np.int64)
+        placement_kernels.goes_around(sewing.grown, sewing.pieces, box, rows, SLACK, out)
+        assert out.tolist() == [again(sewing, box, tuple(row)) for row in rows.tolist()]
+        counts += out.tolist()
+    assert min(counts) == 0 < max(counts)
+
+
+def shown_again(smap: ia.SourceMap) -> float:
+    """What share of pixels shows what is shown one exemplar below, or beside."""
+    return float(max((smap.yx[SIDE:] == smap.yx[:-SIDE]).all(axis=2).mean(),
+                     (smap.yx[:, SIDE:] == smap.yx[:, :-SIDE]).all(axis=2).mean()))  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_torus_is_not_laid_side_by_side(seed: int) -> None:
+    """Where it meets itself nothing would cost less than to go on for ever."""
+    e = Exemplar.of(meeting(seed), toroidal=True)
+    smap = ia.synthesize(e, 3 * SIDE, ia.Graphcut(patch=16), seed=seed).map
+    assert shown_again(smap) < 0.2
+
+
+def test_a_window_is_filled_where_nothing_else_is_there() -> None:
+    sewing, box = sewing_of(True), (SIDE, SIDE, 14, 17)
+    sewing.variant[:SIDE, :SIDE], sewing.yx[:SIDE, :SIDE] = 0, np.moveaxis(np.indices((SIDE, SIDE)), 0, 2)
+    found = Candidates(np.array([(0, 0, 0, 0)], np.int64), 100, np.empty(0), np.ones((14, 17), bool))
+    assert not sewing.apart(box, found.rows)[0]
+    assert sewing.placements(box, found, 7) == [(0, 0, 0)]
+
+
+@pytest.mark.parametrize("n", [10, 40, 60])
+def test_a_patch_of_a_torus_shows_no_pixel_twice(n: int) -> None:
+    """Its window grows to one whole exemplar at most, or stays as large as it is."""
+    sewing = sewing_of(True)
+    (windows,), (patch,) = sewing.windows((40, 40, n, n), np.array([(0, 5, 7)], np.int64), 40)
+    y, x, h, w, up, left, *target = windows.tolist()
+    assert (h, w) == (max(n, SIDE), max(n, SIDE))
+    assert (y + up, x + left, *target) == (40, 40, n, n)
+    assert patch.tolist() == [0, 5 - up, 7 - left]
