@@ -445,7 +445,7 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     assert len(set(picks)) == len(picks) == 6
     rough = []
     for pick in picks:
-        (where, patch), cost = sewing.windows(box, np.array([pick]), 2), np.array([graphcut.NEVER, 1])
+        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut.NEVER, 1])
         one = np.array([(0, *patch[0])])
         recut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut.NOTHING, cost)
         rough.append(int(cost[0]))

@@ -101,7 +101,7 @@ def test_a_window_is_filled_where_nothing_else_is_there() -> None:
 def test_a_patch_of_a_torus_shows_no_pixel_twice(n: int) -> None:
     """Its window grows to one whole exemplar at most, or stays as large as it is."""
     sewing = sewing_of(True)
-    (windows,), (patch,) = sewing.windows((40, 40, n, n), np.array([(0, 5, 7)], np.int64), 40)
+    (windows,), (patch,) = sewing.windows((40, 40, n, n), [(0, 5, 7)], 40)
     y, x, h, w, up, left, *target = windows.tolist()
     assert (h, w) == (max(n, SIDE), max(n, SIDE))
     assert (y + up, x + left, *target) == (40, 40, n, n)

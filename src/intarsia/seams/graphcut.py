@@ -173,6 +173,7 @@ class GraphcutGrowth:
         work, self.wraps = growth.growing, growth.layout.wraps
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.grown = Grown(self.variant, self.yx, self.wraps)
+        self._sizes = np.column_stack([self.variants.table[:, 1:3], self.variants.toroidal]).tolist()
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self.once = ONE * math.prod(min(n, nearby) for n in self.variant.shape) // self.variant.size
@@ -228,7 +229,7 @@ class GraphcutGrowth:
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
         """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
         step, best = max(1, min(ROUGH, min(box[2:]) // LEAST)), np.array([NEVER, len(picks)], np.int64)
-        windows, patches = self.windows(box, np.array(picks, np.int64), self.stitch.margin)
+        windows, patches = self.windows(box, picks, self.stitch.margin)
         order = np.lexsort(windows[:, 3::-1].T)  # equal ones in a row
         for some in order[:, None] if self.bar else [order]:
             tried, numbered = windows[some], np.column_stack([some, patches[some]])
@@ -361,7 +362,7 @@ class GraphcutGrowth:
         cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``. Of a rough one
         every `step`-th px is looked at.
         """
-        windows, patches = self.windows(box, np.array([pick], np.int64), margin)
+        windows, patches = self.windows(box, [pick], margin)
         window, patch = first_of(windows, patches)
         take, best = np.empty([-(-n // step) for n in window[2:]], np.uint8), np.array([limit, -1], np.int64)
         one = np.array([(0, *patch)], np.int64)
@@ -402,19 +403,20 @@ class GraphcutGrowth:
             out[axis], out[2 + axis] = box[axis] - before, n + before + after
         return out[0], out[1], out[2], out[3]
 
-    def windows(self, box: Box, picks: Array, margin: int) -> tuple[Array, Array]:
-        """A box with its surroundings, as far as picks (n, 3) go on: windows and patches for the kernel ``recut``."""
-        wide, which = self.wide(box, margin), picks[:, 0]
-        windows, patches, torus = np.empty((len(picks), 8), np.int64), picks.copy(), self.variants.toroidal[which]
-        for axis, (n, length) in enumerate(zip(box[2:], self.variant.shape, strict=True)):
-            before, left = box[axis] - wide[axis], self.variants.table[which, 1 + axis] - n
-            left = np.where(torus, np.maximum(left, 0), left)  # a torus has no end, and is shown once at most
-            first = np.where(torus, left // 2, picks[:, 1 + axis])
-            room, beyond = np.minimum(before, first), np.minimum(wide[2 + axis] - n - before, left - first)
-            windows[:, axis], windows[:, 2 + axis] = (box[axis] - room) % length, n + room + beyond
-            windows[:, 4 + axis], windows[:, 6 + axis] = room, n
-            patches[:, 1 + axis] -= room
-        return windows, patches
+    def windows(self, box: Box, picks: Sequence[Pick], margin: int) -> tuple[Array, Array]:
+        """A box with its surroundings, as far as picks go on: windows and patches for the kernel ``recut``."""
+        wide, windows, patches = self.wide(box, margin), list[list[int]](), list[list[int]]()
+        for v, *at in picks:
+            window, patch, (*size, torus) = [0] * 8, [v, 0, 0], self._sizes[v]
+            for k, length in enumerate(self.variant.shape):
+                n, before, left, first = box[2 + k], box[k] - wide[k], size[k] - box[2 + k], at[k]
+                if torus:  # it has no end, and is shown once at most
+                    left, first = max(left, 0), max(left, 0) // 2
+                room, beyond = min(before, first), min(wide[2 + k] - n - before, left - first)
+                window[k::2], patch[1 + k] = ((box[k] - room) % length, n + room + beyond, room, n), at[k] - room
+            windows.append(window)
+            patches.append(patch)
+        return np.array(windows, np.int64), np.array(patches, np.int64)
 
     def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
         """Cut a patch into the window at `at` alone, and write it into the map."""

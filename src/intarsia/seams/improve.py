@@ -147,7 +147,7 @@ def expand(sewn: GraphcutGrowth, run: Run, times: int, unit: int = 1, before: in
     for number in range(times):
         pieces, done = pieces_in(sewn.variant, sewn.yx, least), 0
         pieces = [piece for piece in pieces if sewn.apart(piece.box, np.array([(0, *piece.pick)]))]
-        boxes = [sewn.windows(piece.box, np.array([piece.pick]), work.reach(piece))[0][:, :4] for piece in pieces]
+        boxes = [sewn.windows(piece.box, [piece.pick], work.reach(piece))[0][:, :4] for piece in pieces]
         for wave in parted(np.concatenate([np.empty((0, 4), np.int64), *boxes]), sewn.variant.shape, sewn.wraps):
             told = unit * (before + number) + unit * done // len(pieces)
             laid = improve(work, {k: pieces[k] for k in wave}, run, lambda _: run.tick(told, total, growth.draft))  # noqa: B023
