@@ -71,6 +71,7 @@ TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
 FAR = 1 << 24  # px: no canvas or exemplar is so long
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
+ALIKE = 3  # px: as near is the same, one whole exemplar away; as a quarter of a window many a good place would go
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
 MOST = 32  # at most 1 / MOST of a window may lie beside itself
 
@@ -108,7 +109,7 @@ class GraphcutSettings:
     seam: str = "difference"
     margin: int = 16
     lattice: Vectors | None = None
-    slack: int = 0
+    slack: int = SLACK
     evenness: float = 0.0
 
 
@@ -247,23 +248,26 @@ class GraphcutGrowth:
             (v, row + down - top, column + right - left)
             for (top, left, _, _), (v, row, column) in pieces_in(self.variant[seen], self.yx[seen])
         ]
-        good = self.apart(box, np.array([(0, *shift) for shift in shifts]))
+        good = self.apart(box, np.array([(0, *shift) for shift in shifts], np.int64).reshape(-1, 4))
         return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // SHOWN]
 
     def apart(self, box: Box, rows: Array) -> Array:
         """Which candidates show next to nothing beside itself in another pose, and nothing a whole exemplar away."""
+        around = np.zeros(len(rows), np.int64)
+        if self.stitch.lattice is None:  # in step all of it returns
+            placement_kernels.goes_around(self.grown, self.pieces, box, rows, ALIKE, around)
+        return np.asarray(self._unmirrored(box, rows) & (around == 0))
+
+    def _unmirrored(self, box: Box, rows: Array) -> Array:
         count = np.zeros(len(rows), np.int64)
         if self.variants.turns.any():
             placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
-        good = np.asarray(count * MOST <= box[2] * box[3])
-        if self.stitch.lattice is None or self.variants.toroidal.any():
-            placement_kernels.goes_around(self.grown, self.pieces, box, rows, SLACK, count)
-            good &= count == 0
-        return good
+        return np.asarray(count * MOST <= box[2] * box[3])
 
     def placements(self, box: Box, found: Candidates, bits: int) -> list[Pick]:
         """Draw some of the candidates for a window, the cheaper the likelier; an empty one gets any place at least."""
         good = self.apart(box, found.rows)
+        good = good if good.any() else self._unmirrored(box, found.rows)
         found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))]
@@ -409,10 +413,9 @@ class GraphcutGrowth:
         for v, *at in picks:
             window, patch, (*size, torus) = [0] * 8, [v, 0, 0], self._sizes[v]
             for k, length in enumerate(self.variant.shape):
-                n, before, left, first = box[2 + k], box[k] - wide[k], size[k] - box[2 + k], at[k]
-                if torus:  # it has no end, and is shown once at most
-                    left, first = max(left, 0), max(left, 0) // 2
-                room, beyond = min(before, first), min(wide[2 + k] - n - before, left - first)
+                n, before, left = box[2 + k], box[k] - wide[k], size[k] - box[2 + k]
+                room = min(before, max(left, 0) // 2 if torus else at[k])  # a torus goes on, up to the whole of it
+                beyond = min(wide[2 + k] - n - before, max(left, 0) - room if torus else left - at[k])
                 window[k::2], patch[1 + k] = ((box[k] - room) % length, n + room + beyond, room, n), at[k] - room
             windows.append(window)
             patches.append(patch)

@@ -177,25 +177,29 @@ def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, o
 
 
 @kernel
-def goes_around(grown: Any, pieces: Any, box: Any, rows: Any, slack: int, out: Any) -> None:
-    """Count for each candidate in how many places of nine it shows what the map shows one whole exemplar away.
+def goes_around(grown: Any, pieces: Any, box: Any, rows: Any, near: int, out: Any) -> None:
+    """Say of each candidate, by 1, whether in any of nine places it shows what the map shows one whole exemplar away.
 
-    Give or take `slack` px. Where the borders of an exemplar meet that costs no seam at all, and what is grown would be
-    nothing but the exemplar, side by side. `box` and `rows` as in :func:`repeats`.
+    Give or take `near` px. Where the borders of an exemplar meet that costs no seam at all, and what is grown would be
+    nothing but the exemplar, side by side. What around a canvas that wraps lies less than a window away, again, is no
+    other place. `box` and `rows` as in :func:`repeats`.
     """
     (variant, yx, wrap), table = grown, pieces.table
     (height, width), h, w = variant.shape, box[2], box[3]
     for k in range(len(rows)):
         v, out[k] = rows[k, 1], 0
         rise, run, torus = table[v, 1], table[v, 2], pieces.torus[v]
-        for spot in range(9):
-            i, j = h // 2 + (spot // 3 - 1) * (h // 3), w // 2 + (spot % 3 - 1) * (w // 3)
-            for way in range(9):
-                dy, dx = (way // 3 - 1) * rise, (way % 3 - 1) * run
+        for way in range(9):
+            dy, dx = (way // 3 - 1) * rise, (way % 3 - 1) * run
+            away = (dy + height // 2) % height - height // 2 if wrap[0] else dy
+            aside = (dx + width // 2) % width - width // 2 if wrap[1] else dx
+            for spot in range(9 if abs(away) >= h or abs(aside) >= w else 0):
+                i, j = h // 2 + (spot // 3 - 1) * (h // 3), w // 2 + (spot % 3 - 1) * (w // 3)
                 y, x = canvas_place(box[0] + i + dy, height, wrap[0]), canvas_place(box[1] + j + dx, width, wrap[1])
-                if y < 0 or x < 0 or variant[y, x] != v or (dy % height == 0 and dx % width == 0):
+                if y < 0 or x < 0 or variant[y, x] != v:
                     continue
                 a, b = yx[y, x, 0] - rows[k, 2] - i, yx[y, x, 1] - rows[k, 3] - j
                 if torus:
-                    a, b = (a + slack) % rise - slack, (b + slack) % run - slack
-                out[k] += abs(a) <= slack and abs(b) <= slack
+                    a, b = (a + near) % rise - near, (b + near) % run - near
+                if abs(a) <= near and abs(b) <= near:
+                    out[k] = 1

@@ -36,7 +36,7 @@ def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Seq
     return y, x
 
 
-def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int = SLACK) -> Mask:
+def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int) -> Mask:
     """Say which of the places `valid` lie whole steps from `place`, which may lie anywhere, give or take `slack` px.
 
     `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.
