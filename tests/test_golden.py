@@ -282,8 +282,8 @@ GOLDEN = {
         "fefcd121b98f200e351252d9e50277771cad7439d026d6bd9910de40aac3a716",
     ),
     "straightened": (
-        "069696a6ffe6d1b740f6148edafb9b4b888498b359ccf5743070320b2477e553",
-        "6373c5e3ff901facc044fe54c136cd602976f27eee6804b31769b69ae6df2dfa",
+        "74cc2f2ea20b58b4b7f36c97f0dbff76eafa73071693e997a6bbfeac46e9c20a",
+        "5da59eb4bf9946ca64f48defc6ff65aeed5373c3d462057c98594459d817af2b",
     ),
     "flattened": (
         "3f7e8db1e063d6a4843e1cf589cef4f313995c06e715d00360b8727425c01ca9",

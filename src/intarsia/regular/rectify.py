@@ -2,14 +2,10 @@
 
 Every pixel of the straight exemplar is one of the exemplar, so that copies stay exact; where courses are widened some
 pixels are shown twice, where they are narrowed some are left out. Pixels move across the courses, to where the phase of
-the courses puts them; along them only as much as makes the joints between bricks stand upright.
+the courses puts them; along them only as much as makes the joints between bricks stand upright. The phase is a
+polynomial of few numbers through the beds that were found between courses.
 
 Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); how is not said there.
-
-Which course each pixel of an exemplar lies in, where courses slant, converge or bow: a smooth phase.
-
-The strongest wave of the texture is followed from window to window, first its direction and pitch, then its phase. What
-remains is a polynomial of few numbers, rounded, so that no last bit of a transform decides.
 """
 
 from __future__ import annotations
@@ -19,252 +15,72 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.fft import fft, fftfreq, fftshift, rfft
 
-from ..analysis import factor_for, principal_axes, reduced
 from ..analysis.features import features
-from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
+from ..foundation import MethodError
+from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
 from ..foundation.filters import blurred
 from ..foundation.params import Steps, Weights
 from ..lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
-from ..lattice.candidates import CorrelatedPictures, pictures
 from ..lattice.verdict import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
-from .unequal import sure_masonry
+from .unequal import Masonry, masonry_of, sure_masonry
 
-TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
+TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (1, 2), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
 TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
-TURNS = np.exp(2j * np.pi * np.arange(1 << 12) / (1 << 12))  # angles are looked up; as sharp as they are averaged
 
 
 class Following(NamedTuple):
-    """How a wave is followed. Halved and doubled on 16 pictures, 11 of walls, tiles and stones (docs/design/012).
+    """How the beds of courses are followed. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
 
-    "1 px": pixels of the straight exemplar move by that at most.
-    """
-
-    shortest: int = 6  # px of a wave; 3 and 12: the same
-    longest: int = 3  # times the longest one fits into the shorter side; 2: the same, 6: three walls follow others
-    windows: int = 5  # along each side, in which pitch and direction are measured; 3: chain mail is lost, 9: the same
-    spread: float = 0.35  # of its length a window's wave may be off; halved: chain mail is lost, doubled: three bend
-    waves: int = 2  # of the whole are tried; 1: cobbles follow a worse one, 4: scales a false one
-    finer: int = 3  # times finer than windows need are spectra sampled; 2: chain mail is lost, 6: 1 px
-    rounds: int = 5  # times that phases are measured and fitted; 3: a fan is 9 % off, 10: blue tiles are lost
-    stray: float = 0.2  # courses: phases this far off count half; halved: scales follow a false wave, doubled: 1 px
-    doubt: float = 0.1  # waves off by this share count half; halved and doubled: 1 px
-    ridge: float = 0.02  # keeps what windows do not tell near nothing; halved and doubled: 1 px
-    faint: float = 0.001  # the same for phases; halved: blue tiles are lost, doubled: a wall of 193 px is 2 px off
-    fits: int = 4  # times that weights follow from what is left over; halved and doubled: 1 px
+    places: int = 64  # of each bed are looked at; halved and doubled: the same
+    stray: float = 0.2  # courses: what lies this far off counts half; halved: the same, doubled: a slant 0.1 px worse
+    loose: float = 0.05  # courses: beds half of whose places lie farther off are of several heights; doubled: two more
+    faint: float = 0.001  # keeps what beds do not tell near nothing; halved and doubled: the same
+    fits: int = 4  # times that weights follow from what is left over; halved: a fan is 2 px off, doubled: the same
 
 
-SQUARES = 6  # terms up to the second degree
 FOLLOWING = Following()
 
 
-@dataclass(frozen=True)
-class Spectra:
-    """Powers of windows (n, F, F / 4), their middles (n, 2) px, frequencies (F, 1) and (F / 4,) per px."""
+def _factors(beds: Int64, height: int) -> list[int] | None:
+    """The factors of TERMS, 1 / TURN courses, of the course that each place lies in; None where heights differ.
 
-    powers: Floats
-    middles: Floats
-    rows: Floats
-    columns: Floats
-
-
-@dataclass(frozen=True)
-class Phase:
-    """The course that each pixel lies in, as a polynomial of its place."""
-
-    factors: tuple[int, ...]  # of TERMS, in 1 / TURN courses; places run from -1 to 1 over the exemplar
-    upright: bool  # the courses run down the rows: across them is x
-    strength: float  # share of what is seen that is one wave of this phase
-
-    def at(self, across: Array, along: Array) -> Floats:
-        """The phase at places from -1 to 1, in 1 / TURN courses; products one by one, the same on every machine."""
-        terms = zip(self.factors, TERMS, strict=True)
-        return np.asarray(sum(math.prod([across] * i + [along] * j, start=float(f)) for f, (i, j) in terms))
-
-
-def phases(prepared: CorrelatedPictures) -> list[Phase]:
-    """Follow the strongest waves of an exemplar; the best first, none where no wave goes through it."""
-    layers = _layers(prepared)
-    if layers is None:
-        return []
-    spectra = _spectra(layers)
-    found = [one for wave in _waves(spectra, layers.shape) if (one := _followed(layers, spectra, wave)) is not None]
-    return sorted(found, key=lambda one: -one.strength)
-
-
-def samples(n: int, seen: int | None = None) -> Floats:
-    """The middles of n pixels, from -1 to 1 where `seen` of them are looked at."""
-    seen = n if seen is None else seen
-    return (2.0 * np.arange(n) + 1 - seen) / seen
-
-
-def _layers(prepared: CorrelatedPictures) -> Floats | None:
-    """What colours differ by most, and edges (2, H, W), each of variance 0.5 or nothing."""
-    colours = prepared.colours.reshape(-1, prepared.colours.shape[2])
-    mean = colours.sum(axis=0) / len(colours)  # of whole numbers, as are the sums of their products
-    axis = principal_axes(colours.T @ colours / len(colours) - np.outer(mean, mean), 1)[1][0]
-    stack = np.stack([np.rint(prepared.colours @ axis), prepared.steps[..., 0]])
-    deviation = stack.std(axis=(1, 2))
-    if not (deviation > 0).any():
-        return None
-    return np.asarray(stack * (math.sqrt(0.5) / np.maximum(deviation, 1e-9))[:, None, None])
-
-
-def _spectra(layers: Floats) -> Spectra:
-    """Transform overlapping windows, each without its mean; columns end where no wave is looked for."""
-    height, width = layers.shape[1:]
-    side = max(16, min(height, width) // 2)
-    n = FOLLOWING.finer * side
-    most = min(n // 2, int(n * (1 + FOLLOWING.spread) / FOLLOWING.shortest) + 1) + 1
-    hann = np.sin(np.pi * (np.arange(side) + 0.5) / side) ** 2
-    down, right = (np.linspace(0, n - side, FOLLOWING.windows).astype(int) for n in (height, width))
-    base = rfft(hann, n)[:most, None]
-    # Rows are transformed once for all windows below one another: (C, frequencies, H).
-    strips = [[rfft(layer[:, x : x + side] * hann, n)[:, :most].T for layer in layers] for x in right]
-    powers, middles = [], []
-    for y in down:
-        for x, strip in zip(right, strips, strict=True):
-            power = np.zeros((most, n))
-            for layer, rows in zip(layers, strip, strict=True):
-                mean = layer[y : y + side, x : x + side].mean()
-                waves = fft((rows[:, y : y + side] - mean * base) * hann, n)
-                power += waves.real**2 + waves.imag**2
-            powers.append(fftshift(power.T, axes=0))
-            middles.append((y + side / 2 - 0.5, x + side / 2 - 0.5))
-    waves_down: Floats = np.asarray(fftshift(fftfreq(n)), np.float64)
-    along = -waves_down[n // 2 :: -1][:most]
-    return Spectra(np.array(powers), np.array(middles), waves_down[:, None], along)
-
-
-def _waves(spectra: Spectra, shape: tuple[int, ...]) -> list[tuple[float, float]]:
-    """The strongest waves of all windows together, cycles per px (y, x)."""
-    rows, columns = spectra.rows, spectra.columns
-    length = np.hypot(rows, columns)
-    ok = (length <= 1 / FOLLOWING.shortest) & (length >= FOLLOWING.longest / min(shape[1:]))
-    ok &= (columns > 0) | (rows > 0)
-    total = np.where(ok, spectra.powers.mean(axis=0), 0)
-    found: list[tuple[float, float]] = []
-    for _ in range(FOLLOWING.waves):
-        i, j = np.unravel_index(int(total.argmax()), total.shape)
-        if total[i, j] <= 0:
-            break
-        y, x = float(rows[i, 0]), float(columns[j])
-        found.append((y, x))
-        total[_near(spectra, (y, x))] = 0
-    return found
-
-
-def _near(spectra: Spectra, wave: tuple[float, float]) -> Mask:
-    """The frequencies near a wave. The half plane ends somewhere: both ends of it may be seen."""
-    most = FOLLOWING.spread * np.hypot(*wave)
-    one, other = (np.hypot(spectra.rows - s * wave[0], spectra.columns - s * wave[1]) < most for s in (1, -1))
-    return np.asarray(one | other)
-
-
-def _followed(layers: Floats, spectra: Spectra, wave: tuple[float, float]) -> Phase | None:
-    """Fit the phase that follows one wave."""
-    height, width = layers.shape[1:]
-    upright = abs(wave[1]) > abs(wave[0])
-    if wave[upright] < 0:
-        wave = -wave[0], -wave[1]
-    fit: tuple[int, ...] | None = _from_windows(spectra, (height, width), wave, upright)
-    pitch = 1 / abs(wave[upright])
-    if upright:
-        layers = np.ascontiguousarray(layers.swapaxes(1, 2))
-        height, width = width, height
-    strength = 0.0
-    for n in range(FOLLOWING.rounds):
-        if fit is None:
-            return None
-        angle = Phase(fit, upright, 0.0).at(samples(height)[:, None], samples(width)) / TURN
-        step = max(4, min(int(pitch * (1.5 if n < 2 else 1.0)), min(height, width) // 4))
-        fit, strength = _advanced(layers, angle, step, fit)
-    return None if fit is None else Phase(fit, upright, strength)
-
-
-def _from_windows(
-    spectra: Spectra, shape: Pair, wave: tuple[float, float], upright: bool
-) -> tuple[int, ...]:
-    """The polynomial of second degree whose slopes are the waves of the windows."""
-    length = float(np.hypot(*wave))
-    near = _near(spectra, wave)
-    design, target, sure = [], [], []
-    for power, (y, x) in zip(spectra.powers, spectra.middles, strict=True):
-        part = np.where(near, power, 0)
-        i, j = np.unravel_index(int(part.argmax()), part.shape)
-        f = [float(spectra.rows[i, 0]), float(spectra.columns[j])]
-        sign = 1 if f[0] * wave[0] + f[1] * wave[1] > 0 else -1
-        place = [(2 * y + 1 - shape[0]) / shape[0], (2 * x + 1 - shape[1]) / shape[1]]
-        s, t = place[upright], place[1 - upright]
-        design.append([a * s ** max(a - 1, 0) * t**b for a, b in TERMS[1:SQUARES]])  # slopes across the courses,
-        design.append([b * s**a * t ** max(b - 1, 0) for a, b in TERMS[1:SQUARES]])  # and along them
-        target += [sign * f[k] * shape[k] / 2 for k in (upright, 1 - upright)]
-        sure += 2 * [float(part[i, j]) ** 0.5]
-    a, b, base = np.array(design), np.array(target), np.rint(1000 * np.array(sure) / max(*sure, 1e-12))
-    ridge = FOLLOWING.ridge * np.array([0.0, 0.0] + [1.0] * (SQUARES - 3))
-    return (0, *_fit(a, b, base, ridge, FOLLOWING.doubt * length * min(shape) / 2), *([0] * (len(TERMS) - SQUARES)))
-
-
-def _fit(a: Floats, b: Floats, sure: Floats, ridge: Floats, scale: float) -> list[int]:
-    """Least squares a x = b in 1 / TURN, near 0 by `ridge`; what leaves `scale` over counts half as `sure`."""
-    w = sure
+    Beds (n, W) px; places run from -1 to 1 over (height, W). A bed that was not found is passed over.
+    """
+    width = beds.shape[1]
+    x = np.arange(0, width, max(width // FOLLOWING.places, 1))
+    gaps = np.diff(beds.sum(axis=1))
+    numbers = np.concatenate([[0], np.cumsum(np.rint(gaps / np.sort(gaps)[len(gaps) // 2]))])
+    across, along = (2.0 * beds[:, x] + 1 - height) / height, (2.0 * x + 1 - width) / width
+    a = np.stack([(across**i * along**j).ravel() for i, j in TERMS], axis=1)
+    b = np.repeat(numbers, len(x))
+    ridge = FOLLOWING.faint * len(b) * np.diag([0.0] * 3 + [1.0] * (len(TERMS) - 3))
+    sure = np.ones(len(b))
     for _ in range(FOLLOWING.fits):
-        left = np.einsum("ki,kj,k->ij", a, a, w) + np.diag(ridge) * w.sum()
-        factors = np.linalg.solve(left, np.einsum("ki,k,k->i", a, b, w))
-        w = np.maximum(np.rint(sure / (1 + ((a @ factors - b) / scale) ** 2)), 1)
-    return [int(v) for v in np.rint(factors * TURN)]
+        left = np.einsum("ki,kj,k->ij", a, a, sure) + ridge
+        found = np.linalg.solve(left, np.einsum("ki,k,k->i", a, b, sure))
+        off = np.abs(a @ found - b)
+        sure = 1 / (1 + (off / FOLLOWING.stray) ** 2)
+    return [int(v) for v in np.rint(found * TURN)] if np.median(off) < FOLLOWING.loose else None
 
 
-def _advanced(layers: Floats, angle: Floats, step: int, fit: tuple[int, ...]) -> tuple[tuple[int, ...] | None, float]:
-    """The polynomial with the phases that are left over added, and how much of the layers it explains."""
-    height, width = angle.shape
-    down, across = _begins(height, step), _begins(width, step)
-    above, beside = _windows(height, down, step), _windows(width, across, step)
-    turns = np.rint(angle * len(TURNS)).astype(np.int64) % len(TURNS)
-    parts = [layers * wave[turns] for wave in (TURNS.real, TURNS.imag)]
-    rows = [np.einsum("ny,cyx->cnx", above, part) for part in parts]
-    one, other = (np.einsum("mx,cnx->cnm", beside, part) for part in rows)
-    sums = one - 1j * other
-    total = parts[0].sum(axis=(1, 2)) ** 2 + parts[1].sum(axis=(1, 2)) ** 2
-    whole = sums.sum(axis=(1, 2))
-    energy = float((layers**2).sum())
-    strength = float(total.sum()) / max(energy * height * width, 1e-9)
-    local = (sums * whole.conj()[:, None, None]).sum(axis=0)
-    size = np.abs(local)
-    if size.max() <= 0:
-        return None, 0.0
-    off = np.rint(np.angle(local) / (2 * np.pi) * TURN) / TURN
-    s = (2 * (down[:, None] + step) - height) / height + 0 * across
-    t = (2 * (across + step) - width) / width + 0 * down[:, None]
-    a = np.stack([s.ravel() ** i * t.ravel() ** j for i, j in TERMS], axis=1)
-    base = np.rint(1000 * size.ravel() / size.max())
-    ridge = FOLLOWING.faint * np.array([0.0] * 3 + [1.0] * (len(TERMS) - 3))
-    return tuple(f + d for f, d in zip(fit, _fit(a, off.ravel(), base, ridge, FOLLOWING.stray), strict=True)), strength
-
-
-def _begins(n: int, step: int) -> Int64:
-    """Where windows of 2 step px begin."""
-    count = max(3, round((n - 2 * step) / step * 1.5) + 1)
-    return np.linspace(0, max(n - 2 * step, 0), count).astype(np.int64)
-
-
-def _windows(n: int, begins: Int64, step: int) -> Floats:
-    """How much each of n pixels counts in windows of 2 step px, (windows, n)."""
-    x = np.arange(n) - begins[:, None]
-    return np.where((x >= 0) & (x < 2 * step), np.sin(np.pi * (x + 0.5) / (2 * step)) ** 2, 0.0)
+def _phase(factors: list[int], shape: Pair) -> Int64:
+    """The phase of every pixel, 1 / TURN courses; products one by one, the same on every machine."""
+    across, along = (np.asarray((2.0 * np.arange(n) + 1 - n) / n) for n in shape)
+    terms = zip(factors, TERMS, strict=True)
+    parts = (math.prod([across[:, None]] * i + [along] * j, start=float(f)) for f, (i, j) in terms)
+    return np.asarray(np.rint(sum(parts) + np.zeros(shape)), np.int64)
 
 
 class Gain(NamedTuple):
-    """When the straight exemplar is taken: of 92 textures 27 can be laid straight, one gains (docs/design/012)."""
+    """When the straight exemplar is taken: of 163 textures nine can be, two gain (docs/design/012)."""
 
-    least: float = 1.15  # times the confidence as it is; at 1 six more are moved (1.00 to 1.13), doubled: none is
-    clear: float = 2.0  # times what is asked, if it has none as it is; halved: scales and slabs get one, doubled: none
-    off: float = 3.0  # px: what is straighter gives way in step, too; 1: the same, 6: boards of two lone maps are left
+    least: float = 1.4  # times the confidence as it is; at 1 stone blocks are moved, too (1.2), doubled: one is left
+    clear: float = 2.0  # times what is asked, if it has none as it is; halved and doubled: the same
+    off: float = 3.0  # px: what is straighter gives way in step, too; halved and doubled: the same
     level: float = 2.0  # px over the exemplar: courses that lean less are level, as 1 px at each end is rounding
 
 
@@ -321,50 +137,36 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
         return None
     if plain is None:
         return found if found[1].share >= GAIN.clear else None
-    alike = found[1].kind == plain.kind
-    return found if alike and found[1].confidence >= GAIN.least * plain.confidence else None
+    return found if found[1].confidence >= GAIN.least * plain.confidence else None
 
 
 def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
     """The exemplar laid straight and its lattice; None where it is straight already, or has none.
 
-    Courses stay courses; where the exemplar has no lattice as it is, that of one or two vectors is taken that is surer.
     """
     straight = straight_of(exemplar, weights)
     if straight is None:
         return None
-    laid, plain = straight.exemplar, lattices_of(exemplar, weights).accepted
-    two = None
-    if plain is None or plain.kind == "2-D":
-        two = lattices_of(laid, weights).accepted
-        if two is None:  # nor one of one vector, which was looked for, too
-            return None
-        if two.kind == "1-D" or plain is not None:
-            return straight, _level(two, laid)
-    one = find_lattice(features([laid], weights).pictures[0], laid.usable, courses=True).accepted
-    best = max((found for found in (one, two) if found is not None), key=lambda found: found.share, default=None)
-    return None if best is None else (straight, _level(best, laid))
+    laid = straight.exemplar
+    found = find_lattice(features([laid], weights).pictures[0], laid.usable, courses=True).accepted
+    return None if found is None else (straight, _level(found, laid))
 
 
 def _level(found: Lattice, laid: Exemplar) -> Lattice:
     """Courses that hardly lean, made level."""
-    if found.kind == "2-D":
-        return found
     ((y, x),) = found.vectors
     if abs(x) * laid.width < GAIN.level * abs(y):
         return replace(found, vectors=((abs(y), 0),))
     return replace(found, vectors=((0, abs(x)),)) if abs(y) * laid.height < GAIN.level * abs(x) else found
 
 
-WORK_SIDE = 256  # px: larger exemplars are reduced to it, to be looked at, as waves of 6 px are the shortest followed
 LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit
 
 
 class Bending(NamedTuple):
-    """Which courses are laid straight; halved and doubled on the 16 pictures of `Following` (docs/design/012)."""
+    """Which courses are laid straight; halved and doubled (docs/design/012)."""
 
     move: float = 1.0  # px: less is not worth a change: pixels move by whole ones
-    strength: float = 0.02  # share of an exemplar that its courses make up; halved: the same, doubled: three are lost
     narrowest: float = 0.5  # times as wide may a course become; 0.25: scales are bent, 0.7: two are lost
     widest: float = 2.0  # and that; as above with 4 and 1.4
     steepest: float = 0.35  # px down for each along: more would be sheared; halved: the same, doubled: scales are
@@ -395,40 +197,32 @@ def straight_of(exemplar: Exemplar, weights: Weights = None) -> Straight | None:
 
 
 def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
-    picture = features([exemplar], weights).pictures[0]
-    if min(picture.shape[:2]) < 32:
+    try:
+        wall = masonry_of(exemplar, weights)
+    except MethodError:
         return None
-    factor = factor_for(picture.shape, WORK_SIDE)
-    small, mask = reduced(picture, exemplar.usable, factor)
-    for phase in phases(pictures(small, mask)):
-        if phase.strength < BENDING.strength:
-            return None
-        found = _laid(exemplar, picture, phase, factor)
-        if found is not None:
-            return found
-    return None
+    return _laid(exemplar, wall)
 
 
-def _laid(exemplar: Exemplar, picture: Array, phase: Phase, factor: int) -> Straight | None:
-    """Follow a phase; None where it is no smooth change of straight courses, or no change."""
-    usable = exemplar.free
-    if phase.upright:
-        picture, usable = picture.swapaxes(0, 1), usable.T
-    height, width = usable.shape
-    seen = [n // factor * factor for n in (height, width)]
-    at = np.rint(phase.at(samples(height, seen[0])[:, None], samples(width, seen[1]))).astype(np.int64)
+def _laid(exemplar: Exemplar, wall: Masonry) -> Straight | None:
+    """Follow the beds of a wall; None where they are no smooth change of straight ones of one pitch, or no change."""
+    picture, usable = wall.picture, exemplar.free.T if wall.upright else exemplar.free
+    factors = _factors(wall.work.beds, len(usable))
+    if factors is None:
+        return None
+    at = _phase(factors, usable.shape)
     pitch, slope, off = _flat(at)
     steps = np.diff(at, axis=0) * pitch
     if steps.min() < TURN * BENDING.narrowest or steps.max() > TURN * BENDING.widest:
         return None
-    if abs(slope) > BENDING.steepest or max(off, abs(slope) * width) < BENDING.move:
+    if abs(slope) > BENDING.steepest or max(off, abs(slope) * usable.shape[1]) < BENDING.move:
         return None
     lean = _lean(picture, usable)
     yx, inside = _moved(at, round(pitch * 256), lean)
     ends = np.diff(at[[0, -1]], axis=0)[0]
     converging = float(ends.max() / ends.min() - 1)
     inside &= usable[yx[..., 0], yx[..., 1]]
-    if phase.upright:
+    if wall.upright:
         yx, inside = yx.swapaxes(0, 1)[..., ::-1], inside.T
     whole = np.ascontiguousarray(yx, np.int32)
     return Straight(_gathered(exemplar, whole, inside), whole, slope, converging, off)
