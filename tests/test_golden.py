@@ -282,8 +282,8 @@ GOLDEN = {
         "fefcd121b98f200e351252d9e50277771cad7439d026d6bd9910de40aac3a716",
     ),
     "straightened": (
-        "74cc2f2ea20b58b4b7f36c97f0dbff76eafa73071693e997a6bbfeac46e9c20a",
-        "5da59eb4bf9946ca64f48defc6ff65aeed5373c3d462057c98594459d817af2b",
+        "5cb821c4aa1c3e85181ed449ba4c2be0232bffc5c3def9e35a62b47d91d18de3",
+        "8e75bf352021146aeec81492731c2160f47770e610bb1679f134894b1db00031",
     ),
     "flattened": (
         "3f7e8db1e063d6a4843e1cf589cef4f313995c06e715d00360b8727425c01ca9",

@@ -12,7 +12,17 @@ from intarsia.lattice import lattices_of
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.regular import rectify
-from intarsia.regular.rectify import TERMS, TURN, Straight, _factors, _moved, improved, rectified_for, straight_of
+from intarsia.regular.rectify import (
+    TERMS,
+    TURN,
+    Straight,
+    _factors,
+    _moved,
+    _phase,
+    improved,
+    rectified_for,
+    straight_of,
+)
 from intarsia.regular.wall import Wall
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
@@ -26,6 +36,8 @@ def coordinate(kind: str, size: int = 224) -> np.ndarray:
     u, middle = 2 * x / size - 1, size / 2
     return {
         "straight": y,
+        "tilted": size * np.log1p(1.5 * y / size) / np.log(2.5),
+        "winding": y + 12 * (u**3 - 0.6 * u + 0.4),
         "slanted": y - 0.03 * x,
         "converging": middle + (y - middle) * (1 + 0.02 * u),
         "bowed": y + 3 * u * u,
@@ -64,7 +76,7 @@ def pitches(down: np.ndarray, known: np.ndarray, parts: int = 6) -> list[float]:
     return found
 
 
-@pytest.mark.parametrize("kind", ["slanted", "converging", "bowed", "fan"])
+@pytest.mark.parametrize("kind", ["slanted", "converging", "bowed", "fan", "tilted", "winding"])
 @pytest.mark.parametrize("upright", [False, True])
 def test_courses_lie_straight_afterwards(kind: str, upright: bool) -> None:
     """Their pitch is the same everywhere within 0.2 px, and they leave straight level lines by less than 1 px."""
@@ -75,7 +87,7 @@ def test_courses_lie_straight_afterwards(kind: str, upright: bool) -> None:
     assert straight is not None
     yx = straight.yx.swapaxes(0, 1)[..., ::-1] if upright else straight.yx
     down = truth[yx[..., 0], yx[..., 1]]
-    known = np.ones(e.base.pixels.shape, bool) if straight.exemplar.usable is None else straight.exemplar.usable
+    known = straight.exemplar.free
     known = known.T if upright else known
     found = pitches(down, known)
     assert max(found) - min(found) < 0.2
@@ -130,6 +142,9 @@ def test_every_pixel_is_a_pixel_of_the_exemplar() -> None:
     assert grown.render(feather=0).pixels.tobytes() == pixels[grown.map.yx[..., 0], grown.map.yx[..., 1]].tobytes()
 
 
+ALL = np.ones((200, 200), bool)
+
+
 def fanned(heights: list[int]) -> np.ndarray:
     """Beds (n, 200) px of courses so high in the middle, that fan out by a tenth to either side."""
     x = np.linspace(-1, 1, 200)
@@ -139,7 +154,7 @@ def fanned(heights: list[int]) -> np.ndarray:
 def test_the_polynomial_goes_through_the_beds() -> None:
     """Compared with least squares over every place, and with the courses that beds part: within a fiftieth of one."""
     beds = fanned([20] * 9)
-    factors = _factors(beds, 200)
+    factors = _factors(beds, ALL)
     assert factors is not None
     across, along = (2.0 * beds + 1 - 200) / 200, np.broadcast_to((2.0 * np.arange(200) + 1 - 200) / 200, beds.shape)
     terms = np.stack([(across**i * along**j).ravel() for i, j in TERMS], axis=1)
@@ -150,15 +165,37 @@ def test_the_polynomial_goes_through_the_beds() -> None:
 
 def test_a_bed_that_was_not_found_is_passed_over() -> None:
     beds = fanned([20] * 9)
-    whole, some = _factors(beds, 200), _factors(np.delete(beds, 4, axis=0), 200)
+    whole, some = _factors(beds, ALL), _factors(np.delete(beds, 4, axis=0), ALL)
     assert whole is not None
     assert some is not None
     assert np.abs(np.array(whole) - some).max() < TURN / 20
 
 
 def test_courses_of_several_heights_are_not_laid_straight() -> None:
-    assert _factors(fanned([13, 27, 13, 27, 20, 14, 26, 13, 27]), 200) is None
-    assert _factors(fanned([20, 20, 21, 19, 20, 20, 20, 20, 20]), 200) is not None
+    assert _factors(fanned([13, 27, 13, 27, 20, 14, 26, 13, 27]), ALL) is None
+    assert _factors(fanned([20, 20, 21, 19, 20, 20, 20, 20, 20]), ALL) is not None
+
+
+def test_only_what_is_usable_tells_where_beds_lie() -> None:
+    """Beds that wander off where nothing may be used, or over the border, change nothing; unseen ones end it."""
+    beds, usable = fanned([20] * 9), ALL.copy()
+    usable[:, 150:] = False
+    astray = np.where(np.arange(200) < 150, beds, beds - 30)
+    assert _factors(astray, usable) == _factors(beds, usable)
+    assert _factors(astray, ALL) != _factors(beds, ALL)
+    usable[:, 6:] = False
+    assert _factors(beds, usable) is None
+
+
+def test_a_pitch_that_grows_down_the_rows_is_followed() -> None:
+    """Three times as high below as above: each gap is one course, by those around it."""
+    highs = np.rint(9 * 1.13 ** np.arange(10)).astype(int).tolist()
+    assert highs[-1] >= 2.9 * highs[0]
+    factors = _factors(fanned(highs), ALL)
+    assert factors is not None
+    courses = _phase(factors, (200, 200))[:, 100] / TURN
+    top, end = fanned(highs)[[0, -1], 100]
+    assert courses[end] - courses[top] == pytest.approx(10, abs=0.2)
 
 
 @pytest.mark.parametrize("lean", [0, 20, -37])

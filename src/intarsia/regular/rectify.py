@@ -27,7 +27,7 @@ from ..model import Exemplar
 from ..model.image import Plane
 from .unequal import Masonry, masonry_of, sure_masonry
 
-TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (1, 2), (1, 3))
+TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
 TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
 
@@ -36,27 +36,31 @@ class Following(NamedTuple):
     """How the beds of courses are followed. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
 
     places: int = 64  # of each bed are looked at; halved and doubled: the same
-    stray: float = 0.2  # courses: what lies this far off counts half; halved: the same, doubled: a slant 0.1 px worse
-    loose: float = 0.05  # courses: beds half of whose places lie farther off are of several heights; doubled: two more
+    stray: float = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
+    loose: float = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: three more
     faint: float = 0.001  # keeps what beds do not tell near nothing; halved and doubled: the same
-    fits: int = 4  # times that weights follow from what is left over; halved: a fan is 2 px off, doubled: the same
+    fits: int = 4  # times that weights follow from what is left over; halved and doubled: the same
 
 
 FOLLOWING = Following()
+LEAST = 8  # places of a bed that must be usable
+AROUND = 2  # gaps to either side say how far beds lie apart
 
 
-def _factors(beds: Int64, height: int) -> list[int] | None:
+def _factors(beds: Int64, usable: Mask) -> list[int] | None:
     """The factors of TERMS, 1 / TURN courses, of the course that each place lies in; None where heights differ.
 
-    Beds (n, W) px; places run from -1 to 1 over (height, W). A bed that was not found is passed over.
+    Beds (n, W) px; places run from -1 to 1 over what is usable (H, W), which alone is looked at.
     """
-    width = beds.shape[1]
+    height, width = usable.shape
     x = np.arange(0, width, max(width // FOLLOWING.places, 1))
-    gaps = np.diff(beds.sum(axis=1))
-    numbers = np.concatenate([[0], np.cumsum(np.rint(gaps / np.sort(gaps)[len(gaps) // 2]))])
-    across, along = (2.0 * beds[:, x] + 1 - height) / height, (2.0 * x + 1 - width) / width
-    a = np.stack([(across**i * along**j).ravel() for i, j in TERMS], axis=1)
-    b = np.repeat(numbers, len(x))
+    y = beds[:, x]
+    seen = (y >= 0) & (y < height) & usable[np.clip(y, 0, height - 1), x]
+    if (seen.sum(axis=1) < LEAST).any():
+        return None
+    across, along = (2.0 * y + 1 - height) / height, (2.0 * x + 1 - width) / width
+    a = np.stack([(across**i * along**j)[seen] for i, j in TERMS], axis=1)
+    b = np.repeat(_numbered(y, seen), seen.sum(axis=1))
     ridge = FOLLOWING.faint * len(b) * np.diag([0.0] * 3 + [1.0] * (len(TERMS) - 3))
     sure = np.ones(len(b))
     for _ in range(FOLLOWING.fits):
@@ -65,6 +69,15 @@ def _factors(beds: Int64, height: int) -> list[int] | None:
         off = np.abs(a @ found - b)
         sure = 1 / (1 + (off / FOLLOWING.stray) ** 2)
     return [int(v) for v in np.rint(found * TURN)] if np.median(off) < FOLLOWING.loose else None
+
+
+def _numbered(y: Array, seen: Array) -> Array:
+    """The number of each bed (n, places): one that was not found is passed over, by the pitch of those around."""
+    both = seen[1:] & seen[:-1]
+    gaps = np.where(both, np.diff(y, axis=0), 0).sum(axis=1) / np.maximum(both.sum(axis=1), 1)
+    around = [np.sort(gaps[max(k - AROUND, 0) : k + AROUND + 1]) for k in range(len(gaps))]
+    usual = np.array([some[len(some) // 2] for some in around])
+    return np.concatenate([[0], np.cumsum(np.rint(gaps / np.maximum(usual, 1)))])
 
 
 def _phase(factors: list[int], shape: Pair) -> Int64:
@@ -141,9 +154,7 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
 
 
 def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
-    """The exemplar laid straight and its lattice; None where it is straight already, or has none.
-
-    """
+    """The exemplar laid straight and its lattice; None where it is straight already, or has none."""
     straight = straight_of(exemplar, weights)
     if straight is None:
         return None
@@ -166,10 +177,10 @@ LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit
 class Bending(NamedTuple):
     """Which courses are laid straight; halved and doubled (docs/design/012)."""
 
-    move: float = 1.0  # px: less is not worth a change: pixels move by whole ones
-    narrowest: float = 0.5  # times as wide may a course become; 0.25: scales are bent, 0.7: two are lost
-    widest: float = 2.0  # and that; as above with 4 and 1.4
-    steepest: float = 0.35  # px down for each along: more would be sheared; halved: the same, doubled: scales are
+    move: float = 1.0  # px: less is not worth a change: pixels move by whole ones; halved: a straight wall is bent
+    narrowest: float = 0.5  # times as wide may a course become; halved: the same, doubled: none may
+    widest: float = 2.0  # and that; as above with doubled and halved
+    steepest: float = 0.35  # px down for each along: more would be sheared; halved and doubled: the same
     strong: float = 0.05  # share of the edges that count as joints; halved and doubled: joints lean by other 1 / LEAN
 
 
@@ -207,7 +218,7 @@ def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
 def _laid(exemplar: Exemplar, wall: Masonry) -> Straight | None:
     """Follow the beds of a wall; None where they are no smooth change of straight ones of one pitch, or no change."""
     picture, usable = wall.picture, exemplar.free.T if wall.upright else exemplar.free
-    factors = _factors(wall.work.beds, len(usable))
+    factors = _factors(wall.work.beds, usable)
     if factors is None:
         return None
     at = _phase(factors, usable.shape)

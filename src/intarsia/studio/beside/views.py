@@ -79,7 +79,7 @@ def edit(said: dict[str, Any], tell: Tell) -> Answer:
     if said["straighten"]:
         straight = straight_of(exemplar)
         if straight is None:
-            raise InputError("its courses are straight already, or it has none.")
+            raise InputError("its courses are straight already, or none of bricks are found.")
         exemplar, done = straight.exemplar, [*done, "straight"]
     if said["flatten"]:
         exemplar, done = flattened(exemplar), [*done, "flat"]
