@@ -52,7 +52,7 @@ class NearRegular(EndlessBase):
     )
     straighten: str = param(
         "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
-        "repeat much better, not with given vectors; on: wherever courses of bricks are not; vectors then hold after it",
+        "repeat much better, not with given vectors; on: wherever courses of bricks are not; vectors hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
     channel_weights: tuple[float, ...] | None = methods.channel_weights()

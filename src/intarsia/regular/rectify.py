@@ -37,7 +37,7 @@ class Following(NamedTuple):
 
     places: int = 64  # of each bed are looked at; halved and doubled: the same
     stray: float = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
-    loose: float = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: three more
+    loose: float = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: 3 more
     faint: float = 0.001  # keeps what beds do not tell near nothing; halved and doubled: the same
     fits: int = 4  # times that weights follow from what is left over; halved and doubled: the same
 
