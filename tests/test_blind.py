@@ -29,6 +29,20 @@ def reddish(path):
     return "L" if shown[5, 10 + blind.GAP + 5, 0] > 100 else "R"
 
 
+def test_photographs_stand_in_for_a_version(tmp_path):
+    """The middle of what an exemplar was cut from, where that is there and larger."""
+    whole = np.random.default_rng(1).integers(0, 256, (60, 70, 3)).astype(np.uint8)
+    for name, pixels in (("a.png", whole[:20, :20]), ("a.ref.png", whole), ("b.png", whole[:20, :20])):
+        Image.fromarray(pixels).save(tmp_path / name)
+    Image.fromarray(whole[:20, :20]).save(tmp_path / "c.png")
+    Image.fromarray(whole[:20, :30]).save(tmp_path / "c.ref.png")
+    exemplars = [tmp_path / f"{name}.png" for name in "abc"]
+    blind.grow({"B": blind.PHOTOGRAPH}, exemplars, tmp_path / "out", [1], 40, "")
+    assert [p.name for p in (tmp_path / "out" / "B" / "1").iterdir()] == ["a.png"]
+    made = np.asarray(Image.open(tmp_path / "out" / "B" / "1" / "a.png"))
+    np.testing.assert_array_equal(made, whole[10:50, 15:55])
+
+
 def test_both_orders_occur_and_verdicts_find_their_version(compared):
     assert blind.sheets(compared, seed=3) == 8
     red = {p.stem: reddish(p) for p in sorted((compared / "sheets").glob("*.png"))}

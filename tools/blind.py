@@ -1,13 +1,15 @@
-"""Compare two versions of intarsia by eye, without knowing which is which.
+"""Compare two versions of intarsia by eye, or one with photographs, without knowing which is which.
 
     python tools/blind.py grow A=OLD_TREE B=. EXEMPLAR... -o OUT [--seeds 1 2 3] [--size 512] [--options "-m graphcut"]
     python tools/blind.py sheets OUT --seed 7
     python tools/blind.py count OUT GRADES.csv [-o VERDICTS.csv]
 
 ``grow`` grows every exemplar with both trees of the source (folders that hold ``src/intarsia``) into ``OUT/A`` and
-``OUT/B``; ``sheets`` lays each exemplar beside its two pictures, in an order and under names that only ``OUT/key.json``
-tells; whoever grades them writes a line ``sheet,grade of the left one,of the right one,preferred,remarks`` for each:
-grades are G (good), F (flawed) and B (broken), preferred is L, R or =. ``count`` tells what was said of which version.
+``OUT/B``; ``B=photograph`` takes the middle of what the exemplar was cut from, ``NAME.ref.png`` beside ``NAME.png``,
+where that is larger. ``sheets`` lays each exemplar beside its two pictures, in an order and under names that only
+``OUT/key.json`` tells; whoever grades them writes a line ``sheet,grade of the left,of the right,preferred,remarks``
+for each: grades are G (good), F (flawed) and B (broken), preferred is L, R or =. ``count`` tells what was said of which
+version.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+PHOTOGRAPH = "photograph"  # in place of a tree
 GAP, DARK, MOST = 12, (40, 40, 40), 320  # px between pictures, their ground, px of an exemplar a side
 
 
@@ -45,6 +48,9 @@ def grow(
                 made = folder / f"{name_of(exemplar)}.png"
                 if made.exists():
                     continue
+                if str(tree) == PHOTOGRAPH:
+                    photographed(exemplar, made, size)
+                    continue
                 command = [sys.executable, "-m", "intarsia", "grow", str(exemplar.resolve()), "-o", str(made.resolve())]
                 command += ["--size", str(size), "--seed", str(seed), "--quiet", *shlex.split(options)]
                 environment = {**os.environ, "PYTHONPATH": str((tree / "src").resolve())}
@@ -52,6 +58,20 @@ def grow(
                 if done.returncode:
                     print(f"{version}: {exemplar.name} seed {seed} ended with {done.returncode}.", file=sys.stderr)
     (out / "exemplars.json").write_text(json.dumps({name_of(e): str(e.resolve()) for e in exemplars}))
+
+
+def photographed(exemplar: Path, made: Path, size: int) -> None:
+    """Write the middle of what an exemplar was cut from, where that is known and larger."""
+    whole = exemplar.with_name(f"{exemplar.stem}.ref{exemplar.suffix}")
+    if not whole.exists():
+        return
+    shown = picture(whole)
+    height, width = min(size, shown.height), min(size, shown.width)
+    with Image.open(exemplar) as small:
+        if height <= small.height or width <= small.width:
+            return
+    left, top = (shown.width - width) // 2, (shown.height - height) // 2
+    shown.crop((left, top, left + width, top + height)).save(made)
 
 
 def picture(path: Path, most: int | None = None) -> Image.Image:
