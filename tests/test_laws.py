@@ -50,12 +50,17 @@ def requests(thorough: bool, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def fan(e: Exemplar) -> Exemplar:
-    """The exemplar with dark joints between courses that converge and slant."""
-    y, x = np.mgrid[: e.height, : e.width]
-    u = 2 * x / e.width - 1
-    down = (y - e.height / 2) * (1 + 0.15 * u) - 0.03 * x
-    pixels = np.where((down % 8 < 2)[..., None], 0, e.base.samples // 2 if not e.base.is_float else e.base.samples / 2)
-    return Exemplar.of(e.base.like(pixels.astype(e.base.pixels.dtype)), usable=e.usable, toroidal=e.toroidal)
+    """The exemplar, side by side, with dark joints between bricks in courses of 12 px that converge and slant."""
+    again = [-(-96 // n) for n in (e.height, e.width)]
+    y, x = np.mgrid[: again[0] * e.height, : again[1] * e.width]
+    u = 2 * x / x.shape[1] - 1
+    down = (y - len(y) / 2) * (1 + 0.15 * u) - 0.03 * x
+    joints = (down % 12 < 2) | ((x + 11 * (down // 12)) % 28 < 2)
+    samples = np.tile(e.base.samples, (*again, 1))
+    pixels = np.where(joints[..., None], 0, samples / 4 + samples.max() / 2)
+    usable = np.ones(y.shape, bool)
+    usable[: e.height, : e.width] = e.free
+    return Exemplar.of(e.base.like(pixels.astype(e.base.pixels.dtype)), usable=usable)
 
 
 class TestImageQuilting(PackageLaws):
@@ -212,22 +217,22 @@ class TestBestTileOfRealVectors(TestBestTile):
 class TestNearRegularOfOneVector(PackageLaws):
     """Wrapped sizes are a whole number of courses, here of 8 px; along them any width closes."""
 
-    method = ia.NearRegular(lattice=((0, 8),))
+    method, high = ia.NearRegular(lattice=((0, 8),)), 8
     examples = 6
     least = 30
 
     def cases(self) -> SearchStrategy[Case]:
         def whole(case: Case) -> Case:
             height, width = case.size
-            return replace(case, size=(-(-height // 8) * 8 if case.wrap.y else height, width))
+            return replace(case, size=(-(-height // self.high) * self.high if case.wrap.y else height, width))
 
         return super().cases().map(whole)
 
 
 class TestStraightenedNearRegular(TestNearRegularOfOneVector):
-    """Courses of 8 px that converge by a third and slant, laid straight first."""
+    """Courses of 12 px that converge by a third and slant, laid straight first."""
 
-    method = replace(TestNearRegularOfOneVector.method, straighten="on")
+    method, high = ia.NearRegular(lattice=((0, 12),), straighten="on"), 12
     least = 40
 
     def cases(self) -> SearchStrategy[Case]:
