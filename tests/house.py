@@ -188,7 +188,7 @@ BUDGET = {
     "methods": 4_402,
     "patches": 18_029,
     "published": 40_748,
-    "regular": 36_693,
+    "regular": 36_709,
     "rendering": 21_187,
     "request": 9_956,
     "root": 2_734,

@@ -185,6 +185,9 @@ def test_only_what_is_usable_tells_where_beds_lie() -> None:
     assert _factors(astray, ALL) != _factors(beds, ALL)
     usable[:, 6:] = False
     assert _factors(beds, usable) is None
+    gone = ALL.copy()
+    gone[:20] = False  # and with it the uppermost bed
+    assert _factors(beds, gone) == _factors(beds[1:], gone) is not None
 
 
 def test_a_pitch_that_grows_down_the_rows_is_followed() -> None:

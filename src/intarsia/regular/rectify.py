@@ -43,7 +43,7 @@ class Following(NamedTuple):
 
 
 FOLLOWING = Following()
-LEAST = 8  # places of a bed that must be usable
+LEAST = 8  # places of a bed must be usable, or it is left out
 AROUND = 2  # gaps to either side say how far beds lie apart
 
 
@@ -56,8 +56,10 @@ def _factors(beds: Int64, usable: Mask) -> list[int] | None:
     x = np.arange(0, width, max(width // FOLLOWING.places, 1))
     y = beds[:, x]
     seen = (y >= 0) & (y < height) & usable[np.clip(y, 0, height - 1), x]
-    if (seen.sum(axis=1) < LEAST).any():
+    known = seen.sum(axis=1) >= LEAST
+    if known.sum() < 3:
         return None
+    y, seen = y[known], seen[known]
     across, along = (2.0 * y + 1 - height) / height, (2.0 * x + 1 - width) / width
     a = np.stack([(across**i * along**j)[seen] for i, j in TERMS], axis=1)
     b = np.repeat(_numbered(y, seen), seen.sum(axis=1))
