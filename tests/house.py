@@ -192,7 +192,7 @@ BUDGET = {
     "rendering": 21_187,
     "request": 9_956,
     "root": 2_734,
-    "seams": 20_739,
+    "seams": 21_456,
     "search": 13_714,
     "segments": 5_130,
     "studio": 23_880,

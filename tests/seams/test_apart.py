@@ -114,9 +114,9 @@ def test_what_is_drawn_stands_beside_no_mirror() -> None:
     rows = np.array([(0, 1, 10, 20), (5, 1, 20, 0), (6, 0, 10, 20)], np.int64)
     known = np.ones((16, 16), bool)
     found = Candidates(rows, 100, np.empty(0), known)
-    assert (1, 10, 20) not in sewing.placements(box, found, 7)
+    assert (1, 10, 20) not in sewing.placements(box, found, 7, 12)
     found = Candidates(rows[:1], 100, np.empty(0), known)
-    assert sewing.placements(box, found, 7) == [(1, 10, 20)]  # nothing else is there
+    assert sewing.placements(box, found, 7, 12) == [(1, 10, 20)]  # nothing else is there
 
 
 def test_no_piece_grows_beside_its_mirror(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -32,7 +32,7 @@ from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings
 from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
-from intarsia.seams.graphcut import likelihood
+from intarsia.seams.chances import likelihood
 from intarsia.seams.recut_kernels import NEVER
 from intarsia.seams.sewing import settings_of, stitch_of
 from intarsia.seams.usage_kernels import Usage
@@ -432,16 +432,15 @@ def test_a_bad_seam_is_covered() -> None:
 def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
     monkeypatch.setattr(graphcut, "RANDOMNESS", 1.0)
-    monkeypatch.setattr(graphcut, "TRIES", 6)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(margin=2))
     box = (0, 0, 16, 16)
-    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1))
+    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
     sewing.note(sewing.write(first))
     box = (0, 10, 16, 16)
-    picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2)
+    picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2, 6)
     assert len(set(picks)) == len(picks) == 6
     rough = []
     for pick in picks:
@@ -454,20 +453,18 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     found = sewing.best(box, picks)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
-    monkeypatch.setattr(graphcut, "TRIES", 2)
     fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
-    assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2) == picks[:2]
+    assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2, 2) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
     monkeypatch.setattr(graphcut, "RANDOMNESS", 0.0)
-    monkeypatch.setattr(graphcut, "TRIES", 1)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
     sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
     box = (0, 0, 16, 16)
-    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1))
+    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
     sewing.note(sewing.write(first))
     box = (0, 10, 16, 16)
@@ -476,7 +473,7 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
     cheap = min(prices.values())
     assert max(prices.values()) > 1.5 * cheap > 0
     for bits in range(1, 20):
-        (pick,) = sewing.placements(box, found, bits)
+        (pick,) = sewing.placements(box, found, bits, 1)
         assert prices[pick] <= cheap + 20
 
 

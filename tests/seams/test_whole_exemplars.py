@@ -97,7 +97,7 @@ def test_a_window_is_filled_where_nothing_else_is_there() -> None:
     sewing.variant[:SIDE, :SIDE], sewing.yx[:SIDE, :SIDE] = 0, np.moveaxis(np.indices((SIDE, SIDE)), 0, 2)
     found = Candidates(np.array([(0, 0, 0, 0)], np.int64), 100, np.empty(0), np.ones((14, 17), bool))
     assert not sewing.apart(box, found.rows)[0]
-    assert sewing.placements(box, found, 7) == [(0, 0, 0)]
+    assert sewing.placements(box, found, 7, 12) == [(0, 0, 0)]
 
 
 @pytest.mark.parametrize("n", [10, 40, 60])
@@ -127,4 +127,4 @@ def test_with_nothing_else_left_what_is_no_mirror_is_drawn(monkeypatch: pytest.M
     monkeypatch.setattr(sewing, "_unmirrored", lambda box, rows: rows[:, 1] == 0)
     found = Candidates(np.array([(0, 1, 5, 5), (5, 0, 0, 0)], np.int64), 100, np.empty(0), np.ones((14, 17), bool))
     assert not sewing.apart(box, found.rows).any()
-    assert sewing.placements(box, found, 7) == [(0, 0, 0)]
+    assert sewing.placements(box, found, 7, 12) == [(0, 0, 0)]

@@ -18,7 +18,6 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -37,6 +36,7 @@ from ..patches.growth import Growth
 from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
 from . import energy_kernels, placement_kernels, recut_kernels, visibilities
+from .chances import drawn, likelihood
 from .energy_kernels import Pieces
 from .placement_kernels import ONE, Look
 from .recut_kernels import NEVER
@@ -67,8 +67,6 @@ ROUGH = 6  # px from one to the next where placements are compared before the be
 LEAST = 8  # so many of them at least along each side of a window
 SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
 EVERY = 4  # px from one to the next, at least, of what lies about a window
-TINY = 1057087571  # exp(-1/64) in 2**-30
-GONE = 64 * 20  # beyond, a chance is none
 FAR = 1 << 24  # px: no canvas or exemplar is so long
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
 ALIKE = 3  # px: as near is the same, one whole exemplar away; as a quarter of a window many a good place would go
@@ -264,8 +262,8 @@ class GraphcutGrowth:
             placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
         return np.asarray(count * MOST <= box[2] * box[3])
 
-    def placements(self, box: Box, found: Candidates, bits: int) -> list[Pick]:
-        """Draw some of the candidates for a window, the cheaper the likelier; an empty one gets any place at least."""
+    def placements(self, box: Box, found: Candidates, bits: int, most: int) -> list[Pick]:
+        """Draw some of the candidates for a window, the cheaper the likelier; of none any place for it."""
         good = self.apart(box, found.rows)
         good = good if good.any() else self._unmirrored(box, found.rows)
         found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
@@ -274,7 +272,7 @@ class GraphcutGrowth:
         price = self.priced(box, found)
         unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
         chances = likelihood((price - price.min()) * 64 // unit)
-        return [picked(found, k) for k in drawn(chances.tolist(), TRIES, bits)]
+        return [picked(found, k) for k in drawn(chances.tolist(), most, bits)]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
@@ -322,10 +320,11 @@ class GraphcutGrowth:
             self._told = Prices(counts, round(REPEAT * self.stitch.usage * 65536))
         return self._told
 
-    def found(self, boxes: Sequence[Box], run: Run) -> list[Candidates]:
-        """The candidates for windows that lie apart, as the map now is."""
+    def found(self, boxes: Sequence[Box], run: Run, valid: Sequence[Mask] | None = None) -> list[Candidates]:
+        """The candidates for windows that lie apart, as the map now is; `valid`: where alone patches may begin."""
         assert self._search is not None
         search, told, first = self._search, self.told, self.first
+        search = search if valid is None else search.within(valid)
         size = 1 if first else min(search.batch(), -(-len(boxes) // run.workers))
         chunks = [np.array([box[:2] for box in boxes[n : n + size]], np.int64) for n in range(0, len(boxes), size)]
 
@@ -440,35 +439,6 @@ class GraphcutGrowth:
     def note(self, box: Box) -> None:
         """Measure the seams of a box anew."""
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
-
-
-def drawn(chances: list[int], most: int, bits: int) -> list[int]:
-    """Draw up to so many numbers, each once and in proportion to its chance, none that has none."""
-    rest, total, out = list(chances), sum(chances), list[int]()
-    while total and len(out) < most:
-        share, k = draw(bits, len(out)) % total, 0
-        while share >= rest[k]:
-            share, k = share - rest[k], k + 1
-        total, rest[k] = total - rest[k], 0
-        out.append(k)
-    return out
-
-
-@cache
-def _likelihoods() -> Array:
-    """2**30 exp(-x / 64) for every whole number x that is likely at all, in whole numbers, the same everywhere."""
-    x = np.arange(GONE + 1)
-    out, factor = np.full(len(x), 1 << 30, np.int64), TINY
-    for bit in range(GONE.bit_length()):
-        out = np.where(x >> bit & 1 > 0, out * factor >> 30, out)
-        factor = factor * factor >> 30
-    out[GONE] = 0
-    return out
-
-
-def likelihood(x: Array) -> Array:
-    """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
-    return _likelihoods()[np.minimum(x, GONE)]
 
 
 def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:

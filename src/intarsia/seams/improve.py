@@ -18,8 +18,10 @@ import numpy as np
 
 from ..foundation.arrays import Array
 from ..foundation.run import Run, draw
+from ..model.sourcemap import HOLE
 from ..patches import Window, waves
-from .graphcut import APART, Box, Cut, GraphcutGrowth, Piece, pieces_in
+from .border import SHARE, ending
+from .graphcut import APART, TRIES, Box, Cut, GraphcutGrowth, Piece, pieces_in
 
 AT_ONCE = 64  # windows of a wave that are searched for and cut before progress is told; what they hold is dropped then
 REACH = 2  # patches that a large piece may grow around the box that it lies in
@@ -80,14 +82,21 @@ class Drawing:
 
     def __init__(self, sewn: GraphcutGrowth) -> None:
         self.sewn, self.lay, self.measured = sewn, sewn.write, sewn.note
+        self.even = bool(sewn.stitch.evenness) and sewn.stitch.lattice is None and not (sewn.variant < HOLE).any()
 
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """The candidates."""
-        return self.sewn.found([place.box for place in sites], run)
+        """The candidates of each window, and those that show the exemplar's border where the canvas ends."""
+        boxes = [place.box for place in sites]
+        ends = ending(self.sewn, boxes, run) if self.even else [None] * len(boxes)
+        return list(zip(self.sewn.found(boxes, run), ends, strict=True))
 
     def best(self, site: Any, found: Any) -> Cut | None:
         """The cheapest cut of those that are drawn."""
-        return self.sewn.best(site.box, self.sewn.placements(site.box, found, site.bits))
+        anywhere, end = found
+        rest = TRIES // SHARE if end else 0
+        picks = self.sewn.placements(site.box, anywhere, site.bits, TRIES - rest)
+        picks += self.sewn.placements(site.box, end, site.bits + 1, rest) if end else []
+        return self.sewn.best(site.box, picks)
 
     def pays(self, cut: Cut) -> bool:
         """Always: what windows that lie apart change is their own."""

@@ -1,0 +1,64 @@
+"""At the border of the canvas the border of the exemplar may be shown, and what it cuts is cut there, too.
+
+A patch lies inside the exemplar, so its rim is in few of them, and all of it is shown only where a cut runs along its
+border, in a straight line. Where the canvas ends no seam is needed. So of the placements that are drawn for a window
+there a third show the exemplar to its end on the same side, and the cheapest cut is kept, as ever: what is shown too
+seldom makes it cheap.
+
+Source: none known; use is counted as in :mod:`.usage_kernels`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..foundation.arrays import Array, Mask, Pair
+from ..foundation.run import Run
+from ..search import Candidates
+from .graphcut import Box, GraphcutGrowth
+
+SHARE = 3  # of the placements of such a window one in so many; all: rows of the exemplar return along the border
+
+
+def ending(sewn: GraphcutGrowth, boxes: Sequence[Box], run: Run) -> list[Candidates | None]:
+    """Return the candidates that show the exemplar's border on the sides where the canvas ends.
+
+    None for windows elsewhere, and where there are none but what shows a whole exemplar beside itself.
+    """
+    out, alike = list[Candidates | None]([None] * len(boxes)), dict[Pair, list[int]]()
+    for number, box in enumerate(boxes):
+        alike.setdefault(sides_of(sewn, box), []).append(number)
+    for sides, numbers in alike.items():
+        valid = at_border(sewn.variants.valid, sewn.variants.toroidal, sides)
+        if any(sides) and any(v.any() for v in valid):
+            for n, found in zip(numbers, sewn.found([boxes[n] for n in numbers], run, valid), strict=True):
+                rows = found.rows[sewn.apart(boxes[n], found.rows)]
+                out[n] = replace(found, rows=rows) if len(rows) else None
+    return out
+
+
+def sides_of(sewn: GraphcutGrowth, box: Box) -> Pair:
+    """Say for both axes at which end of the canvas a window lies: -1 the first, 1 the last, 0 none or both.
+
+    None along an axis that wraps, or where the canvas is not half as long again as the exemplars.
+    """
+    longest, ends = sewn.variants.table[:, 1:3].max(axis=0).tolist(), list[int]()
+    for k, (length, wrap) in enumerate(zip(sewn.variant.shape, sewn.wraps, strict=True)):
+        open_ended = not wrap and 2 * length >= 3 * longest[k]
+        ends.append(int(box[k] + box[2 + k] >= length) - int(box[k] <= 0) if open_ended else 0)
+    return ends[0], ends[1]
+
+
+def at_border(valid: Sequence[Mask], toroidal: Array, sides: Pair) -> list[Mask]:
+    """Of where patches may begin in each variant, keep what shows its end on those sides; nothing of a torus."""
+    out = []
+    for allowed, torus in zip(valid, toroidal.tolist(), strict=True):
+        kept = np.zeros_like(allowed)
+        ends = tuple({-1: slice(0, 1), 0: slice(None), 1: slice(-1, None)}[side] for side in sides)
+        if not torus:
+            kept[ends] = allowed[ends]
+        out.append(kept)
+    return out
