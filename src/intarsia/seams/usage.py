@@ -16,7 +16,7 @@ from .usage_kernels import SHARE
 USUAL, MOST = 256, 64  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
 STRIKING = 2.0  # times as much as usual: more strikes,
 RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/019)
-RIM = 6  # px from the border count as shown already; 0: twice as many straight cuts along it, 16: alike, used less
+RIM = 6  # px from the border count as shown already; 0: of 174 sheets 16 preferred, 38 not, 14 beside 8: alike
 
 
 def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = False) -> Int32:
