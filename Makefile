@@ -109,7 +109,7 @@ pictures: $(VENV)/.installed-dev
 	@$(BIN)/python docs/make_finish_pictures.py && $(BIN)/python docs/make_usage_pictures.py && $(BIN)/python docs/make_near_pictures.py
 	@$(BIN)/python docs/make_graphcut_pictures.py && $(BIN)/python docs/make_repair_pictures.py
 	@$(BIN)/python docs/make_report_pictures.py && $(BIN)/python docs/make_parallel_pictures.py
-	@$(BIN)/python docs/make_moving_pictures.py && $(BIN)/python docs/make_studio_pictures.py
+	@$(BIN)/python docs/make_gallery_pictures.py && $(BIN)/python docs/make_moving_pictures.py && $(BIN)/python docs/make_studio_pictures.py
 
 tables: $(VENV)/.installed-dev
 	$(call check,-dev)

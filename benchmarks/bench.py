@@ -5,7 +5,7 @@ right before each repetition. Ratios are medians; kernels are compiled before an
 
     python benchmarks/bench.py                 all cases; prints a table, writes bench/results.json
     python benchmarks/bench.py --only cut      cases whose name holds "cut"
-    python benchmarks/bench.py --markdown      the table as the README shows it
+    python benchmarks/bench.py --markdown      the table as the page on speed shows it
 """
 
 from __future__ import annotations
@@ -586,7 +586,7 @@ def table(results: list[Result]) -> str:
 
 
 def markdown(results: list[Result]) -> str:
-    """Return the results as the README shows them."""
+    """Return the results as the page on speed shows them."""
     lines = ["| case | measured | target | |", "|:---|:---|:---|:---|"]
     for r in results:
         if r.name.startswith("Multrus 2003"):  # docs/sources-000.md shows these
@@ -627,7 +627,7 @@ def main() -> None:
         return
     parser = argparse.ArgumentParser(description="Measure speed and memory in ratios to R.")
     parser.add_argument("--only", default="", metavar="WORD", help="cases whose name holds this word")
-    parser.add_argument("--markdown", action="store_true", help="print the table as the README shows it")
+    parser.add_argument("--markdown", action="store_true", help="print the table as the page on speed shows it")
     parser.add_argument("--again", action="store_true", help="print the kept results, measure nothing")
     given = parser.parse_args()
     if given.again:

@@ -68,12 +68,6 @@ def patches() -> np.ndarray:
     return beside(*(rgb(grown("stones", 320, ia.ImageQuilting(patch=patch), seed=2)) for patch in (16, None, 128)))
 
 
-def tileable() -> np.ndarray:
-    """A tileable picture, and four of it."""
-    tile = rgb(grown("pebbles", 224, seed=1, wrap="both"))
-    return beside(tile, np.tile(tile, (2, 2, 1)))
-
-
 def map_of() -> np.ndarray:
     """A picture, its pieces, and its coordinates as colours."""
     made = grown("stones", 320, seed=1)
@@ -119,7 +113,6 @@ PICTURES = {
     "photographs": photographs,
     "baseline": baseline,
     "patches": patches,
-    "tileable": tileable,
     "map": map_of,
     "feathers": feathers,
     "repetition": repetition,

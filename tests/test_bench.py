@@ -85,8 +85,8 @@ def test_results_are_kept_as_json(
     assert "one" in capsys.readouterr().out
 
 
-def test_the_readme_shows_a_table() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_page_on_speed_shows_a_table() -> None:
+    text = (ROOT / "docs" / "speed.md").read_text(encoding="utf-8")
     inside = re.search(r"<!-- bench -->\n(.*?)<!-- end -->", text, re.DOTALL)
     assert inside is not None
     assert inside[1].count(" R |") >= 5
