@@ -76,6 +76,28 @@ def test_what_is_shown_again_and_again_is_worse() -> None:
     assert many.total < few.total
 
 
+def test_what_strikes_is_seen_to_return() -> None:
+    """One red pebble in noise: shown as often as area asks, or nine times where four are due."""
+    grain = np.random.default_rng(4).integers(90, 160, (128, 128, 3)).astype(np.uint8)
+    grain[40:56, 70:86] = (250, 20, 20)
+    due = np.tile(grain, (2, 2, 1))
+    often = due.copy()
+    for y, x in ((8, 8), (8, 120), (120, 20), (110, 110), (200, 130)):
+        often[y : y + 48, x : x + 48] = grain[24:72, 54:102]
+    few, many = (ia.score(grain, picture).parts["salient"].measured for picture in (due, often))
+    assert few < 1.2
+    assert many > 1.5 * few
+
+
+def test_what_strikes_counts_in_the_exemplar_that_it_is_in() -> None:
+    grain = np.random.default_rng(5).integers(90, 160, (2, 112, 144, 3)).astype(np.uint8)
+    grain[1, 40:56, 70:86] = (250, 20, 20)
+    both = [ia.Exemplar.of(part) for part in grain]
+    often = np.tile(grain[1, 24:72, 54:102], (5, 5, 1))
+    assert ia.score(both, ia.Exemplar.of(often)).parts["salient"].measured > 4
+    assert ia.score(both[:1], ia.Exemplar.of(grain[0])).parts["salient"].measured < 1.5
+
+
 def test_repeats_count_by_the_grain_alone() -> None:
     """Where every window of the exemplar returns, nobody sees that one was shown often."""
     wall = np.tile(stones(16, 4), (8, 8, 1))
@@ -98,7 +120,7 @@ def test_total_is_the_formula_of_the_page() -> None:
     assert found.total == pytest.approx(0.25 * 100 * (1 - lost))
     assert sum(found.loss(name) for name in parts) == pytest.approx(1 - found.total / 100)
     assert sum(p.weight for p in PARTS if p is not TEXTURE) == pytest.approx(1)
-    assert {p.name for p in PARTS if p.grainy} == {"overused", "repeats"}
+    assert {p.name for p in PARTS if p.grainy} == {"overused", "salient", "repeats"}
 
 
 def test_depth_and_form_count_nothing() -> None:
@@ -138,7 +160,7 @@ def test_a_map_changes_no_part() -> None:
 def test_only_parts_that_count_are_told() -> None:
     made = ia.synthesize(STONES, 60, "random-tiling", seed=2, wrap="both")
     told = ia.score(STONES, made).as_dict()["parts"]
-    assert set(told) == {"texture", "joins", "steps", "overused", "repeats", "lattice", "blurred"}
+    assert set(told) == {"texture", "joins", "steps", "overused", "salient", "repeats", "lattice", "blurred"}
     assert min(part["weight"] for part in told.values()) > 0
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
+from intarsia.analysis.popout import DEAREST, USUAL
 from intarsia.kernels.maxflow import ABSENT, FREE, NEW, OLD
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
@@ -19,7 +20,7 @@ from intarsia.seams import usage_kernels
 from intarsia.seams.graphcut import Box, Cut, GraphcutGrowth
 from intarsia.seams.improve import expand, fill
 from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.seams.usage import MOST, RIM, USUAL, rates, rim
+from intarsia.seams.usage import RIM, rates, rim
 from intarsia.seams.usage_kernels import SHARE, Usage
 from intarsia.testing import texture
 
@@ -63,8 +64,8 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
 def test_what_strikes_is_dearer_up_to_a_limit() -> None:
     common = np.full(54, USUAL)
     strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]]), common]
-    assert rates(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, MOST, 0, 1)]
-    assert rates(strikes, 4, 2, in_step=True)[:6].tolist() == [2 * SHARE * n for n in (0, 1, 5, MOST, 0, 0)]
+    assert rates(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, DEAREST, 0, 1)]
+    assert rates(strikes, 4, 2, in_step=True)[:6].tolist() == [2 * SHARE * n for n in (0, 1, 5, DEAREST, 0, 0)]
 
 
 def test_what_many_pixels_do_does_not_strike() -> None:

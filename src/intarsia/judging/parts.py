@@ -26,7 +26,7 @@ from ..analysis import window_sums
 from ..foundation.arrays import Array, Int16, Mask
 from ..foundation.filters import moving_sums
 from .sources import NEXT, STEP, Reference, Sources, continued
-from .windows import poses
+from .windows import SIDE, poses
 
 # A place of the exemplar may return; one that returns with its surroundings is seen to, as a leaf with the same three
 # beside it. Of numbers read off a map this kind agreed best with people on which of two outputs repeats itself.
@@ -61,13 +61,15 @@ TEXTURE = Part("texture", "%", "by how much it is another texture: not made of i
                4.5, 5.0, flaw="unlikeness")
 PARTS = (
     TEXTURE,
-    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.20, 0.0, None,
+    Part("joins", "%", "what changes where pieces meet, of what any two windows differ by", 0.18, 0.0, None,
          flaw="cuts"),
     Part("steps", "%", "what slow tone changes where pieces meet, of what any two tones differ by", 0.09, 0.0, None,
          flaw="steps of tone"),
-    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.21, 1.0, 6.0, grainy=True,
+    Part("overused", "times", "how often the most used 2 % are shown, of the mean", 0.10, 1.0, 6.0, grainy=True,
          flaw="overuse of one place"),
-    Part("repeats", "%", "windows shown again near by with what is around them", 0.28, 0.0, 100.0, grainy=True,
+    Part("salient", "times", "how often what strikes is shown, of the mean", 0.16, 1.0, 4.0, grainy=True,
+         flaw="return of what strikes"),
+    Part("repeats", "%", "windows shown again near by with what is around them", 0.25, 0.0, 100.0, grainy=True,
          flaw="repeats"),
     Part("lattice", "%", "by how much less it repeats by the periods of the exemplar", 0.13, 0.0, None, 20.0,
          flaw="slips of the rows"),
@@ -91,6 +93,7 @@ def measured(
         "joins": lambda: _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
         "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
+        "salient": lambda: _mean([_salient(reference, s) for s in sources[1:2]], 1.0),
         "blurred": lambda: _blurred(reference, picture),
         "repeats": lambda: _mean([_again(s, sides) for s in sources[:1]]),
         "lattice": lambda: _lattice(reference, picture),
@@ -123,6 +126,16 @@ def _overused(sources: Sources) -> float:
     often = np.sort(every[every >= 0])
     mean = float(often.sum()) / max(often.size, 1)
     return float(often[often.size * 98 // 100]) / mean if mean else 1.0
+
+
+def _salient(reference: Reference, sources: Sources) -> float:
+    """How often the places that strike are shown, by the mean of all: each by its saliency and its showings."""
+    windows, usage = sources.level.windows, sources.usage
+    half = SIDE // 4 // windows.stride  # within half a window around: sources stray
+    often = window_sums(np.pad(usage, half), (2 * half + 1,) * 2)
+    weight = usage * windows.middles(reference.salient)
+    mean = usage.sum() * (2 * half + 1) ** 2 / np.count_nonzero(windows.table >= 0)
+    return float((weight * often).sum() / weight.sum() / mean) if weight.any() else 1.0
 
 
 def _again(sources: Sources, sides: Sequence[int]) -> float:

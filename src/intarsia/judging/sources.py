@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from ..analysis import spreads
+from ..analysis.popout import popout, saliency
 from ..foundation.arrays import Array, Int16, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import draw
@@ -163,6 +164,13 @@ class Reference:
             return 0.0
         share = self.levels[0].usual / self.levels[0].unrelated
         return min(1.0, max(0.0, (share - REGULAR) / (GRAINY - REGULAR)))
+
+    @cached_property
+    def salient(self) -> tuple[Array, ...]:
+        """How salient every pixel of the exemplars is; 0 where it does not strike."""
+        strikes = [popout(p, free) for p, free in zip(self.pictures, self.usable, strict=True)]
+        flat = np.split(saliency(strikes, 0.0), np.cumsum([s.size for s in strikes])[:-1])
+        return tuple(part.reshape(s.shape) for part, s in zip(flat, strikes, strict=True))
 
     @cached_property
     def tiles(self) -> Int16:

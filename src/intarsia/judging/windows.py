@@ -7,6 +7,7 @@ whole numbers so short that single precision adds their products exactly: the sa
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -118,6 +119,17 @@ class Windows:
         small = smaller(picture, self.factor)
         rows, columns = (np.arange(0, n - SIDE + 1, max(1, step // self.factor)) for n in small.shape[:2])
         return waves_of(small, rows, columns, self.middle, self.shorten)
+
+    def middles(self, pictures: Sequence[Array]) -> Array:
+        """Return what pictures (H, W) as large as the exemplars hold at the middle of every window, like ``table``."""
+        out, begin = np.zeros(self.table.shape), 0
+        for p in pictures:
+            rows, columns = (np.arange(0, n // self.factor - SIDE + 1, self.stride) for n in p.shape)
+            if rows.size and columns.size:
+                middle = ((a * self.factor + SIDE * self.factor // 2) for a in (rows, columns))
+                out[begin : begin + len(rows), : len(columns)] = p[np.ix_(*middle)]
+                begin += len(rows) + SIDE
+        return out
 
     def nearest(self, waves: Array) -> tuple[Array, Array]:
         """Return the distance of each of `waves` (n, features) to its nearest window, in 1 / ROOT, and its number."""

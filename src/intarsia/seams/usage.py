@@ -7,15 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..analysis.features import Features
-from ..analysis.popout import popout
+from ..analysis.popout import popout, saliency
 from ..foundation.arrays import Array, Int32, Mask
 from ..foundation.run import Run
 from ..model import Exemplars
 from .usage_kernels import SHARE
 
-USUAL, MOST = 256, 64  # of what strikes (`analysis/popout.py`): the median; and how much dearer a pixel is at most
-STRIKING = 2.0  # times as much as usual: more strikes,
-RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/019)
 RIM = 6  # px from the border count as shown already; 0: of 174 sheets 16 preferred, 38 not, 14 beside 8: alike
 
 
@@ -28,10 +25,7 @@ def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = Fa
     at once. Bare ground (0) costs nothing, as nobody sees that it returns. Nor does, in step, what does not strike: all
     of it returns anyway, and misses are seen at once.
     """
-    far = np.concatenate([s.ravel() for s in strikes]) / USUAL
-    bar = max(np.quantile(far, RARE, method="lower"), STRIKING)
-    weight: Array = np.minimum(1 + (4 * np.maximum(far / bar - 1, 0)) ** 2, MOST)
-    weight[far < (bar if in_step else 0.5)] = 0
+    weight = saliency(strikes, 0.0 if in_step else 1.0)
     return np.rint(SHARE * price * weight / due).astype(np.int32)
 
 
