@@ -17,13 +17,14 @@ N ?= 1000
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo studio test test-long mutants lint format fuzz bench pictures tables clean clean-all
+.PHONY: help demo studio test test-slow test-long mutants lint format fuzz bench pictures tables clean clean-all
 
 help:
 	@echo "make demo      grow sample:stones, sample:tiles and the material sample:setts to 1024x1024 into demo/"
 	@echo "make studio    open a page on this machine to see, grow, paint and keep; what is made lies in intarsia-studio/"
 	@echo "make test      check style and types, then run the tests"
-	@echo "make test-long run what make test leaves out: more cases of the slow tests"
+	@echo "make test-slow run the slow tests that make test leaves out (SHARE=3: a third of them, drawn by the commit)"
+	@echo "make test-long run all that make test leaves out: the slow tests, and more cases of others"
 	@echo "make mutants   break the code line by line, and see that the tests notice (RULES='axes cuts': some rows; SHARE=10: a tenth)"
 	@echo "make lint      check style and types only"
 	@echo "make format    put imports in order and repair what ruff can repair"
@@ -77,9 +78,14 @@ test: lint
 	@$(INTARSIA) warm-up --quiet
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal
 
+test-slow: lint
+	@$(INTARSIA) warm-up --quiet
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m 'slow and not long' \
+		$(if $(SHARE),--share $(SHARE) --seed "$$(git rev-parse HEAD)")
+
 test-long: lint
 	@$(INTARSIA) warm-up --quiet
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m long
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n $(WORKERS) --dist worksteal -m 'slow or long'
 
 mutants: lint
 	@WORKERS=$(WORKERS) $(BIN)/python tests/mutants.py $(RULES) $(if $(SHARE),--share $(SHARE)) $(if $(SEED),--seed $(SEED))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from slow import TESTS, in_share, is_slow, listed
 
 pytest.register_assert_rewrite("intarsia.testing", "search.search_contract")
 
@@ -25,8 +26,21 @@ def thorough(request: pytest.FixtureRequest) -> bool:
 _COUNT = pytest.StashKey[int]()
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`make test-slow SHARE=3`: a third of the slow tests, drawn by the commit."""
+    parser.addoption("--share", type=int, default=1, help="run one of so many equal parts of what is chosen")
+    parser.addoption("--seed", default="", help="which part: another for another word")
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Mark the tests that need the development textures, and count them, so that skipping says how many they are."""
+    """Mark what is slow, and what needs the development textures; count these, so that skipping says how many."""
+    slow, share, seed = listed(), config.getoption("--share"), config.getoption("--seed")
+    for item in items:
+        if is_slow(item.nodeid.removeprefix(f"{TESTS.name}/"), slow):
+            item.add_marker("slow")
+    if share > 1:
+        items[:] = [item for item in items if in_share(item.nodeid, share, seed)]
     needing = [item for item in items if "textures" in getattr(item, "fixturenames", ())]
     for item in needing:
         item.add_marker("textures")

@@ -88,9 +88,9 @@ class Copy:
         environment = os.environ | {
             "PYTHONPATH": str(self.home), "PYTHONDONTWRITEBYTECODE": "1", "OPENBLAS_NUM_THREADS": "1",
         } | ({"INTARSIA_CACHE": str(self.home / "cache")} if kernels else {})  # fmt: skip
-        options = ("-x", "-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:xdist", "--timeout=0")
+        options = ["-x", "-q", "--no-header", "-p", "no:cacheprovider", "-p", "no:xdist", "--timeout=0"]
         return subprocess.run(
-            [sys.executable, "-m", "pytest", *options, *(str(TESTS / t) for t in tests)],
+            [sys.executable, "-m", "pytest", *options, "-m", "not long", *(str(TESTS / t) for t in tests)],
             capture_output=True, text=True, env=environment, cwd=ROOT, timeout=limit,
         )  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -78,7 +79,21 @@ def is_kernel(path: Path) -> bool:
     return package_of(path) == "kernels" or path.stem.endswith("_kernels")
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+def of_every_module(rule: Callable[[Path], None]) -> Callable[[], None]:
+    """Make one test of a rule for all modules: each is looked at in no time."""
+
+    def test() -> None:
+        for path in modules():
+            try:
+                rule(path)
+            except AssertionError as e:
+                raise AssertionError(f"{named(path)}: {e}") from e
+
+    test.__name__, test.__doc__ = rule.__name__, rule.__doc__
+    return test
+
+
+@of_every_module
 def test_lower_floors_never_import_higher_ones(path: Path) -> None:
     me = room_of(name_of(path))
     assert me in FLOOR, f"give {me} a floor"
@@ -86,7 +101,7 @@ def test_lower_floors_never_import_higher_ones(path: Path) -> None:
         assert other == me or FLOOR[other] < FLOOR[me], f"{me} imports {other}"
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_what_is_there_because_a_paper_has_it_is_imported_by_nobody(path: Path) -> None:
     """The table of methods names it by strings, the package hands its classes on; no paper knows of another."""
     documents = set(map(document_of, own(path))) - {"", document_of(name_of(path))}
@@ -108,7 +123,7 @@ def test_no_file_imports_itself_round_a_circle() -> None:
             del todo[m]
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_what_is_imported_late_is_named_where_it_is(path: Path) -> None:
     """``lazy("intarsia.patches.growth")``: a name that is put together hides the file from tools and readers."""
     for node in ast.walk(tree(path)):
@@ -119,7 +134,7 @@ def test_what_is_imported_late_is_named_where_it_is(path: Path) -> None:
             }  # fmt: skip
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_every_library_has_its_home(path: Path) -> None:
     for parts in imports(path):
         assert package_of(path) in HOMES.get(parts[0], {package_of(path)}), f"{parts[0]} in {named(path)}"
@@ -212,7 +227,7 @@ def test_functions_take_few_parameters() -> None:
     assert found == {name: number for name, (number, _) in MANY.items()}
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_files_and_functions_stay_short(path: Path) -> None:
     """At most 500 lines a file, 60 a function (90 a kernel), its docstring not counted."""
     assert len(path.read_text(encoding="utf-8").splitlines()) <= FILE_LINES
@@ -226,7 +241,7 @@ def test_files_and_functions_stay_short(path: Path) -> None:
             assert lines <= (KERNEL_LINES if kernels else FUNCTION_LINES), node.name
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_a_file_names_nothing_twice(path: Path) -> None:
     """A constant that is set again means the later value above, too."""
     given = [t for n in tree(path).body if isinstance(n, ast.Assign) for one in n.targets for t in ast.walk(one)]
@@ -234,21 +249,21 @@ def test_a_file_names_nothing_twice(path: Path) -> None:
     assert len(names) == len(set(names))
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_names_say_what_is_in_a_file(path: Path) -> None:
     assert not {"utils", "util", "core", "_shared", "shared", "common", "helpers", "misc"} & set(
         path.relative_to(ROOT).with_suffix("").parts
     )
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_every_file_begins_with_a_sentence(path: Path) -> None:
     told = ast.get_docstring(tree(path))
     assert told
     assert told.splitlines()[0].endswith((".", ":", "?"))
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_nothing_but_draws_makes_randomness(path: Path) -> None:
     """No generator, seeded or not; `secrets` is for `--seed random` alone."""
     for parts in imports(path):
@@ -260,7 +275,7 @@ def test_nothing_but_draws_makes_randomness(path: Path) -> None:
             assert ast.unparse(node.value) not in ("np", "numpy", "np.random", "numpy.random"), named(path)
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_kernels_never_trade_exactness_for_speed(path: Path) -> None:
     """No fastmath, no parallel loops, no `prange`: a decision never depends on the machine."""
     for node in ast.walk(tree(path)):
@@ -270,7 +285,7 @@ def test_kernels_never_trade_exactness_for_speed(path: Path) -> None:
         assert not (isinstance(node, ast.Name) and node.id == "prange")
 
 
-@pytest.mark.parametrize("path", modules(), ids=named)
+@of_every_module
 def test_nothing_is_read_that_can_hide_code(path: Path) -> None:
     """No pickle, no eval of files, no network."""
     banned = {"pickle", "marshal", "shelve", "urllib", "http", "socket", "requests"}

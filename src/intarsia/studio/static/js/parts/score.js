@@ -11,6 +11,7 @@ const MEANS = {
   joins: "what changes where pieces meet",
   steps: "slow tone that changes where pieces meet",
   overused: "how often the most used places are shown",
+  salient: "how often what strikes is shown",
   repeats: "windows shown again near by with what is around them",
   lattice: "by how much less it repeats by the periods of the exemplar",
   blurred: "by how much steps between neighbours are smaller",
