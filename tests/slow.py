@@ -4,7 +4,7 @@
 
 Of every test the cases stay that take less than QUICK; of one that has none of these the quickest, if it takes less
 than ONE; and of these, drawn by their names, so many as take ALL together. A test that is not in the list stays: it is
-new. What is slow is no less tried: all of it by `make test-long`, a share of it, drawn by the commit, with every change.
+new. What is slow is no less tried: all by `make test-long`, and a share, drawn by the commit, with every change.
 """
 
 from __future__ import annotations
