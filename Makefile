@@ -17,7 +17,7 @@ N ?= 1000
 
 INTARSIA := $(BIN)/python -m intarsia
 
-.PHONY: help demo studio test test-slow test-long mutants lint format fuzz bench pictures tables clean clean-all
+.PHONY: help demo studio test test-slow test-long mutants lint format fuzz bench docs pictures tables clean clean-all
 
 help:
 	@echo "make demo      grow sample:stones, sample:tiles and the material sample:setts to 1024x1024 into demo/"
@@ -30,6 +30,7 @@ help:
 	@echo "make format    put imports in order and repair what ruff can repair"
 	@echo "make fuzz      try N=1000 mutated files of each format, hostile documents, kills and damaged caches (now N=$(N))"
 	@echo "make bench     measure speed and memory; writes bench/results.json"
+	@echo "make docs      build the documentation as a site in build/site, and check its links"
 	@echo "make pictures  remake the pictures of the documentation"
 	@echo "make tables    rewrite the tables of the documentation that follow from the code, and the drawing of its rooms"
 	@echo "make clean     remove what the others made; clean-all removes .venv, too"
@@ -108,6 +109,14 @@ bench: $(VENV)/.installed-dev
 	$(call check,-dev)
 	@$(BIN)/python benchmarks/bench.py
 
+$(VENV)/.installed-docs: pyproject.toml | $(BIN)/python
+	@$(PIP) install -e '.[docs]'
+	@touch $@
+
+docs: $(VENV)/.installed-docs
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	@echo "the site lies in build/site; open build/site/index.html"
+
 pictures: $(VENV)/.installed-dev
 	$(call check,-dev)
 	@$(BIN)/python docs/make_pictures.py && $(BIN)/python docs/make_patch_pictures.py && $(BIN)/python docs/make_start_pictures.py
@@ -122,7 +131,7 @@ tables: $(VENV)/.installed-dev
 	@$(BIN)/python docs/make_tables.py && $(BIN)/python docs/make_architecture.py
 
 clean:
-	@rm -rf demo bench fuzz dist .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf build demo bench fuzz dist .mutants .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@find src tests examples benchmarks tools docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 clean-all: clean
