@@ -1,4 +1,4 @@
-"""What the site changes in pages: the README is its home, files beside it are not linked, and names have a reference."""
+"""What the site changes: the README is its home, what is beside the pages is not linked, names have a reference."""
 
 from __future__ import annotations
 
