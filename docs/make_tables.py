@@ -31,7 +31,7 @@ BLOCK = re.compile(r"(<!-- (parameters|options|methods|rules|rooms)(?:: ([\w-]+)
 
 def documents() -> list[Path]:
     """List everything that is written for readers."""
-    names = "README.md", "CHANGELOG.md", "CONTRIBUTING.md"
+    names = "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"
     return [ROOT / name for name in names] + sorted(ROOT.glob("docs/**/*.md"))
 
 
