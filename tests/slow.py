@@ -21,7 +21,8 @@ from xml.etree import ElementTree
 TESTS = Path(__file__).resolve().parent
 LIST = TESTS / "slow.toml"
 QUICK, ONE, ALL = 0.35, 1.5, 8.0  # s, on a machine whose cores two others share
-ALWAYS = (  # whatever they take: each goes through all of the house
+ALWAYS = (  # whatever they take: each goes through all of the house, or says what must not change unseen
+    "test_golden.py::test_maps_are_what_they_were",
     "studio/test_page_endless.py::test_panning_shows_what_lies_there",
     "studio/test_page_grow.py::test_a_sample_is_opened_and_one_button_grows_it",
     "studio/test_page_lit.py::test_tiles_are_lit_together",
