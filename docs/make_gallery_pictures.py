@@ -5,10 +5,7 @@ Exemplars are painted by formula, or are photographs that come with scikit-image
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from make_painting_pictures import coloured, path_and_lawn
 from make_pictures import FOLDER, beside, rgb, sample
 from PIL import Image
 from scipy.ndimage import zoom
@@ -26,14 +23,14 @@ def part(name: str, side: int = 192) -> np.ndarray:
     return np.ascontiguousarray(sample(name)[:side, :side])
 
 
-def grown(exemplar: np.ndarray, size: int = SIDE, seed: int = 1, **more: Any) -> np.ndarray:
+def grown(exemplar: np.ndarray, size: int = SIDE) -> np.ndarray:
     """What grows by the command without an option."""
-    return rgb(ia.synthesize(exemplar, size, seed=seed, **more))
+    return rgb(ia.synthesize(exemplar, size, seed=1))
 
 
-def pair(exemplar: np.ndarray, **more: Any) -> np.ndarray:
+def pair(exemplar: np.ndarray) -> np.ndarray:
     """An exemplar beside what grows from it."""
-    return beside(exemplar, grown(exemplar, **more))
+    return beside(exemplar, grown(exemplar))
 
 
 def grow() -> np.ndarray:
@@ -44,30 +41,6 @@ def tile() -> np.ndarray:
     """A photograph that tiles afterwards, four times."""
     tiled = rgb(ia.tile(part("gravel", PART), seed=1))
     return beside(part("gravel", PART), np.tile(tiled, (2, 2, 1))[:SIDE, :SIDE])
-
-
-def extend() -> np.ndarray:
-    return beside(part("stones", PART), rgb(ia.extend(part("stones", PART), ia.Margins(80, 80, 80, 80), seed=2)))
-
-
-def heal() -> np.ndarray:
-    """A disc and a scratch, and the same wall without."""
-    wall = sample("stones")
-    y, x = np.mgrid[: wall.shape[0], : wall.shape[1]]
-    hole = ((y - 124) ** 2 + (x - 150) ** 2 < 30**2) | (abs(y - 0.55 * x - 60) < 3)
-    marked = np.where(hole[..., None], np.uint8([230, 30, 160]), wall)
-    return beside(marked, rgb(ia.heal(wall, hole, seed=2)))
-
-
-def paint() -> np.ndarray:
-    """A path in grass, labels of another path, and that path."""
-    pixels, marks = path_and_lawn()
-    y, x = np.mgrid[:SIDE, :SIDE] - SIDE / 2
-    radius = np.hypot(y, x) + 8 * np.sin(3 * np.arctan2(y, x))
-    target = ((radius > 65) & (radius < 120)).astype(np.uint8)
-    guide = ia.Guide(*(ia.Plane(m, ia.Kind.LABEL) for m in (marks, target)))
-    wished = coloured(target)[::2, ::2]
-    return beside(pixels[:PART, :PART], wished, rgb(ia.synthesize(pixels, None, seed=2, guide=guide)))
 
 
 def material() -> np.ndarray:
@@ -85,7 +58,7 @@ def picture() -> np.ndarray:
 
 def once() -> np.ndarray:
     """What is there once."""
-    return pair(np.ascontiguousarray(data.coffee()[60:300:1, 100:340][::3, ::3].repeat(2, 0).repeat(2, 1)))
+    return pair(np.ascontiguousarray(data.coffee()[60:300, 100:340]))
 
 
 def two() -> np.ndarray:
@@ -114,9 +87,8 @@ def slanted() -> np.ndarray:
 
 
 PICTURES = {
-    "gallery-grow": grow, "gallery-tile": tile, "gallery-extend": extend, "gallery-heal": heal, "gallery-paint": paint,
-    "gallery-material": material, "limit-picture": picture, "limit-once": once, "limit-two": two, "limit-light": lit,
-    "limit-packed": packed, "limit-slanted": slanted,
+    "gallery-grow": grow, "gallery-tile": tile, "gallery-material": material, "limit-picture": picture,
+    "limit-once": once, "limit-two": two, "limit-light": lit, "limit-packed": packed, "limit-slanted": slanted,
 }  # fmt: skip
 
 

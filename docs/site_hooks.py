@@ -18,8 +18,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
         readme = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
         markdown = readme.replace("](index.md#", "](#") + "\n\n" + markdown.partition("\n")[2]
     if page.file.src_uri == "reference.md":
-        homes = {name: home for home, names in intarsia._NAMES.items() for name in names.split()}
-        every = sorted(homes.items(), key=lambda one: (one[0][0].isupper(), one[0]))
+        every = sorted(intarsia._HOMES.items(), key=lambda one: (one[0][0].isupper(), one[0]))
         for name, home in every:  # a file may be called like what is in it
             file = ROOT / "src" / "intarsia" / home.replace(".", "/") / f"{name}.py"
             markdown += f"\n::: intarsia.{home}.{name}{f'.{name}' if file.is_file() else ''}\n"

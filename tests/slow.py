@@ -1,10 +1,10 @@
-"""Which cases of which tests `make test` leaves to `make test-long`, by how long they take.
+"""Which cases of which tests `make test` leaves to `make test-slow`, by how long they take.
 
     python tests/slow.py report.xml      writes slow.toml from a report that pytest made of all tests (--junitxml)
 
 Of every test the cases stay that take less than QUICK; of one that has none of these the quickest, if it takes less
 than ONE; and of these, drawn by their names, so many as take ALL together. A test that is not in the list stays: it is
-new. What is slow is no less tried: all by `make test-long`, and a share, drawn by the commit, with every change.
+new. What is slow is no less tried: all by `make test-slow`, and a share, drawn by the commit, with every change.
 """
 
 from __future__ import annotations
