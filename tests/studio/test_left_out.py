@@ -18,7 +18,7 @@ import studio.browser as browser
 browser.CHROMIUM = Path("/nowhere/chromium")
 import pytest
 files = ["tests/studio/test_page_shell.py", "tests/studio/test_preparing.py"]
-sys.exit(pytest.main(["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", *files]))
+sys.exit(pytest.main(["-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "", *files]))
 """
 
 
