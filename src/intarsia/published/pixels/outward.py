@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
 from ...patches import GrowingMap
-from ...search import isometry_ids, posed_exemplars
+from ...search import isometry_ids, posed_exemplars, resolved_isometries
 from .efros_leung import EfrosLeung
 from .neighbourhoods import choices, ground, layers, with_window
 from .outward_kernels import fill, ranks
@@ -32,9 +33,9 @@ FIRST = 0.7  # share of the weight by which most candidates are ruled out
 
 
 def resolved(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas) -> EfrosLeung:
-    """Decide the window from the size of the texture's elements."""
+    """Decide the window from the size of the texture's elements, and which isometries keep the look."""
     found: EfrosLeung = with_window(method, exemplars, WIDTHS, True, _reach)
-    return found
+    return replace(found, isometries=resolved_isometries(method.isometries, exemplars, extent(found.window or 1)))
 
 
 def synthesize(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
