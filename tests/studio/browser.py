@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import os
 import re
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -133,13 +134,32 @@ class Desk:
 
     def sent(self, option: str, count: int = 1) -> np.ndarray:
         """The picture of numbers that came to the server with the last of so many jobs."""
-        for _ in range(100):
-            if len(self.jobs) >= count:
-                break
-            self.page.wait_for_timeout(100)
+        self.until(lambda: len(self.jobs) >= count)
         name = self.jobs[count - 1]["options"][option]
         name = name[0] if isinstance(name, list) else name
         return np.asarray(Image.open(self.served.folder / "images" / f"{name}.png"))
+
+    def until(self, holds: Callable[[], object], within: float = 60) -> None:
+        """Wait until something holds; a busy machine may take its time."""
+        end = time.monotonic() + within
+        while not holds():
+            assert time.monotonic() < end, self.page.locator("body").inner_text()[:3000]
+            self.page.wait_for_timeout(50)
+
+    def same(self, pixels: np.ndarray, number: int = 0) -> bool:
+        """Whether a stage shows exactly these pixels."""
+        return np.array_equal(self.seen(number), pixels)
+
+    def still(self, number: int = 0) -> np.ndarray:
+        """The pixels of a stage, when it has shown the same ones five times."""
+        seen: list[np.ndarray] = []
+
+        def stays() -> bool:
+            seen.append(self.seen(number))
+            return len(seen) > 4 and all(np.array_equal(a, seen[-1]) for a in seen[-5:])
+
+        self.until(stays)
+        return seen[-1]
 
     # what is to be seen
 

@@ -34,12 +34,9 @@ def test_what_was_found_is_told_and_drawn(found: Desk) -> None:
     plain = found.seen()
     found.page.get_by_role("switch", name="Lattice").click()
     expect(panel.get_by_text("64 × 64 px")).to_be_visible()
-    found.page.wait_for_timeout(1000)
-    assert found.told()["layers"] == 1
-    assert not np.array_equal(found.seen(), plain)
+    found.until(lambda: found.told()["layers"] == 1 and not found.same(plain))
     found.page.get_by_role("switch", name="Lattice").click()
-    found.page.wait_for_timeout(200)
-    assert np.array_equal(found.seen(), plain)
+    found.until(lambda: found.same(plain))
     found.button(f"Grow with {told['suggested']['method']}").click()
     expect(found.page.locator(".pick-head")).to_contain_text(told["suggested"]["method"])
 
@@ -51,23 +48,18 @@ def test_the_exemplar_is_cropped(found: Desk) -> None:
     told = found.page.locator(".stage:visible canvas")
     expect(told).to_have_attribute("aria-label", "Exemplar tiles")
     found.button("Crop").click()
-    for _ in range(100):
-        after = found.served.get("/api/exemplars")
-        if len(after) > len(before):
-            break
-        found.page.wait_for_timeout(100)
+    found.until(lambda: len(found.served.get("/api/exemplars")) > len(before))
+    after = found.served.get("/api/exemplars")
     new = next(e for e in after if e["id"] not in [b["id"] for b in before])
     old = next(e for e in before if e.get("sample") == "tiles")
     whole, part = (opened(found.served.plane(e)) for e in (old, new))
     assert np.array_equal(part, whole[ay:by, ax:bx])
-    found.page.wait_for_timeout(500)
-    assert (found.told()["width"], found.told()["height"]) == (bx - ax, by - ay)
+    found.until(lambda: (found.told()["width"], found.told()["height"]) == (bx - ax, by - ay))
 
 
 def test_what_is_avoided_is_never_shown(found: Desk) -> None:
     found.radio("Avoid").click()
     places = found.stroke((64, 64), (128, 64))
-    found.page.wait_for_timeout(500)
     usable = drawn((256, 256), places, 32, 255) == 0
     found.room("Grow")
     found.quick()

@@ -115,8 +115,7 @@ def test_what_was_made_and_judged_before_has_its_score_at_once(gallery: Desk) ->
     expect(says).to_contain_text("score", timeout=60_000)
     gallery.room("Grow")
     gallery.button("Grow").click()
-    gallery.page.wait_for_timeout(300)
-    assert gallery.grown() == gallery.result
+    gallery.until(lambda: gallery.grown() == gallery.result)
     gallery.room("Gallery")
     expect(says).to_contain_text("score")
 
@@ -136,5 +135,4 @@ def test_what_ends_with_the_result_that_is_shown_before_its_preview_comes_is_sho
     }"""
     job = gallery.page.url.rpartition("/")[2]
     gallery.page.evaluate(ended, gallery.served.get(f"/api/jobs/{job}"))
-    gallery.page.wait_for_timeout(300)
-    assert gallery.grown() == gallery.result
+    gallery.until(lambda: gallery.grown() == gallery.result)

@@ -115,13 +115,10 @@ def painted(page: Desk, once: list[np.ndarray] | None = None) -> list[np.ndarray
         page.room(room)
         page.page.mouse.move(5, 5)
         expect(page.stage(count - 1)).to_be_visible()
-        page.page.wait_for_timeout(1000)
         for number in range(count):
-            for _ in range(20 if once else 0):
-                if np.array_equal(page.seen(number), once[len(seen)]):
-                    break
-                page.page.wait_for_timeout(500)
-            seen.append(page.seen(number))
+            if once:
+                page.until(lambda number=number: page.same(once[len(seen)], number))
+            seen.append(page.still(number))
     return seen
 
 
@@ -137,17 +134,18 @@ def test_a_new_start_brings_back_what_was_set_and_painted(browser: Browser, tmp_
         page.page.get_by_role("radio", name="Avoid").click()
         page.stroke((50, 50), (90, 60))
         page.room("Mend")
-        page.page.wait_for_timeout(500)
+        page.still()
         page.stroke((100, 100), (140, 120))
         page.room("Paint")
-        page.page.wait_for_timeout(500)
+        page.still()
         page.button("Label 2").click()
         page.stroke((60, 60), (200, 200))
         page.stroke((40, 200), (240, 60), number=1)
         before = painted(page)
         theme = page.page.evaluate("getComputedStyle(document.body).backgroundColor")
-        page.page.wait_for_timeout(500)
-        mask = served.get("/api/kept")[served.get("/api/exemplars")[0]["id"]]["marks"]["avoid"]
+        exemplar = served.get("/api/exemplars")[0]["id"]
+        page.until(lambda: "avoid" in served.get("/api/kept").get(exemplar, {}).get("marks", {}))
+        mask = served.get("/api/kept")[exemplar]["marks"]["avoid"]
     assert all(not np.array_equal(a, b) for a, b in zip(plain, before, strict=True))
     with studio(tmp_path / "folder") as served, desk(browser, served, fresh=False) as page:
         page.page.get_by_role("heading", name="tiles", exact=True).wait_for()

@@ -34,7 +34,7 @@ def dropped(page: Desk, name: str, **planes: np.ndarray) -> None:
     page.page.get_by_role("heading", name=name).wait_for()
     page.radio("Lit").click()
     lamp(page).wait_for()
-    page.page.wait_for_timeout(300)
+    page.still()
 
 
 def lamp(page: Desk) -> Locator:
@@ -167,7 +167,7 @@ def test_a_grown_material_is_lit_and_its_planes_are_seen(page: Desk) -> None:
     plain = page.seen()
     page.radio("Lit").click()
     lamp(page).wait_for()
-    page.page.wait_for_timeout(500)
+    page.until(lambda: not page.same(plain))
     first = moved(page, 0.1, 0.1)
     assert not np.array_equal(first, plain)
     assert not np.array_equal(first, moved(page, 0.9, 0.9))
@@ -175,8 +175,7 @@ def test_a_grown_material_is_lit_and_its_planes_are_seen(page: Desk) -> None:
     expect(lamp(page)).to_be_hidden()
     assert np.array_equal(page.seen(), plain)
     page.page.get_by_role("combobox", name="Plane").select_option("normal")
-    page.page.wait_for_timeout(800)
-    assert page.seen()[..., 2].max() > 240
+    page.until(lambda: page.seen()[..., 2].max() > 240)
     page.radio("Lit").click()
     lamp(page).wait_for()
 
@@ -200,8 +199,7 @@ def test_a_browser_without_webgl_says_so_in_one_line(browser: Browser, served: S
         )
         page.page.reload()
         page.sample("setts")
-        page.page.wait_for_timeout(500)
-        plain = page.seen()
+        plain = page.still()
         page.radio("Lit").click()
         expect(page.page.get_by_text("This browser has no WebGL 2, which light needs.")).to_be_visible()
         expect(lamp(page)).to_be_hidden()
@@ -239,6 +237,5 @@ def test_a_graphics_card_that_is_taken_away_is_asked_for_again(browser: Browser,
         dropped(page, "card", **surface())
         lit = page.seen()
         page.page.evaluate("cards[0].getExtension('WEBGL_lose_context').loseContext()")
-        page.page.wait_for_timeout(800)
-        assert page.page.evaluate("cards.length") == 2
-        assert np.array_equal(page.seen(), lit)
+        page.until(lambda: page.page.evaluate("cards.length") == 2)
+        page.until(lambda: page.same(lit))

@@ -41,9 +41,5 @@ def test_one_cell_is_cancelled_alone_and_scores_are_seen_whole_on_narrow_cells(p
 
 
 def _score(page: Desk, job: str) -> float:
-    for _ in range(600):
-        now = page.served.get(f"/api/jobs/{job}")
-        if now["score"] is not None:
-            return float(now["score"])
-        page.page.wait_for_timeout(100)
-    raise AssertionError(now)
+    page.until(lambda: page.served.get(f"/api/jobs/{job}")["score"] is not None)
+    return float(page.served.get(f"/api/jobs/{job}")["score"])

@@ -39,7 +39,7 @@ def test_strokes_over_2048_px_never_ask_the_server(page: Desk, size: int) -> Non
     page.drop(large=png(np.ascontiguousarray(large)))
     page.page.get_by_role("heading", name="large").wait_for()
     page.room("Paint")
-    page.page.wait_for_timeout(1500)
+    page.still()
     page.page.get_by_role("slider", name="Size of the brush").fill(str(round(100 * np.log(size) / np.log(512))))
     asked: list[str] = []
     page.page.on("request", lambda request: asked.append(request.url))

@@ -127,8 +127,8 @@ def test_methods_show_what_they_make_of_this_exemplar(page: Desk) -> None:
     expect(first).to_be_visible(timeout=60_000)
     assert first.evaluate("i => i.naturalWidth") == 192
     page.page.locator(".pick-head").click()
-    page.page.wait_for_timeout(300)
+    expect(first).to_be_hidden()
     asked: list[str] = []
     page.page.on("request", lambda request: asked.append(request.url))
-    page.page.wait_for_timeout(1500)
+    page.still()
     assert not [url for url in asked if "/methods/" in url]
