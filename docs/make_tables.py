@@ -1,7 +1,7 @@
 """Write the tables of the documentation that follow from the code: ``make tables``.
 
 Between ``<!-- parameters: SLUG -->`` and ``<!-- end -->`` stands the table of a method's parameters, after
-``<!-- options: COMMAND -->`` that of a command's options, after ``<!-- methods -->`` that of all methods, after
+``<!-- options: COMMAND -->`` that of a command's usual options, after ``<!-- methods -->`` that of all methods, after
 ``<!-- rules -->`` those of the automatic choice, after ``<!-- rooms -->`` what the rooms of the package hold. A test
 compares them with the code.
 """
@@ -16,10 +16,11 @@ from pathlib import Path
 import click
 
 from intarsia.choosing.rules import RULES
-from intarsia.cli import COMMANDS, cli
-from intarsia.cli.verbs import ParameterOption, parameters_of
+from intarsia.cli import cli
+from intarsia.cli.verbs import _row, parameters_of
 from intarsia.foundation.params import parameters
 from intarsia.methods import METHODS, method_class
+from intarsia.request import FIELDS
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
@@ -42,49 +43,42 @@ def rows(head: tuple[str, ...], lines: Iterable[tuple[str, ...]]) -> str:
 
 
 def parameter_table(slug: str) -> str:
-    """Return the parameters of a method as a table."""
-    found = parameters(method_class(slug))
-    if not found:
-        return "No parameters.\n"
-    return rows(
-        ("parameter", "default", "allowed", "what it does"),
-        (
-            (f"`{p.name}`", "automatic" if p.default is None else f"`{p.default}`", p.allowed(), p.help)
-            for p in found
-        ),
-    )
+    """Return the parameters of a method as a table, but for those of the method that it is made of."""
+    cls = method_class(slug)
+    bases = [base for base in map(method_class, METHODS) if base is not cls and issubclass(cls, base)]
+    known = {p.name for base in bases for p in parameters(base)}
+    found = [p for p in parameters(cls) if p.name not in known]
+    lines = ((f"`{p.name}`", "auto" if p.default is None else f"`{p.default}`", p.allowed(), p.help) for p in found)
+    return rows(("parameter", "default", "allowed", "what it does"), lines) if found else "No parameters.\n"
+
+
+def usual(name: str) -> dict[str, str]:
+    """Return the options that the plain help of a command lists, and what they do."""
+    command = cli.get_command(click.Context(cli), name)
+    assert command is not None
+    rare = {field.name for field in FIELDS if field.rare}
+    options = (o for o in command.params or parameters_of(name) if isinstance(o, click.Option) and not o.hidden)
+    context = click.Context(command)
+    return dict(_row(context, o, whole=False) for o in options if o.name not in rare and type(o) is click.Option)
 
 
 def option_table(name: str) -> str:
-    """Return the options of a command as a table, but for those that are parameters of methods."""
-    command = cli.get_command(click.Context(cli), name)
-    assert command is not None
-    lines = []
-    for option in command.params or parameters_of(name):
-        if not isinstance(option, click.Option) or isinstance(option, ParameterOption):
-            continue
-        if not option.hidden and option.help:
-            words = ", ".join(f"`{word}`" for word in option.opts)
-            value = "" if option.is_flag else f"`{option.make_metavar(click.Context(command))}`"
-            lines.append((words, value, option.help))
-    return rows(("option", "value", "what it does"), lines)
+    """Return the usual options of a command as a table, and the names of those that grow has, too."""
+    known = {} if name == "grow" else usual("grow")
+    found = usual(name)
+    own = ((f"`{words}`", said) for words, said in found.items() if known.get(words) != said)
+    shared = (re.findall("--[a-z-]+", words)[0] for words, said in found.items() if known.get(words) == said)
+    same = ", ".join(f"`{name}`" for name in shared)
+    return rows(("option", "what it does"), own) + (f"\nAs for [grow](#grow): {same}.\n" if same else "")
 
 
 def method_table() -> str:
     """Return all methods as a table."""
-    classes = [method_class(slug) for slug in METHODS]
-    return rows(
-        ("method", "what it does", "source", "can"),
-        (
-            (
-                f"[`{cls.slug}`]({{methods}}/{cls.slug}.md)",
-                cls.summary,
-                cls.paper,
-                ", ".join(sorted(a.value for a in cls.supports)),
-            )
-            for cls in classes
-        ),
+    lines = (
+        (f"[`{c.slug}`](methods/{c.slug}.md)", c.summary, c.paper, ", ".join(sorted(a.value for a in c.supports)))
+        for c in map(method_class, METHODS)
     )
+    return rows(("method", "what it does", "source", "can"), lines)
 
 
 def rule_table() -> str:
@@ -106,22 +100,9 @@ def room_table() -> str:
 
 def filled(path: Path, text: str) -> str:
     """Return the text of a document with its tables as the code has them."""
-
-    def table(match: re.Match[str]) -> str:
-        kind, name = match[2], match[3]
-        if kind == "parameters":
-            return match[1] + parameter_table(name) + match[4]
-        if kind == "rules":
-            return match[1] + rule_table() + match[4]
-        if kind == "rooms":
-            return match[1] + room_table() + match[4]
-        if kind == "options":
-            assert name in COMMANDS
-            return match[1] + option_table(name) + match[4]
-        folder = "docs/methods" if path.parent == ROOT else "methods"
-        return match[1] + method_table().replace("{methods}", folder) + match[4]
-
-    return BLOCK.sub(table, text)
+    made = {"parameters": parameter_table, "options": option_table}
+    lists = {"methods": method_table, "rules": rule_table, "rooms": room_table}
+    return BLOCK.sub(lambda m: m[1] + (made[m[2]](m[3]) if m[3] else lists[m[2]]()) + m[4], text)
 
 
 def main() -> None:

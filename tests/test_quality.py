@@ -71,9 +71,9 @@ LOOKS = {
     ),
     "gravel": Look(
         lambda: cut("gravel"), "elements",
-        # Corrected pixel by pixel, before steps cost what is seen (docs/design/014), joins 14.5 13.4 13.7, steps
+        # Corrected pixel by pixel, before steps cost what is seen (docs/design/passes.md), joins 14.5 13.4 13.7, steps
         # 18.6 18.8 16.7, seams 22.7 20.6 20.6, near 0.034 0.023 0.023; to the eye alike. With worst seams covered anew,
-        # before pieces grew (docs/design/019), strange 0.4 1.0 0.6, unshown 25.8 20.2 19.5; to the eye alike. While
+        # before pieces grew (passes.md), strange 0.4 1.0 0.6, unshown 25.8 20.2 19.5; to the eye alike. While
         # cuts ended at the border of the exemplar strange 1.2 1.4 1.7, unshown 18.9 20.6 21.9. Now joins 6.7 7.8 6.7,
         # steps 8.7 11.7 11.2, strange 0.8 1.1 1.2, lost 3.7 5.4 3.7, blurred 1.2 1.0 1.5, seams 3.5 4.1
         # 3.5, unshown 17.6 19.0 17.6, near 0.001 0.000 0.002.
@@ -83,10 +83,10 @@ LOOKS = {
     "grass": Look(
         lambda: cut("grass"), "elements",
         # Gone over for repeats afterwards, rather than cut by what is shown, unshown was 37.5. With windows half as
-        # large again, by which people saw more return (docs/design/019), joins 7.4 7.1 8.3, steps 9.4 8.2 9.3, seams
-        # 3.1 2.7 2.9, near 0.010 0.011 0.041. While a step cost as much in grain as elsewhere (docs/design/014), joins
+        # large again, by which people saw more return (passes.md), joins 7.4 7.1 8.3, steps 9.4 8.2 9.3, seams
+        # 3.1 2.7 2.9, near 0.010 0.011 0.041. While a step cost as much in grain as elsewhere (passes.md), joins
         # 8.4 10.9 8.7, steps 9.0 12.8 10.8, strange 0.6 1.1 0.8, seams 3.1 4.1 3.7; to the eye alike. Before pieces
-        # grew, unshown 23.7 23.0 23.0. While cuts ended at the border of the exemplar (docs/design/019) strange 1.0 0.5
+        # grew, unshown 23.7 23.0 23.0. While cuts ended at the border of the exemplar (passes.md) strange 1.0 0.5
         # 1.0, lost 3.3 3.1 4.5, unshown 17.0 14.3 15.4; to the eye alike. Now joins 6.5 6.1 7.5, steps 7.3 7.0 8.4,
         # strange 1.1 0.9 1.4, lost 3.3 3.8 4.9, blurred 1.6 1.5 2.9, seams 2.1 2.2 2.7, unshown 16.5 17.0 23.8, near 0.
         {"joins": 9.0, "steps": 10.6, "strange": 1.7, "lost": 5.9, "blurred": 4, "seams": 3.2, "unshown": 28.6,
@@ -105,8 +105,8 @@ LOOKS = {
         # Without a price of showing again, unshown was 60.3 48.2 57.1; at 0.25, by which people saw more joints stop,
         # 22.8 28.4 14.8, seams 3.0 3.4 4.0. While boards were a channel of the search, and repeats along them counted
         # as near three times as far, joins 6.0 8.9 10.8, steps 5.3 9.7 5.7, seams 2.9 3.0 2.4, unshown 35.0 28.8 35.8,
-        # near 0.014 0.007 0.003; to the eye alike, and of 15 photographs more are better without (docs/design/016).
-        # With windows half as large again (docs/design/019) joins 5.0 8.4 10.3, steps 6.1 9.0 8.2, strange 0.8 0.4 4.0,
+        # near 0.014 0.007 0.003; to the eye alike, and of 15 photographs more are better without (passes.md).
+        # With windows half as large again (passes.md) joins 5.0 8.4 10.3, steps 6.1 9.0 8.2, strange 0.8 0.4 4.0,
         # blurred 3.7 6.5 2.1, seams 3.3 3.9 2.7, near 0.010 0.074 0.009; to the eye alike, with one light board at a
         # rim. While a step cost as much in grain as elsewhere, joins 12.9 6.4 12.8, steps 5.8 6.4 7.5, strange 6.4 1.5
         # 2.7, near 0.021 0.032 0.035; alike to the eye. Before pieces grew, lost 13.5 25.3 21.5, seams 3.4 3.0 4.9,
@@ -121,7 +121,7 @@ LOOKS = {
         # not for what strikes alone, unshown was 17.7 19.1 13.0; for what strikes 1.5 times as usual, not twice, 23.7
         # 22.0 22.1, joins 6.4 4.6 5.4, steps 12.1 10.6 10.7, seams 2.4 2.2 1.4, and people saw more strands cut. While
         # lines were a channel of the search joins 5.4 3.6 5.8, steps 9.7 9.6 10.5, seams 2.0 2.1 1.3, unshown 30.7 32.6
-        # 22.5; of twelve photographs in step with lines more are better without (docs/design/016). Now joins 5.4 3.5
+        # 22.5; of twelve photographs in step with lines more are better without (passes.md). Now joins 5.4 3.5
         # 6.0, steps 9.8 8.9 10.2, strange 0.8 29.0 1.0, lost 32.6 49.0 30.9, blurred 0.0 0.3 0.3, seams 1.6 1.3 1.2,
         # unshown 28.4 36.3 28.9, near 0.000 0.000 0.005, bent 0. Since pieces grow unshown is 29.6 20.2 41.9, joins 5.6
         # 3.4 5.8, steps 9.2 7.5 8.8, seams 1.3 0.9 1.4; to the eye alike.

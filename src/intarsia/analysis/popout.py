@@ -77,8 +77,8 @@ def popout(
 
 
 STRIKING = 2.0  # times as far as usual: more strikes,
-RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/019)
-DEAREST = 64  # times as salient as usual, at most (docs/design/019)
+RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/passes.md)
+DEAREST = 64  # times as salient as usual, at most (docs/design/passes.md#even-use-of-the-exemplar)
 
 
 def saliency(strikes: Sequence[Array], plain: float) -> Array:

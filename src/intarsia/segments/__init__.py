@@ -7,13 +7,13 @@ large patches must be and how wide their boundary zone.
 
 Source: the segment-based fragments (docs/sources-003.md). Departures: twelve scales vote, because one fails on blur or
 noise; the terms compared have no unit; where no group will do, the size comes from the autocorrelation, and the result
-says so. What the source leaves open is decided in docs/design/008-segments.md.
+says so. What the source leaves open is decided in docs/design/search-and-cuts.md#segments.
 
 Groups of segments that look alike, and the separate elements of a group.
 
 The segment-based fragments (docs/sources-003.md) cluster segments "adaptively" without saying how. Here they are split
 in two where that explains most of their colour, and each part again: a tree, in which every node is a group. Why so is
-told in docs/design/008-segments.md.
+told in docs/design/search-and-cuts.md#segments.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def split(colours: Int64, areas: Int64) -> Mask | None:
     return result
 
 
-# Chosen on 28 photographs whose sizes were known (docs/design/008); then fewer, more, halved and doubled on 24 textures
+# Chosen on 28 photographs whose sizes were known (docs/design/search-and-cuts.md); then fewer and more on 24 textures
 # (docs/design/012): how many sizes differ by a tenth.
 PASSES = (1, 4, 12)  # of the blur: sigma 0.7, 1.4, 2.4 px; without 12: seven, with 24: five, 1 alone: 14
 SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours; without 8: three, with 16: two, 1 and 4 alone: eight

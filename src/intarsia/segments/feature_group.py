@@ -3,7 +3,7 @@
 Source: the segment-based fragments (docs/sources-003.md), algorithms SelectFeature, EdgeScore and SelectParameters. The
 elements of the group should be of one size, evenly spread and compact. Departures: the terms have no unit, so that a
 picture twice as large gives the same group; elements at the border are measured only where too few lie inside; large
-elements count more than crumbs; how the patch size follows from the lists is our rule (docs/design/008-segments.md).
+elements count more than crumbs; how the patch size follows from the lists is our rule (docs/design/search-and-cuts.md).
 """
 
 from __future__ import annotations

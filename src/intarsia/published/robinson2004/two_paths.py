@@ -1,6 +1,6 @@
 """Patches laid row by row, and cut as Robinson's program of 2004 does it: two one-way paths that meet in the corner.
 
-Not the cheapest cut: each path only runs on, and sees single pixels (docs/design/004-cuts.md).
+Not the cheapest cut: each path only runs on, and sees single pixels (docs/design/search-and-cuts.md#minimum-cuts).
 """
 
 from __future__ import annotations
