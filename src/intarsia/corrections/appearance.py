@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array
 from ..foundation.field import Field
 from ..model import Exemplar
-from . import appearance_kernels as kernels
+from .appearance_kernels import project_neighbourhoods
 from .correction_kernels import MIDDLE
 
 FAR = 16  # px beyond which it does not matter how far an outline is
@@ -53,8 +53,7 @@ class Outlines:
         if self.drawn is None or not self.drawn.is_function:
             return self
         drawn = self.drawn  # asked once for each exemplar, not for every window
-        inside = exemplar.latest("drawn", drawn, lambda: Field(marked(drawn, exemplar)))
-        return replace(self, drawn=inside)
+        return replace(self, drawn=exemplar.latest("drawn", drawn, lambda: Field(marked(drawn, exemplar))))
 
     def channel(self, exemplar: Exemplar, picture: Array) -> Array:
         """Return the channel (H, W, 1) to append to features (H, W, C) of the exemplar: int16."""
@@ -101,16 +100,20 @@ WEIGHTS = np.array([[round(256 * 2.0 ** -(dy * dy + dx * dx)) for dx in (-1.0, -
                     for dy in (-1.0, -0.5, 0.0, 0.5, 1.0)], np.int64).ravel()  # fmt: skip
 """What the 5 x 5 taps are multiplied by, 256 = 1: a Gaussian that halves 2 px from the middle; squares, a quarter."""
 
+
 def without_gaps(picture: Array, exemplar: Exemplar) -> Array:
     """Show at every unusable pixel the nearest usable one, so that what is masked out leaves no trace around it."""
-    home = None if exemplar.usable is None else nearest(exemplar.usable)
+    home = nearest(exemplar.free)
     return picture if home is None else np.asarray(picture[home[0], home[1]])
+
+
+def _mode(toroidal: bool) -> Any:
+    return "wrap" if toroidal else "symmetric"
 
 
 def bordered(picture: Array, border: int, toroidal: bool) -> Array:
     """Continue a picture (H, W, ...) on all sides: in itself, or mirrored."""
-    mode: Literal["wrap", "symmetric"] = "wrap" if toroidal else "symmetric"
-    return np.pad(picture, [(border, border)] * 2 + [(0, 0)] * (picture.ndim - 2), mode=mode)
+    return np.pad(picture, [(border, border)] * 2 + [(0, 0)] * (picture.ndim - 2), mode=_mode(toroidal))
 
 
 def stack_of(picture: Array, levels: int, closed: tuple[bool, bool]) -> Iterator[Array]:
@@ -123,18 +126,10 @@ def stack_of(picture: Array, levels: int, closed: tuple[bool, bool]) -> Iterator
     for level in range(levels):
         for axis, around in enumerate(closed if level else ()):
             n = out.shape[axis]
-            taps = [np.take(out, places_along(n, (t << level) // 2, around), axis) for t in (-2, -1, 0, 1, 2)]
+            at = np.pad(np.arange(n), 1 << level, mode=_mode(around))
+            taps = [np.take(out, at[(t << level) // 2 :][:n], axis) for t in range(5)]
             out = (taps[0] + taps[4] + 4 * (taps[1] + taps[3]) + 6 * taps[2] + 8) >> 4
         yield out
-
-
-def places_along(n: int, move: int, toroidal: bool) -> Array:
-    """The pixels that lie `move` px further along an axis of `n`, beyond whose ends it goes on, or is mirrored."""
-    at = np.arange(move, move + n)
-    if toroidal:
-        return at % n
-    at %= 2 * n
-    return np.minimum(at, 2 * n - 1 - at)
 
 
 def transformed(picture: Array, h: int, toroidal: bool) -> Array:
@@ -149,11 +144,9 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
     some = np.moveaxis(taps, 0, 2).reshape(len(y), -1).astype(np.float64)
     weights = np.repeat(WEIGHTS, channels) / 256
     covariance = whole_products(some) / len(some) * weights[:, None] * weights
-    axes = principal_axes(covariance, AXES)[1] * weights
-    whole = np.zeros((AXES, 25 * channels), np.int64)
-    whole[: len(axes)] = np.rint(axes * 16384)
+    axes = np.rint(principal_axes(covariance, AXES)[1] * weights * 16384).astype(np.int64)
     out = np.empty((height, width, AXES), np.int32)
-    kernels.project_neighbourhoods(planes, h, whole.reshape(AXES, 25, channels), out)
+    project_neighbourhoods(planes, h, axes.reshape(AXES, 25, channels), out)
     most = max(int(np.abs(out).max()), 1)
     return np.asarray(out * MIDDLE // most, np.int16) if most > MIDDLE else out.astype(np.int16)
 

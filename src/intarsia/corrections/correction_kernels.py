@@ -15,9 +15,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..foundation.arrays import Int16, Int32, Int64, UInt8
+from ..foundation.arrays import Int32, Int64
 from ..kernels.draws import STEP, mixed
 from ..kernels.jit import kernel
 
@@ -90,7 +89,6 @@ def remainders(coords: Any, frame: Any, size: Any, out: Any) -> None:
                 out[i, j, a] = min(max(total[a] // count, -ONE_PX), ONE_PX)
 
 
-BELOW, ACROSS, SPACING = range(3)
 REACH, LOOKUP_FIRST, FACTOR = range(3)
 ONE = 256  # what FACTOR counts in: the squared price of a jump
 FINE = 12  # bits after the point of a jitter
@@ -98,28 +96,6 @@ MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
 SEEN = 2  # large pieces looked at on each side where they are spread out
 TURNS = 4  # pieces of even and odd rows and columns, one kind after the other
 SHARE, FAR = 1024, 16  # what overlaps and distances of a whole piece count
-
-
-NOTHING: Int32 = np.zeros(0, np.int32)
-
-
-class LevelArrays(NamedTuple):
-    """One level of the exemplar, ready to be compared with.
-
-    The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
-    Of ``packed`` and ``values`` one is empty, which says what is compared.
-    """
-
-    steps: Int64  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
-    packed: NDArray[np.uint64]  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
-    values: Int16  # (positions, C): colours
-    roots: Int64  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
-    table: Int16  # (positions * n,): the neighbourhood of each exemplar pixel
-    inner: Int32  # (positions,): the exemplar pixel that the border shows there, or -1 outside
-    open: UInt8  # (positions,): 1 where a candidate may lie
-    jumps: Int32  # (positions, k - 1): similar pixels, -1 where there is none
-    shown: Int32 = NOTHING  # (positions * G,): the guide beside the exemplar, as it counts
-    asked: Int32 = NOTHING  # (H * W * G,): the guide under each pixel of the map
 
 
 class Axis(NamedTuple):
@@ -200,26 +176,26 @@ def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: b
 
 
 @kernel
-def colours_here(work: Any, at: Any, stride: Any, arrays: Any, here: Any) -> None:
+def colours_here(work: Any, at: Any, stride: Any, level: Any, here: Any) -> None:
     """Write the 5 x 5 colours around the pixel `at`, times the roots of their weights: they are squared later."""
-    channels = arrays.values.shape[1]
+    channels = level.values.shape[1]
     for k in range(25):
         u = work[at + (k // 5 - 2) * stride + k % 5 - 2]
         for c in range(channels):
-            here[k * channels + c] = (arrays.values[u, c] * arrays.roots[k]) >> 8
+            here[k * channels + c] = (level.values[u, c] * level.roots[k]) >> 8
 
 
 @kernel
-def looked_up(work: Any, at: Any, stride: Any, arrays: Any, reach: Any, found: Any, count: int) -> int:
+def looked_up(work: Any, at: Any, stride: Any, level: Any, reach: Any, found: Any, count: int) -> int:
     """Append the jumps of 2005: what is similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
-    below, across = arrays.steps[BELOW], arrays.steps[ACROSS]
+    below, across = level.h * level.stride, level.h
     for dy in range(-reach, reach + 1):
         for dx in range(-reach, reach + 1):
             v = work[at + dy * stride + dx]
-            for i in range(arrays.jumps.shape[1]):
-                u = np.int64(arrays.jumps[v, i])
+            for i in range(level.jumps.shape[1]):
+                u = np.int64(level.jumps[v, i])
                 if u >= 0:
-                    u = np.int64(arrays.inner[u - dy * below - dx * across])
+                    u = np.int64(level.inner[u - dy * below - dx * across])
                 fresh = u >= 0
                 for m in range(count):
                     fresh = fresh and found[m] != u
@@ -231,7 +207,7 @@ def looked_up(work: Any, at: Any, stride: Any, arrays: Any, reach: Any, found: A
 
 @kernel
 def correct(
-    coords: Any, rows: Any, cols: Any, low: int, high: int, arrays: Any, rule: Any, frame: Any, long: int, out: Any
+    coords: Any, rows: Any, cols: Any, low: int, high: int, level: Any, rule: Any, frame: Any, out: Any
 ) -> None:
     """Find better positions for the pixels (rows[low:high], cols) of a map (H, W), into `out` (rows, cols).
 
@@ -240,8 +216,7 @@ def correct(
     equal ones the first, the pixel's own before others, continuations before jumps; where no candidate may be used the
     pixel stays. The map is only read: what is found goes into it when all pixels of the subpass are done.
     The squared difference between the guide beside a candidate and under the pixel is added, for jumps at no price:
-    they break up what lies around, not the guide. ``frame``: J of every pixel (H, W, 4), or None where all lie upright;
-    ``long``: of the exemplar's rows.
+    they break up what lies around, not the guide. ``frame``: J of every pixel (H, W, 4), or None where all lie upright.
 
     The appearance around a pixel is that of four diagonal points, each foretold three times and added (2006, section
     4): see :func:`turned_moves`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
@@ -249,15 +224,14 @@ def correct(
     # All in one piece: calls that take arrays would count references for every pixel, for all threads at once. It is
     # compiled for frames and for None apart.
     stride, factor, reach, first = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], rule[LOOKUP_FIRST]
-    work, packed, table, inner, may, jumps = (
-        coords.reshape(coords.size), arrays.packed, arrays.table, arrays.inner, arrays.open, arrays.jumps
-    )  # fmt: skip
+    h, long, work = np.int64(level.h), np.int64(level.stride), coords.reshape(coords.size)
+    packed, table, inner, may, jumps = level.packed, level.table, level.inner, level.open, level.jumps
     appearance, more, n = len(packed) > 0, jumps.shape[1], np.int64(len(table) // len(inner))
-    shown, asked, guides = arrays.shown, arrays.asked, np.int64(len(arrays.shown) // len(inner))
+    shown, asked, guides = level.shown, level.asked, np.int64(len(level.shown) // len(inner))
     words, last = np.zeros((n + 3) // 4, np.uint64), 12 + (2 * reach + 1) ** 2
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
-    turned_moves(UPRIGHT, 0, 0, UPRIGHT, arrays.steps[SPACING], (stride, long), reach, moves)
+    turned_moves(UPRIGHT, 0, 0, UPRIGHT, h, (stride, long), reach, moves)
     three, next_row = np.uint64(3), np.uint64(long)  # a difference below 0 is a large unsigned one
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
@@ -267,7 +241,7 @@ def correct(
                 yy, yx = np.int64(frame[rows[i], cols[j], 0]), np.int64(frame[rows[i], cols[j], 1])
                 xy, xx = np.int64(frame[rows[i], cols[j], 2]), np.int64(frame[rows[i], cols[j], 3])
                 if yy != old_y or yx != old_x or xx != old_z:
-                    turned_moves(yy, yx, xy, xx, arrays.steps[SPACING], (stride, long), reach, moves)
+                    turned_moves(yy, yx, xy, xx, h, (stride, long), reach, moves)
                     old_y, old_x, old_z = yy, yx, xx
             if appearance:
                 for q in range(4):
@@ -277,7 +251,7 @@ def correct(
                     words[2 * q] = packed[r0, 0] + packed[r1, 0] + packed[r2, 0]
                     words[2 * q + 1] = packed[r0, 1] + packed[r1, 1] + packed[r2, 1]
             else:
-                colours_here(work, at, stride, arrays, here)
+                colours_here(work, at, stride, level, here)
             own = np.int64(work[np.uint64(at)])
             found[0], near = own, 1
             for c in range(12, last):
@@ -297,7 +271,7 @@ def correct(
                         break
                     begin, price = near, factor
                     if first:
-                        count = looked_up(work, at, stride, arrays, reach, found, near)
+                        count = looked_up(work, at, stride, level, reach, found, near)
                     for c in range(0 if first else near):
                         alone = True  # what differs by the rounding of a pixel leads to the same places
                         if frame is not None:

@@ -7,7 +7,7 @@ is made a little larger: by what the corrections of the next finer one read.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -16,7 +16,6 @@ import numpy as np
 
 from ..foundation.arrays import Array, Pair
 from ..foundation.field import Field
-from ..foundation.params import functions_of, parameters
 from ..foundation.run import Run, seed_state
 from ..model import Exemplar
 from .appearance import painted
@@ -28,7 +27,6 @@ from .correction_kernels import (
     TURNS,
     UNIT,
     Axis,
-    LevelArrays,
     Room,
     correct,
     descend,
@@ -49,9 +47,10 @@ from .span import (
     whole_lattice,
     zooms,
 )
-from .stack import ExemplarStack
+from .stack import ExemplarStack, StackLevel
 
 # What halving and doubling does was looked at on 24 textures, eight of them with a lattice (docs/design/012).
+STAGE = 200505  # keeps these draws apart from those of others
 REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005, 2006)
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
 ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even where nothing was moved; 1: straight seams, 6: things are lost
@@ -60,8 +59,7 @@ SIDE = 1024  # places that functions are asked for at a time, along each axis
 BAND = 32  # rows that are worth a thread; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
-
-
+ALL = Field(1.0)  # of the jitter
 
 class Pin(NamedTuple):
     """Exemplar pixel (sx, sy) shown at output pixel (x, y), and what lies within `radius` around it; all in px."""
@@ -90,9 +88,9 @@ class Corrections:
     pins: tuple[Pin, ...] = ()
     lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
     # What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar (2005,
-    # section 5); None: all of it.
-    output: Field | None = None
-    exemplar: Field | None = None
+    # section 5).
+    output: Field = ALL
+    exemplar: Field = ALL
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
@@ -101,7 +99,7 @@ class Corrections:
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         steps = tuple(round((1 << FINE) * r) for r in jitter)
         given = method.jitter_output, method.jitter_exemplar
-        output, exemplar = (v if v is None or isinstance(v, Field) else Field(v) for v in given)
+        output, exemplar = (ALL if v is None else v if isinstance(v, Field) else Field(v) for v in given)
         pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
         own = {name: getattr(method, name) for name in ("subpasses", "rule") if hasattr(method, name)}
         return cls(
@@ -112,7 +110,7 @@ class Corrections:
     @property
     def everywhere(self) -> bool:
         """Whether all of the jitter holds."""
-        return self.output is None and self.exemplar is None
+        return self.output.number == self.exemplar.number == 1
 
     @property
     def margin(self) -> int:
@@ -136,7 +134,6 @@ class Descent:
     stack: ExemplarStack
     rules: Corrections
     seed: int
-    stage: int
     wanted: StackGuide | None = None  # the guide of a canvas whose first pixel is (0, 0)
 
     def window(self, rows: Span, cols: Span, run: Run, least: int = 0) -> Array:
@@ -227,19 +224,18 @@ class Descent:
             spans.append((above[0], above[1]))
         return spans
 
-    def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
+    def _first(self, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
         """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
-        room, top, spans = self._room, self.stack.count - 1, every[-1]
-        places = places_of(top, every)
+        room, top = self._room, self.stack.count - 1
+        places = places_of(top, spans)
         if frame is not None:
             start = origins(frame, places[0], places[1], room.size, room.lattice)
         elif len(room.lattice):
             down, across = (residues(place, room.lattice, axis) for axis, place in enumerate(places))
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
-            start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
-        coords = self._descended(start, [at_rest(span) for span in spans], top, places)
-        return self._pinned(self._guided(coords, top, spans), top, every, frame)
+            start = np.stack(np.meshgrid(places[0] % room.size[0], places[1] % room.size[1], indexing="ij"), axis=2)
+        return self._begun(start, [at_rest(span) for span in spans[top]], top, spans, frame)
 
     @cached_property
     def _room(self) -> Room:
@@ -261,60 +257,52 @@ class Descent:
             rows, cols = axes
             coords = coords[rows.parent][:, cols.parent] + stepped(frame, rows.step[:, None], cols.step)
             axes = [at_rest(span) for span in spans[level]]
-        coords = self._descended(coords, axes, level, places_of(level, spans))
-        return self._pinned(self._guided(coords, level, spans[level]), level, spans, frame)
-
-    def _guided(self, coords: Array, level: int, spans: tuple[Span, Span]) -> Array:
-        """Where the guide asks for something else, begin again at a place that shows it."""
-        if self.wanted is None:
-            return coords
-        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
-        return self.wanted.led(coords, level, (spans[0].at, spans[1].at), (self.seed, self.stage + 1), lattice)
-
-    def _pinned(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
-        """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
-        for pin in self.rules.pins if level >= FREE else ():
-            periods = spans[0][0].period, spans[0][1].period
-            pinned(coords, places_of(level, spans), periods, pin, self.stack.exemplar, frame)
-        return coords
+        return self._begun(coords, axes, level, spans, frame)
 
     @cached_property
     def _calm(self) -> Array:
         exemplar = self.stack.exemplar
-        return part_at(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
+        return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
-    def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
+    def _begun(
+        self, coords: Array, axes: list[Axis], level: int, spans: list[tuple[Span, Span]], frame: Array | None
+    ) -> Array:
+        """Coordinates from those above them, jittered, as guide and pins want them; what is finer follows from them."""
+        places, (rows, cols) = places_of(level, spans), axes
         drawn = DRAWN if self._scattered(level) else 1
-        out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
+        out = np.empty((drawn, len(rows.at), len(cols.at), 2), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         if spread.any() and not self.rules.everywhere:
-            output = part_at(self.rules.output, *places)
+            output = jitter_shares(self.rules.output, *places)
             spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
-        free = not len(self._room.lattice) or level < FREE
+        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
         for number in range(drawn):
-            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.stack.count))
-            descend(coords, axes[0], axes[1], state, spread, free, self._room, out[number])
+            state = np.uint64(seed_state(self.seed, STAGE, level + number * self.stack.count))
+            descend(coords, rows, cols, state, spread, not len(lattice), self._room, out[number])
+        made: Array = out[0]
         if drawn > 1:
-            choices, out = out, np.empty_like(out[:1])
-            scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
-        return np.asarray(out[0])
+            made = np.empty_like(out[0])
+            scatter(out, rows.at, cols.at, np.int64(1 << level), self._room.size, made)
+        if self.wanted is not None:
+            made = self.wanted.led(made, level, (rows.at, cols.at), (self.seed, STAGE + 1), lattice)
+        for pin in self.rules.pins if level >= FREE else ():
+            pinned(made, places, (spans[0][0].period, spans[0][1].period), pin, self.stack.exemplar, frame)
+        return made
 
     def _still(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
         """Which pixels of a level none of the jitter holds for: without jitter only fine levels are corrected."""
         if level < ALWAYS or self.rules.everywhere:
             return None
-        calm = self._calm if self._calm.size == 1 else self._calm[coords[..., 0], coords[..., 1]]
-        part = part_at(self.rules.output, *places_of(level, spans)) * calm
-        return np.broadcast_to(part == 0, coords.shape[:2])
+        part = jitter_shares(self.rules.output, *places_of(level, spans)) * self._calm[coords[..., 0], coords[..., 1]]
+        return np.asarray(part == 0)
 
     def _corrected(
         self, coords: Array, level: int, spans: list[tuple[Span, Span]], run: Run, frame: Array | None = None
     ) -> Array:
         """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
-        place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
-        arrays = place.ready()
+        place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)
         if self.wanted is not None:
-            arrays = self.wanted.beside(arrays, level)
+            place = self.wanted.beside(place, level)
         work = place.positions(coords)
         classes, still = [span.at % side for span in spans[level]], self._still(coords, level, spans)
         with run.pool() as each:
@@ -325,7 +313,7 @@ class Descent:
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                found = subpass(work, (rows, cols), arrays, self.rules, frame, place.stride, run, each)
+                found = subpass(work, (rows, cols), place, self.rules, frame, run, each)
                 where = np.ix_(rows, cols)
                 work[where] = found if still is None else np.where(still[where], work[where], found)
         margin = self._margin(level)
@@ -333,8 +321,8 @@ class Descent:
 
 
 def subpass(
-    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rules: Corrections, frame: Array | None, long: int,
-    run: Run, each: Any,
+    work: Array, where: tuple[Array, Array], level: StackLevel, rules: Corrections, frame: Array | None, run: Run,
+    each: Any,
 ) -> Array:  # fmt: skip
     """Find better positions for the pixels of some rows and columns, in bands; nothing is written."""
     rows, cols = where
@@ -343,7 +331,7 @@ def subpass(
 
     def band(low: int) -> None:
         run.check()
-        correct(work, rows, cols, low, min(low + BAND, len(rows)), arrays, rule, frame, long, found)
+        correct(work, rows, cols, low, min(low + BAND, len(rows)), level, rule, frame, found)
 
     each(band, range(0, len(rows), BAND))
     return found
@@ -383,11 +371,6 @@ def pinned(
     coords[np.ix_(rows, cols)] = block
 
 
-def part_at(field: Field | None, rows: Array, cols: Array) -> Array:
-    """What part of the jitter holds at places, in 1 / 4096: (rows, columns) int64, or (1, 1) where all of it does."""
-    return np.full((1, 1), 1 << FINE, np.int64) if field is None else jitter_shares(field, rows, cols)
-
-
 def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes: list[Axis]) -> Array:
     """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
 
@@ -395,12 +378,10 @@ def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes
     read where the pixel is handed down to: S[parent] + step, within the exemplar.
     """
     rows, cols = axes
-    if exemplar.size > 1:
-        above = parents[rows.parent][:, cols.parent]
-        y, x = above[..., 0] + rows.step[:, None], above[..., 1] + cols.step
-        exemplar = exemplar[y % exemplar.shape[0], x % exemplar.shape[1]]
-    part = np.broadcast_to(output * exemplar, (len(rows.at), len(cols.at)))
-    return np.ascontiguousarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
+    above = parents[rows.parent][:, cols.parent]
+    y, x = above[..., 0] + rows.step[:, None], above[..., 1] + cols.step
+    part = output * exemplar[y % exemplar.shape[0], x % exemplar.shape[1]]
+    return np.asarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
 
 
 def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
@@ -418,21 +399,8 @@ USED: dict[str, Callable[[Field, Array, Array], Array]] = {
 """Parameter -> the whole numbers that it is used as, so that no machine tells them otherwise than its picture."""
 
 
-def hashes(method: Any, exemplar: Exemplar, places: Iterable[list[Array]]) -> dict[str, str]:
-    """Return for each function of a method SHA-256, 64 hexadecimal digits, of its values.
-
-    A recipe cannot hold a function, and its name says nothing; but a picture depends on no more than these.
-
-    `places`: rows and columns in px that functions over the output are asked for, level by level; those over the
-    exemplar are asked for all of its pixels.
-    """
-    inside, outside, over = [[np.arange(exemplar.height), np.arange(exemplar.width)]], list(places), {}
-    for p in parameters(method):
-        over[p.name] = inside if p.over == "exemplar" else outside
-    return {name: _hash(field, USED[name], over[name]) for name, field in functions_of(method).items()}
-
-
-def _hash(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
+def hashed(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
+    """Return SHA-256, 64 hexadecimal digits, of what a field is used as at places (rows, columns), level by level."""
     found = hashlib.sha256()
     for rows, cols in places:
         found.update(f"{len(rows)}x{len(cols)}|".encode())

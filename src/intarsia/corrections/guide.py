@@ -16,9 +16,8 @@ from ..foundation.run import seed_state
 from ..model.canvas import Canvas
 from ..search.guide import ONE, codes_of
 from .appearance import BITS, bordered, stack_of, without_gaps
-from .correction_kernels import LevelArrays
 from .guide_kernels import GuideOrder, begin_again
-from .stack import ExemplarStack
+from .stack import ExemplarStack, StackLevel
 
 TRIES = 8  # hashed places of which the best is taken
 ENOUGH = 4  # one part in so many of a full difference is near enough
@@ -27,7 +26,6 @@ EDGE = 2  # level whose blur tells finer ones how far a boundary is
 SOME = 4096  # neighbourhoods of which the spread is measured
 FULL = ONE << BITS
 FINE = 32  # bits after the point of a scale
-
 
 
 class StackGuide:
@@ -47,7 +45,6 @@ class StackGuide:
         assert canvas.guide is not None
         exemplar = stack.exemplar
         self._stack, self._weight, self._wraps = stack, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
-        closed = (exemplar.toroidal, exemplar.toroidal)
         (source,), self._target = codes_of(canvas.guide, canvas.wrap)
         source, channels = without_gaps(source, exemplar), source.shape[2]
         self.unit = (min(channels, 2) if canvas.guide.is_labels else channels) * FULL * FULL
@@ -55,7 +52,7 @@ class StackGuide:
         self.enough = int(self.unit / (ENOUGH * strict) ** 2)
         self._edge = min(EDGE, stack.count - 1) if canvas.guide.is_labels and not canvas.guide.reach else 0
         whole = [np.arange(exemplar.height), np.arange(exemplar.width)]
-        shown = stacked(source, [whole] * stack.count, closed, self._edge)
+        shown = stacked(source, [whole] * stack.count, (exemplar.toroidal, exemplar.toroidal), self._edge)
         self._choices = [_choice(values, _open(stack, level)) for level, values in enumerate(shown)]
         self._asked: list[Array] = []
 
@@ -77,21 +74,21 @@ class StackGuide:
         choice, asked = self._choices[level], self._asked[level]
         return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
-    def beside(self, arrays: LevelArrays, level: int) -> LevelArrays:
-        """Return the site of a level with the guide on both sides, multiplied by what it counts there.
+    def beside(self, level: StackLevel, number: int) -> StackLevel:
+        """Return a level with the guide on both sides, multiplied by what it counts there.
 
         A pixel that differs fully counts like `weight` times how far any two places of the exemplar differ in
         appearance, by the root of the mean square: appearance has no full range, and is stretched on every level.
         """
-        exemplar, table = self._stack.exemplar, arrays.table.reshape(len(arrays.inner), -1)
-        counts = self._weight * math.sqrt(2 * _variance(table[arrays.open > 0]) / self.unit)
-        scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
-        shown, under = (
+        exemplar, table = self._stack.exemplar, level.table.reshape(len(level.inner), -1)
+        counts = self._weight * math.sqrt(2 * _variance(table[level.open > 0]) / self.unit)
+        scale = round(counts * (1 << FINE))
+        shown, asked = (
             np.asarray((values.astype(np.int64) * scale + (1 << (FINE - 1))) >> FINE, np.int32)
-            for values in (choice.shown, asked)
+            for values in (self._choices[number].shown, self._asked[number])
         )
-        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._stack.levels[level].border, False)
-        return arrays._replace(shown=shown.ravel(), asked=under.ravel())
+        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), level.border, False)
+        return level._replace(shown=shown.ravel(), asked=asked.ravel())
 
 
 def _variance(vectors: Array) -> float:
@@ -106,8 +103,8 @@ def _open(stack: ExemplarStack, level: int) -> Array:
     if not stack.levels:
         return stack.exemplar.free.astype(np.uint8)
     place = stack.levels[min(level, len(stack.levels) - 1)]
-    rows, cols = (slice(place.border, place.border + n) for n in (stack.exemplar.height, stack.exemplar.width))
-    return np.ascontiguousarray(place.arrays.open.reshape(-1, place.stride)[rows, cols])
+    inside = slice(place.border, -place.border)
+    return np.ascontiguousarray(place.open.reshape(-1, place.stride)[inside, inside])
 
 
 def _choice(shown: Array, may: Array) -> GuideOrder:
@@ -131,13 +128,11 @@ def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool]
     ``edge`` hold its channels, too. They tell how far away a boundary is: what lies along it in the exemplar, a rim or
     shadow, comes to lie along the new one, and the sharp ones keep it in its place.
     """
-    sharp: list[list[Array]] = []
-    soft: list[list[Array]] = []
+    sharp: list[list[Array]] = [[] for _ in places]
+    soft: list[list[Array]] = [[] for _ in places]
     for channel in np.moveaxis(picture, 2, 0):
-        sharp.append([])
         for level, blurred in enumerate(stack_of(channel, len(places), closed)):
-            sharp[-1].append(blurred[np.ix_(*places[level])])
-            if level == edge:
-                soft.append([blurred[np.ix_(*finer)] for finer in places[:edge]])
-    return [np.stack([c[level] for c in (sharp + soft if level < edge else sharp)], axis=2).astype(np.int16)
-            for level in range(len(places))]  # fmt: skip
+            sharp[level].append(blurred[np.ix_(*places[level])])
+            for finer in range(edge if level == edge else 0):
+                soft[finer].append(blurred[np.ix_(*places[finer])])
+    return [np.stack(a + b, axis=2).astype(np.int16) for a, b in zip(sharp, soft, strict=True)]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..analysis.features import features
 from ..foundation import ParameterError
-from ..foundation.arrays import Int32
+from ..foundation.arrays import Float32, Int32
 from ..foundation.field import Field
 from ..foundation.geometry import Box, Wrap
-from ..foundation.params import AUTO, check_sizes
+from ..foundation.params import AUTO, check_sizes, functions_of, parameters
 from ..foundation.run import Run
 from ..lattice import check_lattice, lattice_of, lattices_of
 from ..methods.parallel_controllable import ParallelControllable
@@ -18,12 +20,11 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
 from .appearance import Outlines, marked
-from .descent import Corrections, Descent, hashes
+from .descent import USED, Corrections, Descent, hashed
 from .guide import StackGuide
 from .span import Span
 from .stack import Look, exemplar_stack, is_cloudy, levels_within
 
-STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
 # Set by looking at pictures: large pieces lie anywhere, small ones move a little.
 FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
@@ -47,8 +48,7 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
     lattice, jitter, snap = method.lattice, method.jitter, method.snap
     if snap == "auto":
         known = lattice is not AUTO
-        if not known and not guided:
-            known = lattices_of(exemplar, method.channel_weights).accepted is not None
+        known = known or (not guided and lattices_of(exemplar, method.channel_weights).accepted is not None)
         snap = "on" if known else "off"
     if lattice is not AUTO:
         check_lattice(lattice, exemplar)
@@ -56,8 +56,7 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
         lattice = lattice_of(exemplar, method.slug, method.channel_weights)
     if jitter is AUTO:
         top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-        all_over = snap == "on" or Outlines.of(method) is not None or not method.exact
-        all_over = all_over or is_cloudy(exemplar)
+        all_over = snap == "on" or Outlines.of(method) is not None or not method.exact or is_cloudy(exemplar)
         fine = top if all_over else max(len(FINE), levels_within(exemplar))
         shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
         jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
@@ -95,38 +94,41 @@ def coarse(
 def asked(method: ParallelControllable, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
     """Return a hash of what each function among the parameters says at all places that a picture asks it for.
 
-    Those over the output are asked beside it as well, where its coarse levels begin.
+    A recipe cannot hold a function, and its name says nothing; but a picture depends on no more than these values.
+    Those over the output are asked beside it as well, where its coarse levels begin; those over the exemplar for all
+    of its pixels.
     """
-    return hashes(method, exemplars[0], _descent(method, exemplars[0], where, 0).asked(*_spans(where)))
+    exemplar, over = exemplars[0], {p.name: p.over for p in parameters(method)}
+    outside = _descent(method, exemplar, where, 0).asked(*_spans(where))
+    inside = [[np.arange(exemplar.height), np.arange(exemplar.width)]]
+    return {
+        name: hashed(field, USED[name], inside if over[name] == "exemplar" else outside)
+        for name, field in functions_of(method).items()
+    }
 
 
 def _map(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> SourceMap:
-    descent, source = _descent(method, exemplar, where, seed), (exemplar.source,)
-    wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
+    descent, wrap = _descent(method, exemplar, where, seed), Wrap.NONE if isinstance(where, Box) else where.wrap
     around = descent.around
 
-    def drafted(yx: Int32) -> SourceMap:
-        seen = yx[around : len(yx) - around, around : yx.shape[1] - around]
-        return SourceMap(seen, None, None, source, wrap, method.blend)
+    def made(yx: Int32, *turned: Float32) -> SourceMap:
+        return SourceMap(yx, None, None, (exemplar.source,), wrap, method.blend, *turned)
 
-    run = run.drafting(drafted)
+    run = run.drafting(lambda yx: made(yx[around : len(yx) - around, around : yx.shape[1] - around]))
     if descent.rules.lie is None:
-        return SourceMap(descent.window(*_spans(where), run), None, None, source, wrap, method.blend)
-    yx, frame, sub = descent.framed(*_spans(where), run)
-    return SourceMap(yx, None, None, source, wrap, method.blend, frame, sub)
+        return made(descent.window(*_spans(where), run))
+    return made(*descent.framed(*_spans(where), run))
 
 
 def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int) -> Descent:
     rules = Corrections.of(decided(method, exemplar))
-    levels = exemplar_stack(exemplar, Look.of(method, rules.border))
-    if isinstance(where, Box) or where.guide is None:
-        return Descent(levels, rules, seed, STAGE)
-    return Descent(levels, rules, seed, STAGE, StackGuide(where, levels))
+    levels = exemplar_stack(exemplar, Look.of(method), rules.border)
+    wanted = StackGuide(where, levels) if isinstance(where, Canvas) and where.guide is not None else None
+    return Descent(levels, rules, seed, wanted)
 
 
 def _spans(where: Canvas | Box) -> tuple[Span, Span]:
     """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
     if isinstance(where, Box):
         return Span(where.y0, where.y1, 0), Span(where.x0, where.x1, 0)
-    periods = (where.height if where.wrap.y else 0), (where.width if where.wrap.x else 0)
-    return Span(0, where.height, periods[0]), Span(0, where.width, periods[1])
+    return Span(0, where.height, where.height * where.wrap.y), Span(0, where.width, where.width * where.wrap.x)
