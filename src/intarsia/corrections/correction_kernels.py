@@ -98,14 +98,6 @@ TURNS = 4  # pieces of even and odd rows and columns, one kind after the other
 SHARE, FAR = 1024, 16  # what overlaps and distances of a whole piece count
 
 
-class Axis(NamedTuple):
-    """How the pixels of a level follow from those above them, along one axis."""
-
-    parent: Int64  # position in the coarser map
-    step: Int64  # exemplar px from the parent
-    at: Int64  # absolute coordinate, which draws belong to
-
-
 class Room(NamedTuple):
     """Where the coordinates of a map may lie."""
 
@@ -143,25 +135,23 @@ def kept_inside(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
 
 
 @kernel
-def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
-    """Hand coordinates down to the next finer level, and jitter them by draws that belong to places.
+def jittered(coords: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
+    """Move coordinates by draws that belong to places (rows, cols), and bring them back into the exemplar.
 
-    S[p] = S_coarse[parent] + step + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the
-    draws before the place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number
-    for all; ``free``: whether the jitter need not keep to the lattice.
+    S[p] = coords + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the draws before the
+    place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number for all; ``free``:
+    whether the jitter need not keep to the lattice.
     """
     height, width = room.size[0], room.size[1]
     everywhere, half, home = spread.size == 1, np.int64(1) << (FINE + 30), room.home
     for i in range(out.shape[0]):
-        z = mixed((state ^ np.uint64(rows.at[i])) + STEP)
-        py, dy = rows.parent[i], rows.step[i]
+        z = mixed((state ^ np.uint64(rows[i])) + STEP)
         for j in range(out.shape[1]):
-            px = cols.parent[j]
-            by, bx = parents[py, px, 0] + dy, parents[py, px, 1] + cols.step[j]
+            by, bx = np.int64(coords[i, j, 0]), np.int64(coords[i, j, 1])
             y, x = by, bx
             r = np.int64(spread[0, 0] if everywhere else spread[i, j])
             if r:
-                bits = mixed((z ^ np.uint64(cols.at[j])) + STEP)
+                bits = mixed((z ^ np.uint64(cols[j])) + STEP)
                 low, high = np.int64(bits & np.uint64(0xFFFFFFFF)), np.int64(bits >> np.uint64(32))
                 y += (r * (high - 2147483648) + half) >> (FINE + 31)
                 x += (r * (low - 2147483648) + half) >> (FINE + 31)

@@ -26,10 +26,9 @@ from .correction_kernels import (
     SEEN,
     TURNS,
     UNIT,
-    Axis,
     Room,
     correct,
-    descend,
+    jittered,
     remainders,
     scatter,
 )
@@ -37,7 +36,6 @@ from .guide import StackGuide
 from .span import (
     Orientation,
     Span,
-    at_rest,
     origins,
     place_of,
     places_of,
@@ -235,7 +233,7 @@ class Descent:
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
             start = np.stack(np.meshgrid(places[0] % room.size[0], places[1] % room.size[1], indexing="ij"), axis=2)
-        return self._begun(start, [at_rest(span) for span in spans[top]], top, spans, frame)
+        return self._begun(start, top, spans, frame)
 
     @cached_property
     def _room(self) -> Room:
@@ -247,44 +245,43 @@ class Descent:
         self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
     ) -> Array:
         """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
-        axes = []
+        parents, steps = [], []
         for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
-            parent = Span(0, above.period, above.period) if above.period else above
             up = span.at >> 1
-            step = place_of(span.at, span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
-            axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
+            parents.append(up - above.start - self._margin(level + 1))
+            own, coarse = (span.at, span.period, level), (up, above.period, level + 1)
+            steps.append(place_of(*own, whole.period) - place_of(*coarse, whole.period))
+        coords, down, across = coords[np.ix_(*parents)], steps[0][:, None], steps[1]
         if frame is not None:
-            rows, cols = axes
-            coords = coords[rows.parent][:, cols.parent] + stepped(frame, rows.step[:, None], cols.step)
-            axes = [at_rest(span) for span in spans[level]]
-        return self._begun(coords, axes, level, spans, frame)
+            return self._begun(coords + stepped(frame, down, across), level, spans, frame)
+        coords[..., 0] += down
+        coords[..., 1] += across
+        return self._begun(coords, level, spans, None)
 
     @cached_property
     def _calm(self) -> Array:
         exemplar = self.stack.exemplar
         return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
-    def _begun(
-        self, coords: Array, axes: list[Axis], level: int, spans: list[tuple[Span, Span]], frame: Array | None
-    ) -> Array:
-        """Coordinates from those above them, jittered, as guide and pins want them; what is finer follows from them."""
-        places, (rows, cols) = places_of(level, spans), axes
+    def _begun(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
+        """Jitter the coordinates of a level, as guide and pins want them; what is finer follows from them."""
+        places, (rows, cols) = places_of(level, spans), (span.at for span in spans[level])
         drawn = DRAWN if self._scattered(level) else 1
-        out = np.empty((drawn, len(rows.at), len(cols.at), 2), np.int32)
+        out = np.empty((drawn, *coords.shape), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         if spread.any() and not self.rules.everywhere:
             output = jitter_shares(self.rules.output, *places)
-            spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
+            spread = spread_over(self.rules.spread(level), output, self._calm, coords)
         lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
         for number in range(drawn):
             state = np.uint64(seed_state(self.seed, STAGE, level + number * self.stack.count))
-            descend(coords, rows, cols, state, spread, not len(lattice), self._room, out[number])
+            jittered(coords, rows, cols, state, spread, not len(lattice), self._room, out[number])
         made: Array = out[0]
         if drawn > 1:
             made = np.empty_like(out[0])
-            scatter(out, rows.at, cols.at, np.int64(1 << level), self._room.size, made)
+            scatter(out, rows, cols, np.int64(1 << level), self._room.size, made)
         if self.wanted is not None:
-            made = self.wanted.led(made, level, (rows.at, cols.at), (self.seed, STAGE + 1), lattice)
+            made = self.wanted.led(made, level, (rows, cols), (self.seed, STAGE + 1), lattice)
         for pin in self.rules.pins if level >= FREE else ():
             pinned(made, places, (spans[0][0].period, spans[0][1].period), pin, self.stack.exemplar, frame)
         return made
@@ -371,16 +368,13 @@ def pinned(
     coords[np.ix_(rows, cols)] = block
 
 
-def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes: list[Axis]) -> Array:
+def spread_over(whole: int, output: Array, exemplar: Array, coords: Array) -> Array:
     """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
 
     `whole` is that of the level, `output` its part for each pixel; `exemplar` (H', W') that for each exemplar pixel,
-    read where the pixel is handed down to: S[parent] + step, within the exemplar.
+    read where the coordinates lie before they are moved, within the exemplar.
     """
-    rows, cols = axes
-    above = parents[rows.parent][:, cols.parent]
-    y, x = above[..., 0] + rows.step[:, None], above[..., 1] + cols.step
-    part = output * exemplar[y % exemplar.shape[0], x % exemplar.shape[1]]
+    part = output * exemplar[coords[..., 0] % exemplar.shape[0], coords[..., 1] % exemplar.shape[1]]
     return np.asarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..foundation.arrays import Array
 from ..foundation.field import Field
-from .correction_kernels import UNIT, Axis
+from .correction_kernels import UNIT
 
 TURN = 5760  # steps of a full turn, 16 a degree
 ZOOM = 256  # steps of 1
@@ -112,26 +112,21 @@ class Span(NamedTuple):
         return Span(self.start >> 1, ((self.stop - 1) >> 1) + 1, 0)
 
 
-def at_rest(span: Span) -> Axis:
-    """The pixels of a level, each from itself."""
-    return Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at)
-
-
 def places_of(level: int, spans: list[tuple[Span, Span]]) -> list[Array]:
     """Where in the output the rows and the columns of a level lie, px."""
-    return [place_of(own.at, own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
+    axes = zip(spans[level], spans[0], strict=True)
+    return [place_of(own.at, own.period, level, whole.period) for own, whole in axes]
 
 
-def place_of(at: Array, span: Span, level: int, whole: int) -> Array:
-    """Where in the output the pixels `at` of a span lie, px: the middle of the squares that they stand for.
+def place_of(at: Array, period: int, level: int, whole: int) -> Array:
+    """Where in the output the pixels `at` of a level lie, px: the middle of the squares that they stand for.
 
-    A torus of `whole` px is shared out evenly among its pixels.
-
-    Where they cannot all be `h` px apart, the odd steps lie in other places on every level.
+    A torus of `whole` px is shared out evenly among its `period` pixels; where they cannot all be `h` px apart, the odd
+    steps lie in other places on every level.
     """
-    if span.period:
-        odd = 2 * span.period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
-        return np.asarray(((2 * at + 1) * whole + odd) // (2 * span.period))
+    if period:
+        odd = 2 * period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
+        return np.asarray(((2 * at + 1) * whole + odd) // (2 * period))
     return np.asarray((at << level) + ((1 << level) >> 1))
 
 
