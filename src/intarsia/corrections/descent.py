@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -36,6 +36,7 @@ from .guide import StackGuide
 from .span import (
     Orientation,
     Span,
+    Spans,
     origins,
     place_of,
     places_of,
@@ -59,14 +60,6 @@ BAND = 32  # rows that are worth a thread; 8 and 128: the same bytes
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
 ALL = Field(1.0)  # of the jitter
 
-class Pin(NamedTuple):
-    """Exemplar pixel (sx, sy) shown at output pixel (x, y), and what lies within `radius` around it; all in px."""
-
-    sx: int
-    sy: int
-    x: int
-    y: int
-    radius: int
 
 
 @dataclass(frozen=True)
@@ -83,7 +76,7 @@ class Corrections:
     subpasses: int = 4  # by even and odd rows and columns; a memorandum's method sets others, and other rules
     rule: str = "near"
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
-    pins: tuple[Pin, ...] = ()
+    pins: tuple[tuple[int, ...], ...] = ()  # exemplar x, y shown at output x, y, and all within a radius; px
     lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
     # What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar (2005,
     # section 5).
@@ -98,11 +91,11 @@ class Corrections:
         steps = tuple(round((1 << FINE) * r) for r in jitter)
         given = method.jitter_output, method.jitter_exemplar
         output, exemplar = (ALL if v is None else v if isinstance(v, Field) else Field(v) for v in given)
-        pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
+        pins, lie = method.pin or (), Orientation.of(method.angle, method.zoom)
         own = {name: getattr(method, name) for name in ("subpasses", "rule") if hasattr(method, name)}
         return cls(
-            steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, output=output,
-            exemplar=exemplar, **own,
+            steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, output=output, exemplar=exemplar,
+            **own,
         )  # fmt: skip
 
     @property
@@ -184,7 +177,7 @@ class Descent:
         whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
         return whole, frame.astype(np.float32).reshape(*size, 2, 2) * unit, sub.astype(np.float32) * unit
 
-    def _wider(self, rows: Span, cols: Span) -> tuple[Span, Span]:
+    def _wider(self, rows: Span, cols: Span) -> Spans:
         """What must be known of the finest level: where pixels are read between others, those around as well."""
         return rows.wider(self.around), cols.wider(self.around)
 
@@ -193,7 +186,7 @@ class Descent:
         """How many px more than the output are known on each side."""
         return 0 if self.rules.lie is None else AROUND
 
-    def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
+    def _frame(self, level: int, spans: list[Spans]) -> Array | None:
         """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
         return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
 
@@ -213,7 +206,7 @@ class Descent:
             return self.rules.margin + (self.wanted is not None)
         return SEEN * (TURNS - 1) if self._scattered(level) else 0
 
-    def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[tuple[Span, Span]]:
+    def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[Spans]:
         """What must be known of each level, from the finest to the coarsest, before it is corrected."""
         edges = [self._margin(level) if level >= least else 0 for level in range(self.stack.count)]
         spans = [(rows.wider(edges[0]), cols.wider(edges[0]))]
@@ -222,7 +215,7 @@ class Descent:
             spans.append((above[0], above[1]))
         return spans
 
-    def _first(self, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
+    def _first(self, spans: list[Spans], frame: Array | None) -> Array:
         """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
         room, top = self._room, self.stack.count - 1
         places = places_of(top, spans)
@@ -242,7 +235,7 @@ class Descent:
         return Room(size, self.stack.home, whole_lattice(self.rules.lattice))
 
     def _handed_down(
-        self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
+        self, coords: Array, level: int, spans: list[Spans], frame: Array | None
     ) -> Array:
         """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
         parents, steps = [], []
@@ -263,7 +256,7 @@ class Descent:
         exemplar = self.stack.exemplar
         return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
-    def _begun(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
+    def _begun(self, coords: Array, level: int, spans: list[Spans], frame: Array | None) -> Array:
         """Jitter the coordinates of a level, as guide and pins want them; what is finer follows from them."""
         places, (rows, cols) = places_of(level, spans), (span.at for span in spans[level])
         drawn = DRAWN if self._scattered(level) else 1
@@ -286,7 +279,7 @@ class Descent:
             pinned(made, places, (spans[0][0].period, spans[0][1].period), pin, self.stack.exemplar, frame)
         return made
 
-    def _still(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
+    def _still(self, coords: Array, level: int, spans: list[Spans]) -> Array | None:
         """Which pixels of a level none of the jitter holds for: without jitter only fine levels are corrected."""
         if level < ALWAYS or self.rules.everywhere:
             return None
@@ -294,7 +287,7 @@ class Descent:
         return np.asarray(part == 0)
 
     def _corrected(
-        self, coords: Array, level: int, spans: list[tuple[Span, Span]], run: Run, frame: Array | None = None
+        self, coords: Array, level: int, spans: list[Spans], run: Run, frame: Array | None = None
     ) -> Array:
         """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
         place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)
@@ -342,7 +335,7 @@ def stepped(frame: Array, down: Array, across: Array) -> Array:
 
 
 def pinned(
-    coords: Array, places: list[Array], periods: Pair, pin: Pin, exemplar: Exemplar, frame: Array | None
+    coords: Array, places: list[Array], periods: Pair, pin: tuple[int, ...], exemplar: Exemplar, frame: Array | None
 ) -> None:
     """Lay a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
 
@@ -350,16 +343,17 @@ def pinned(
 
     ``places``: where its rows and columns lie in the output; ``periods``: after how many px they close, or 0.
     """
+    sx, sy, to_x, to_y, radius = pin
     away = []
-    for at, period, q in zip(places, periods, (pin.y, pin.x), strict=True):
+    for at, period, q in zip(places, periods, (to_y, to_x), strict=True):
         d = at - q
         away.append((d + period // 2) % period - period // 2 if period else d)
-    rows, cols = (np.flatnonzero(abs(d) <= pin.radius) for d in away)
+    rows, cols = (np.flatnonzero(abs(d) <= radius) for d in away)
     dy, dx = np.meshgrid(away[0][rows], away[1][cols], indexing="ij")
-    inside = dy * dy + dx * dx <= pin.radius**2
+    inside = dy * dy + dx * dx <= radius**2
     if frame is not None:
         dy, dx = np.moveaxis(stepped(frame[np.ix_(rows, cols)], dy, dx), 2, 0)
-    y, x = pin.sy + dy, pin.sx + dx
+    y, x = sy + dy, sx + dx
     inside &= (y >= 0) & (x >= 0) & (y < exemplar.height) & (x < exemplar.width)
     if exemplar.usable is not None:
         inside[inside] &= exemplar.usable[y[inside], x[inside]]

@@ -22,7 +22,7 @@ from ..search.guide import check_guide
 from .appearance import Outlines, marked
 from .descent import USED, Corrections, Descent, hashed
 from .guide import StackGuide
-from .span import Span
+from .span import Span, Spans
 from .stack import Look, exemplar_stack, is_cloudy, levels_within
 
 FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
@@ -127,7 +127,7 @@ def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | B
     return Descent(levels, rules, seed, wanted)
 
 
-def _spans(where: Canvas | Box) -> tuple[Span, Span]:
+def _spans(where: Canvas | Box) -> Spans:
     """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
     if isinstance(where, Box):
         return Span(where.y0, where.y1, 0), Span(where.x0, where.x1, 0)

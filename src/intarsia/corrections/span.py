@@ -112,7 +112,10 @@ class Span(NamedTuple):
         return Span(self.start >> 1, ((self.stop - 1) >> 1) + 1, 0)
 
 
-def places_of(level: int, spans: list[tuple[Span, Span]]) -> list[Array]:
+Spans = tuple[Span, Span]  # rows and columns
+
+
+def places_of(level: int, spans: list[Spans]) -> list[Array]:
     """Where in the output the rows and the columns of a level lie, px."""
     axes = zip(spans[level], spans[0], strict=True)
     return [place_of(own.at, own.period, level, whole.period) for own, whole in axes]
@@ -130,7 +133,7 @@ def place_of(at: Array, period: int, level: int, whole: int) -> Array:
     return np.asarray((at << level) + ((1 << level) >> 1))
 
 
-def shown_by(coords: Array, places: list[Array], wanted: tuple[Span, Span], size: Array) -> Array:
+def shown_by(coords: Array, places: list[Array], wanted: Spans, size: Array) -> Array:
     """Return what the output shows if it ends with the pixels of some level, each of them a square: (H, W, 2).
 
     `places`: where their rows and columns lie, px; of more than there are, those in the middle. `wanted`: the rows and

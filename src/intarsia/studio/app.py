@@ -40,6 +40,9 @@ EVENTS = "text/event-stream"
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
 """What is named by its contents does not change."""
 
+ROWS = ("exemplar", "image", "job", "result")
+"""Parts of paths that are ids."""
+
 Answer = Callable[..., Any]
 """Given a request and the parts of its path: JSON, bytes of a PNG that is named by its contents, or a response."""
 
@@ -116,32 +119,19 @@ class Studio:
         self.jobs.prepare(row["id"])
         return row
 
-    async def seen(self, request: Request, name: str, plane: str) -> bytes:
-        return await self.showing.exemplar(self.store.row("exemplars", name), plane, sight_of(request))
+    async def edit(self, request: Request, exemplar: Row) -> Row:
+        return self._opened(await self.showing.edited(exemplar, await said(request)))
 
-    async def edit(self, request: Request, name: str) -> Row:
-        return self._opened(await self.showing.edited(self.store.row("exemplars", name), await said(request)))
+    async def found(self, request: Request, exemplar: Row) -> Row:
+        self.jobs.prepare(exemplar["id"])
+        return await self.showing.found(exemplar)
 
-    async def found(self, request: Request, name: str) -> Row:
-        row = self.store.row("exemplars", name)
-        self.jobs.prepare(name)
-        return await self.showing.found(row)
-
-    async def overlay(self, request: Request, name: str, kind: str) -> bytes:
-        return await self.showing.overlay(self.store.row("exemplars", name), kind)
-
-    async def rim(self, request: Request, name: str, image: str) -> Response:
-        grow, data = await self.showing.rim(self.store.row("exemplars", name), self.store.row("images", image))
+    async def rim(self, request: Request, exemplar: Row, image: Row) -> Response:
+        grow, data = await self.showing.rim(exemplar, image)
         return Response(data, headers=KEPT | {"X-Grow": str(grow)}, media_type="image/png")
-
-    async def sketch(self, request: Request, name: str, method: str) -> bytes:
-        return await self.sketches.get(self.store.row("exemplars", name), method, request.is_disconnected)
 
     async def put_image(self, request: Request) -> Row:
         return await self.uploads.image(await request.body())
-
-    def image(self, request: Request, name: str) -> Response:
-        return FileResponse(self.store.place("images", self.store.row("images", name)["id"]), headers=KEPT)
 
     # jobs, and what they made
 
@@ -153,32 +143,27 @@ class Studio:
     async def put_job(self, request: Request) -> Row:
         return self.jobs.add(await said(request))
 
-    def preview(self, request: Request, name: str) -> Response:
-        number, data = self.jobs.previews.get(self.store.row("jobs", name)["id"], (0, b""))
+    def preview(self, request: Request, job: Row) -> Response:
+        number, data = self.jobs.previews.get(job["id"], (0, b""))
         return Response(data, media_type="image/png") if number else Response(status_code=204)  # it may just have ended
 
-    def file(self, request: Request, name: str, file: str) -> Response:
-        if file not in [entry["name"] for entry in self.store.row("results", name)["files"]]:
+    def file(self, request: Request, result: Row, file: str) -> Response:
+        if file not in [entry["name"] for entry in result["files"]]:
             raise HTTPException(404, "there is no such file.")
-        return FileResponse(self.store.place("results", name) / file, filename=file, headers=KEPT)
+        return FileResponse(self.store.place("results", result["id"]) / file, filename=file, headers=KEPT)
 
-    async def view(self, request: Request, name: str, kind: str) -> bytes:
-        return await self.showing.result(self.store.row("results", name), kind, sight_of(request))
-
-    async def origins(self, request: Request, name: str) -> Response:
-        width, height, data = await self.showing.origins(self.store.row("results", name), box_of(request))
+    async def origins(self, request: Request, result: Row) -> Response:
+        width, height, data = await self.showing.origins(result, box_of(request))
         headers = KEPT | {"X-Size": f"{width}x{height}"}
         return Response(data, media_type="application/octet-stream", headers=headers)
 
-    async def archive(self, request: Request, name: str) -> Response:
-        row = self.store.row("results", name)
-        path = await self.showing.archive(row)
-        called = f"{Path(row['pictures'][0]).stem if row['pictures'] else 'result'}.zip"
+    async def archive(self, request: Request, result: Row) -> Response:
+        path = await self.showing.archive(result)
+        called = f"{Path(result['pictures'][0]).stem if result['pictures'] else 'result'}.zip"
         return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
-    async def report(self, request: Request, name: str) -> Response:
-        row = self.store.row("results", name)
-        page, called = await self.showing.report(row), f"{Path(row['pictures'][0]).stem}_report.html"
+    async def report(self, request: Request, result: Row) -> Response:
+        page, called = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
         headers = KEPT | {"Content-Disposition": f'attachment; filename="{called}"'}
         return Response(page, media_type="text/html", headers=headers)
 
@@ -188,13 +173,10 @@ class Studio:
     async def window(self, request: Request, name: str) -> Row:
         return self.weaves.window(name, await said(request))
 
-    async def tile(self, request: Request, name: str, level: int, y: int, x: int) -> bytes:
-        return await self.weaves.tile(name, [level, y, x], request.is_disconnected)
-
     @property
     def table(self) -> list[tuple[str, str, int, Answer]]:
-        """Method, path, status, and what is answered."""
-        store, jobs = self.store, self.jobs
+        """Method, path, status, and what is answered, given the request and the parts of the path, ids as rows."""
+        store, jobs, bin, showing = self.store, self.jobs, self.bin, self.showing
         return [
             ("GET", "/", 200, lambda _: FileResponse(STATIC / "index.html")),
             ("GET", "/api/schema", 200, lambda _: schema()),
@@ -202,49 +184,56 @@ class Studio:
             ("POST", "/api/exemplars", 201, self.bring),
             ("GET", "/api/{kind:taken}", 200, lambda _, kind: [jobs.now(row) for row in store.all(kind)]),
             ("GET", "/api/{kind:taken}/{name}", 200, lambda _, kind, name: jobs.now(store.row(kind, name))),
-            ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: self.bin.take(kind, name)),
-            ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: self.bin.back(kind, name)),
-            ("GET", "/api/exemplars/{name}/{plane}.png", 200, self.seen),
-            ("POST", "/api/exemplars/{name}/edit", 201, self.edit),
-            ("GET", "/api/exemplars/{name}/found", 200, self.found),
-            ("GET", "/api/exemplars/{name}/found/{kind}.png", 200, self.overlay),
-            ("GET", "/api/exemplars/{name}/rim/{image}.png", 200, self.rim),
-            ("GET", "/api/exemplars/{name}/methods/{method}.png", 200, self.sketch),
+            ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: bin.take(kind, name)),
+            ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: bin.back(kind, name)),
+            ("GET", "/api/exemplars/{exemplar}/{plane}.png", 200,
+             lambda request, exemplar, plane: showing.exemplar(exemplar, plane, sight_of(request))),
+            ("POST", "/api/exemplars/{exemplar}/edit", 201, self.edit),
+            ("GET", "/api/exemplars/{exemplar}/found", 200, self.found),
+            ("GET", "/api/exemplars/{exemplar}/found/{kind}.png", 200,
+             lambda _, exemplar, kind: showing.overlay(exemplar, kind)),
+            ("GET", "/api/exemplars/{exemplar}/rim/{image}.png", 200, self.rim),
+            ("GET", "/api/exemplars/{exemplar}/methods/{method}.png", 200,
+             lambda request, exemplar, method: self.sketches.get(exemplar, method, request.is_disconnected)),
             ("POST", "/api/images", 201, self.put_image),
-            ("GET", "/api/images/{name}.png", 200, self.image),
+            ("GET", "/api/images/{image}.png", 200,
+             lambda _, image: FileResponse(store.place("images", image["id"]), headers=KEPT)),
             ("GET", "/api/kept", 200, lambda _: {row["id"]: row["value"] for row in store.all("kept")}),
             ("POST", "/api/kept/{key}", 204, self.keep),
             ("POST", "/api/jobs", 202, self.put_job),
-            ("POST", "/api/jobs/{name}/cancel", 200, lambda _, name: jobs.cancel(name)),
-            ("POST", "/api/jobs/{name}/again", 202, lambda _, name: jobs.again(name)),
-            ("GET", "/api/jobs/{name}/preview.png", 200, self.preview),
+            ("POST", "/api/jobs/{job}/cancel", 200, lambda _, job: jobs.cancel(job)),
+            ("POST", "/api/jobs/{job}/again", 202, lambda _, job: jobs.again(job)),
+            ("GET", "/api/jobs/{job}/preview.png", 200, self.preview),
             ("GET", "/api/events", 200, lambda _: StreamingResponse(self.events.heard(jobs.open), media_type=EVENTS)),
-            ("GET", "/api/results/{name}", 200, lambda _, name: store.row("results", name)),
-            ("GET", "/api/results/{name}/files/{file}", 200, self.file),
-            ("GET", "/api/results/{name}/all.zip", 200, self.archive),
-            ("GET", "/api/results/{name}/report.html", 200, self.report),
-            ("GET", "/api/results/{name}/view/{kind}.png", 200, self.view),
-            ("GET", "/api/results/{name}/map.bin", 200, self.origins),
+            ("GET", "/api/results/{result}", 200, lambda _, result: result),
+            ("GET", "/api/results/{result}/files/{file}", 200, self.file),
+            ("GET", "/api/results/{result}/all.zip", 200, self.archive),
+            ("GET", "/api/results/{result}/report.html", 200, self.report),
+            ("GET", "/api/results/{result}/view/{kind}.png", 200,
+             lambda request, result, kind: showing.result(result, kind, sight_of(request))),
+            ("GET", "/api/results/{result}/map.bin", 200, self.origins),
             ("POST", "/api/weaves", 201, self.put_weave),
             ("POST", "/api/weaves/{name}/window", 200, self.window),
-            ("GET", "/api/weaves/{name}/{level:whole}/{y:whole}/{x:whole}.png", 200, self.tile),
-        ]
+            ("GET", "/api/weaves/{name}/{level:whole}/{y:whole}/{x:whole}.png", 200,
+             lambda request, name, level, y, x: self.weaves.tile(name, [level, y, x], request.is_disconnected)),
+        ]  # fmt: skip
 
+    def answered(self, answer: Answer, status: int) -> Callable[[Request], Awaitable[Response]]:
+        """A handler that writes what is answered; an empty picture is none."""
 
-def answered(answer: Answer, status: int) -> Callable[[Request], Awaitable[Response]]:
-    """A handler that writes what is answered; an empty picture is none."""
+        async def handler(request: Request) -> Response:
+            parts = request.path_params
+            rows = {kind: self.store.row(f"{kind}s", name) for kind, name in parts.items() if kind in ROWS}
+            found = answer(request, **parts | rows)
+            if isawaitable(found):
+                found = await found
+            if isinstance(found, bytes):
+                return Response(found, status if found else 204, KEPT, "image/png")
+            if found is None:
+                return Response(status_code=status)
+            return found if isinstance(found, Response) else JSONResponse(found, status)
 
-    async def handler(request: Request) -> Response:
-        found = answer(request, **request.path_params)
-        if isawaitable(found):
-            found = await found
-        if isinstance(found, bytes):
-            return Response(found, status if found else 204, KEPT, "image/png")
-        if found is None:
-            return Response(status_code=status)
-        return found if isinstance(found, Response) else JSONResponse(found, status)
-
-    return handler
+        return handler
 
 
 async def said(request: Request) -> Row:
@@ -291,7 +280,9 @@ HANDLERS: dict[Any, Any] = dict.fromkeys((IntarsiaError, HTTPException, Exceptio
 
 def app_of(studio: Studio, token: str | None = None) -> Safety:
     """Return the application, with the safety layer around it."""
-    routes: list[Any] = [Route(path, answered(does, status), methods=[way]) for way, path, status, does in studio.table]
+    routes: list[Any] = [
+        Route(path, studio.answered(does, status), methods=[way]) for way, path, status, does in studio.table
+    ]
     routes.append(Mount("/static", StaticFiles(directory=STATIC)))
     return Safety(Starlette(routes=routes, exception_handlers=HANDLERS, lifespan=studio.living), token)
 

@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from ..foundation import IntarsiaError, ParameterError
 from .processes import FailedError, Process
 from .store import OPEN, Events, Row, Store, digest
-from .words import LIMITS, Words, exemplar_words, plain, result_of, words_of
+from .words import LIMITS, Words, plain, result_of, words_of
 
 PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
 SLOW = ("efros-leung",)
@@ -32,7 +32,7 @@ class Jobs:
     def __init__(self, store: Store, events: Events, worker: Process, slow: Process, beside: Process) -> None:
         self.store, self.events, self.worker, self.slow, self.beside = store, events, worker, slow, beside
         self.previews: dict[str, tuple[int, bytes]] = {}
-        self.warmth: dict[str, Any] = {"done": 0, "total": 1}
+        self.warmth: Row = {"done": 0, "total": 1}
         self._running: dict[str, Process] = {}
         self._live: dict[str, Row] = {}  # how far the jobs are that run: told, not written
         self._cancelled: set[str] = set()
@@ -61,7 +61,7 @@ class Jobs:
         for process in (self.worker, self.slow, self.beside):
             await process.end()
 
-    def add(self, given: dict[str, Any]) -> Row:
+    def add(self, given: Row) -> Row:
         """Check a job and queue it."""
         verb, exemplars, options = given.get("verb"), given.get("exemplars", []), given.get("options", {})
         whole = isinstance(exemplars, list) and isinstance(options, dict)
@@ -98,9 +98,9 @@ class Jobs:
         """Whether the worker has a job, or gets warm; what takes minutes beside it is nothing to wait for."""
         return self._hurry or self.worker in self._running.values() or self.warmth["done"] < self.warmth["total"]
 
-    def cancel(self, name: str) -> Row:
+    def cancel(self, job: Row) -> Row:
         """Stop a job that waits or runs."""
-        job = self.store.row("jobs", name)
+        name = job["id"]
         if job["state"] == "queued":
             return self._tell(job | {"state": "cancelled", "ended": time.time()})
         if job["state"] != "running":
@@ -111,9 +111,8 @@ class Jobs:
             asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
         return self.now(job)
 
-    def again(self, name: str) -> Row:
+    def again(self, job: Row) -> Row:
         """Queue the same job anew."""
-        job = self.store.row("jobs", name)
         return self.add({key: job[key] for key in ("verb", "exemplars", "options")})
 
     def open(self) -> list[tuple[str, Any]]:
@@ -149,7 +148,7 @@ class Jobs:
     async def warm(self) -> None:
         """Have the worker load or compile what growing needs, until it is needed itself."""
 
-        def heard(said: dict[str, Any], data: bytes) -> None:
+        def heard(said: Row, data: bytes) -> None:
             if "warm" in said:
                 self.warmth = dict(zip(("done", "total"), said["warm"], strict=True))
                 self.events.tell("warm", self.warmth)
@@ -201,8 +200,7 @@ class Jobs:
         self._to_prepare, self._preparing = None, name
         try:
             with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # then growing it tells why
-                words = exemplar_words(name, Words(), self.store)
-                await self.worker.ask("prepare", words=words, folder=str(folder))
+                await self.worker.ask("prepare", words=Words(self.store).exemplar(name), folder=str(folder))
                 self._prepared.append(name)
         finally:
             self._preparing = None
@@ -213,8 +211,8 @@ class Jobs:
         self._running[name], self._live[name] = process, {}
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
-        failed: dict[str, Any]
-        words = Words()
+        failed: Row
+        words = Words(self.store)
         try:
             words = words_of(job, self.store)
             with self.store.under_way("results") as folder:
@@ -240,7 +238,7 @@ class Jobs:
         """What to do with what the worker tells of a job."""
         name = job["id"]
 
-        def heard(said: dict[str, Any], data: bytes) -> None:
+        def heard(said: Row, data: bytes) -> None:
             if said.get("preview"):
                 number = self.previews.get(name, (0, b""))[0] + 1
                 self.previews[name] = (number, data)
@@ -253,7 +251,7 @@ class Jobs:
 
         return heard
 
-    def _keep(self, job: Row, words: Words, answer: dict[str, Any], folder: Path) -> Row:
+    def _keep(self, job: Row, words: Words, answer: Row, folder: Path) -> Row:
         """Keep what a job made, under the digest of its files."""
         files = [p for p in folder.iterdir() if p.is_file()]
         name = digest(files)

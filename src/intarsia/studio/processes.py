@@ -12,7 +12,8 @@ from typing import Any
 
 from ..foundation import IntarsiaError
 
-Heard = Callable[[dict[str, Any], bytes], None]
+Json = dict[str, Any]
+Heard = Callable[[Json, bytes], None]
 
 Gone = Callable[[], Awaitable[bool]]
 """Whether nobody waits for an answer any more."""
@@ -65,7 +66,7 @@ class Process:
                 await self.end()
                 raise
 
-    async def _ask(self, do: str, heard: Heard | None, given: dict[str, Any]) -> tuple[Any, bytes]:
+    async def _ask(self, do: str, heard: Heard | None, given: Json) -> tuple[Any, bytes]:
         process = await self._started()
         self._number += 1
         assert process.stdin is not None
@@ -102,7 +103,7 @@ class Process:
         await self._frame(self._process)
         return self._process
 
-    async def _frame(self, process: asyncio.subprocess.Process) -> tuple[dict[str, Any], bytes]:
+    async def _frame(self, process: asyncio.subprocess.Process) -> tuple[Json, bytes]:
         assert process.stdout is not None
         said = json.loads(await process.stdout.readuntil(b"\n"))
         return said, await process.stdout.readexactly(said["bytes"])

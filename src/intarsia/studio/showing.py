@@ -92,7 +92,7 @@ class Showing:
         told, data = await self.beside.ask("rim", within=WITHIN, paths=paths, mask=mask)
         return told["grow"], data
 
-    async def edited(self, row: Row, given: dict[str, Any]) -> Row:
+    async def edited(self, row: Row, given: Row) -> Row:
         """Cut, straighten or flatten an exemplar: a new one. All but `straighten` is what the command `grow` has."""
         straighten = given.get("straighten", False)
         if set(given) - {"crop", "straighten", "flatten"} or not isinstance(straighten, bool):
@@ -102,14 +102,10 @@ class Showing:
             raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
         does = {"crop": asked.crop, "flatten": asked.flatten, "straighten": straighten}
 
-        async def write(folder: Path) -> list[str]:
-            paths, stem = self.uploads.paths_of(row), row["name"]
-            given = {"paths": paths, "stem": stem, "folder": str(folder), **does}
+        with self.uploads.folder("exemplars") as folder:
+            given = {"paths": self.uploads.paths_of(row), "stem": row["name"], "folder": str(folder), **does}
             answer, _ = await self.beside.ask("edit", within=WITHIN, **given)
-            names: list[str] = answer["names"]
-            return names
-
-        return await self.uploads.made(write)
+            return await self.uploads.kept(folder, answer["names"])
 
     # results
 
@@ -122,7 +118,7 @@ class Showing:
             return await self.seen(paths, kind, sight)
         if "box" in sight or kind not in VIEWS or not (place / MAP).is_file():
             raise InputError(f"this result has no view {said(kind)}.")
-        given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, **sight}
+        given: Row = {"map": str(place / MAP), "kind": kind, **sight}
         if kind == "seams":
             if row["score_words"] is None:
                 raise InputError("this result cannot be judged.")

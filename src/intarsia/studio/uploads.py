@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 import time
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,25 +18,25 @@ MOST_BYTES = 3 << 30  # address space of the process that decodes
 WITHIN = 30.0  # s for it to look at an exemplar
 
 MAGIC = {
-    "png": ((b"\x89PNG\r\n\x1a\n",), (".png",)),
-    "jpeg": ((b"\xff\xd8\xff",), (".jpg", ".jpeg")),
-    "tiff": ((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), (".tif", ".tiff")),
-    "exr": ((b"v/1\x01",), (".exr",)),
-    "hdr": ((b"#?RADIANCE", b"#?RGBE"), (".hdr",)),
-    "gif": ((b"GIF87a", b"GIF89a"), (".gif",)),
-    "webp": ((b"RIFF",), (".webp",)),
-    "bmp": ((b"BM",), (".bmp",)),
-    "ppm": ((b"P3", b"P6"), (".ppm",)),
-    "pgm": ((b"P2", b"P5"), (".pgm",)),
-    "pfm": ((b"PF", b"Pf"), (".pfm",)),
+    b"\x89PNG\r\n\x1a\n": (".png",),
+    b"\xff\xd8\xff": (".jpg", ".jpeg"),
+    **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), (".tif", ".tiff")),
+    b"v/1\x01": (".exr",),
+    **dict.fromkeys((b"#?RADIANCE", b"#?RGBE"), (".hdr",)),
+    **dict.fromkeys((b"GIF87a", b"GIF89a"), (".gif",)),
+    b"RIFF": (".webp",),
+    b"BM": (".bmp",),
+    **dict.fromkeys((b"P3", b"P6"), (".ppm",)),
+    **dict.fromkeys((b"P2", b"P5"), (".pgm",)),
+    **dict.fromkeys((b"PF", b"Pf"), (".pfm",)),
 }
-"""Formats that may come in: their first bytes, and what their names end in."""
+"""First bytes of the formats that may come in, and what their names end in."""
 
 
 def ending_of(data: bytes, name: str) -> str:
     """Return what the name of a file shall end in, by its first bytes. InputError where they are of no known format."""
-    for format, (marks, endings) in MAGIC.items():
-        if data.startswith(marks) and (format != "webp" or data[8:12] == b"WEBP"):
+    for mark, endings in MAGIC.items():
+        if data.startswith(mark) and (mark != b"RIFF" or data[8:12] == b"WEBP"):
             own = Path(name).suffix.lower()
             return own if own in endings else endings[0]
     raise InputError("this is no picture in a format that is read here; send PNG, JPEG, TIFF, EXR, HDR, WebP or BMP.")
@@ -58,8 +58,7 @@ class Uploads:
 
     async def exemplar(self, parts: Sequence[tuple[str, bytes]]) -> Row:
         """Keep the files of one exemplar, given as (name, contents)."""
-
-        async def write(folder: Path) -> list[str]:
+        with self.folder("exemplars") as folder:
             names = list[str]()
             for name, data in parts:
                 own = stem_of(name) + ending_of(data[:32], name)
@@ -67,9 +66,7 @@ class Uploads:
                     raise InputError(f"two files are called {own}; rename one.")
                 names.append(own)
                 await asyncio.to_thread((folder / own).write_bytes, data)
-            return names
-
-        return await self.made(write)
+            return await self.kept(folder, names)
 
     async def sample(self, name: Any) -> Row:
         """Take a built-in exemplar."""
@@ -99,7 +96,7 @@ class Uploads:
         """Keep a picture of numbers: labels, a mask."""
         if ending_of(data[:32], "x.png") != ".png":
             raise InputError("the image is no PNG; save it so, with one channel of 8 bits.")
-        with self._folder("images") as folder:
+        with self.folder("images") as folder:
             path = folder / "image.png"
             path.write_bytes(data)
             await self.looker.ask("labels", within=WITHIN, path=str(path))
@@ -108,16 +105,14 @@ class Uploads:
             path.replace(self.store.place("images", row["id"]))
             return row
 
-    async def made(self, write: Callable[[Path], Awaitable[list[str]]]) -> Row:
-        """Keep an exemplar whose files are written into a folder; `write` does that, and returns their names."""
-        with self._folder("exemplars") as folder:
-            names = await write(folder)
-            row = await self._looked([str(folder / name) for name in names])
-            row |= {"id": digest(folder.iterdir()), "files": names}
-            return self.store.keep("exemplars", folder, row)
+    async def kept(self, folder: Path, names: list[str]) -> Row:
+        """Keep an exemplar whose files were written into a folder."""
+        row = await self._looked([str(folder / name) for name in names])
+        row |= {"id": digest(folder.iterdir()), "files": names}
+        return self.store.keep("exemplars", folder, row)
 
     @contextmanager
-    def _folder(self, kind: str) -> Iterator[Path]:
+    def folder(self, kind: str) -> Iterator[Path]:
         """A folder for files in the making, of which no error tells."""
         with self.store.under_way(kind) as folder:
             try:
@@ -127,5 +122,5 @@ class Uploads:
 
     def paths_of(self, row: Row) -> list[str]:
         """The files of an exemplar."""
-        place = self.store.folder / "exemplars" / row["id"]
+        place = self.store.place("exemplars", row["id"])
         return [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]

@@ -17,7 +17,7 @@ from ...foundation.arrays import UInt8
 from ...model import Exemplar
 from ...model.image import Kind, Plane, Transfer, looked_at
 from ...model.sourcemap import SourceMap
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
 WIDEST = 1 << 24  # px of a map that is sent whole
 
@@ -62,7 +62,7 @@ def coloured(smap: SourceMap, first: int, step: int, colours: Callable[[int, Any
     return out
 
 
-def see(said: dict[str, Any], tell: Tell) -> Answer:
+def see(said: Json, tell: Tell) -> Answer:
     """Return a plane as PNG, of 8 bits and at most `side` px, or a part of it, pixel for pixel."""
     pixels = _seen(tuple(said["paths"]), said["plane"])
     if "side" in said:
@@ -101,7 +101,7 @@ def exemplar_of(paths: list[str]) -> Exemplar:
     return files.read_set(_group(paths))
 
 
-def look(said: dict[str, Any], tell: Tell) -> Answer:
+def look(said: Json, tell: Tell) -> Answer:
     """Read the files of one exemplar; return what they are."""
     paths = said["paths"]
     exemplar = exemplar_of(paths)
@@ -113,7 +113,7 @@ def look(said: dict[str, Any], tell: Tell) -> Answer:
     return {**own, "depth": depth, "planes": planes}, b""
 
 
-def labels(said: dict[str, Any], tell: Tell) -> Answer:
+def labels(said: Json, tell: Tell) -> Answer:
     """Check a picture of numbers: one channel, 8 bits."""
     plane = files.read_plane(said["path"], "label")
     if plane.channels != 1 or plane.pixels.dtype != np.uint8:
@@ -121,7 +121,7 @@ def labels(said: dict[str, Any], tell: Tell) -> Answer:
     return {}, b""
 
 
-def origins(said: dict[str, Any], tell: Tell) -> Answer:
+def origins(said: Json, tell: Tell) -> Answer:
     """Return where every pixel of a box comes from: uint16, little-endian, (H, W, 3): exemplar, row, column.
 
     65535: from nowhere. Without a box: of all of the map.

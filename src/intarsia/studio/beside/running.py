@@ -26,7 +26,7 @@ from ...rendering.magnification import cut_out
 from ...synthesis import synthesize
 from ...tasks import warming
 from .looking import coloured, exemplar_of, png, reduced, seen
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
 FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
 STEPS = 50  # of what is told while this process gets ready
@@ -42,7 +42,7 @@ SLOW = {"efros-leung": (112, 96)}  # compares every pixel with all: of how much 
 _grown: list[bool] = []  # whether a command was carried out here
 
 
-def command(said: dict[str, Any], tell: Tell) -> Answer:
+def command(said: Json, tell: Tell) -> Answer:
     """Carry out the words of a command in a folder; return what it printed as JSON.
 
     Once it must compile, it tells about how many seconds that takes, fewer where one grew before.
@@ -61,7 +61,7 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
         no_longer(announce)
 
 
-def prepare(said: dict[str, Any], tell: Tell) -> Answer:
+def prepare(said: Json, tell: Tell) -> Answer:
     """Grow an exemplar once, so that what growing needs to know of it is known to this process; nothing is kept."""
     return command(said | {"words": ["grow", *said["words"], "--size=512", "--output=out.png", "--json"]}, tell)
 
@@ -72,7 +72,7 @@ def _hold() -> None:
     hold(Held())
 
 
-def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any]:
+def invoked(words: list[str], drafting: Drafting | None = None) -> Json:
     """Run a command as a shell would, but here: what it tells as JSON, or its error."""
     _hold()
     told, aside = io.StringIO(), io.StringIO()
@@ -82,11 +82,11 @@ def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any
             cli.invoke(ctx)
     finally:
         listen(None)
-    answer: dict[str, Any] = json.loads(told.getvalue().strip() or "{}")
+    answer: Json = json.loads(told.getvalue().strip() or "{}")
     return answer
 
 
-def warm(said: dict[str, Any], tell: Tell) -> Answer:
+def warm(said: Json, tell: Tell) -> Answer:
     """Grow what makes this process ready, and one tiny picture by a command; tell how far that is.
 
     Where it is cancelled it ends after the kernel that is being compiled, and what was made until then stays.
@@ -141,7 +141,7 @@ def drawn(smap: SourceMap, exemplars: Exemplars) -> bytes | None:
     return png(out) if out[..., 3].any() else None
 
 
-def sketch(said: dict[str, Any], tell: Tell) -> Answer:
+def sketch(said: Json, tell: Tell) -> Answer:
     """Grow a small picture with the usual parameters of a method; nothing, where it cannot serve."""
     try:
         part, side = SLOW.get(said["method"], (LARGEST, SIDE))

@@ -31,7 +31,7 @@ from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pie
 from ...tasks.inspection import Findings, analyze
 from ...tasks.scoring import Outcome, outcome_of
 from .looking import Pixels, coloured, exemplar_of, png
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
 LABELS = 6  # that the page paints with
@@ -40,7 +40,7 @@ FILL = 70  # of 255: how much of a tint is seen
 AROUND = 9  # px of the exemplar over which it is told how often it is shown
 
 
-def find(said: dict[str, Any], tell: Tell) -> Answer:
+def find(said: Json, tell: Tell) -> Answer:
     """Look at an exemplar: what `intarsia analyze --json` tells, and which overlays there are."""
     found = _findings(*said["paths"])
     masonry = _facts(found.exemplar).masonry
@@ -51,7 +51,7 @@ def find(said: dict[str, Any], tell: Tell) -> Answer:
     return found.as_dict() | more, b""
 
 
-def overlay(said: dict[str, Any], tell: Tell) -> Answer:
+def overlay(said: Json, tell: Tell) -> Answer:
     """Draw what was found, on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
     draw = DRAWN.get(said["kind"])
     drawn = draw and draw(_findings(*said["paths"]))
@@ -60,7 +60,7 @@ def overlay(said: dict[str, Any], tell: Tell) -> Answer:
     return {}, png(drawn)
 
 
-def rim(said: dict[str, Any], tell: Tell) -> Answer:
+def rim(said: Json, tell: Tell) -> Answer:
     """See by how many px `heal --grow auto` would enlarge a hole, and draw what of the picture that is: PNG."""
     exemplar = exemplar_of(said["paths"])
     hole = files.read_mask(said["mask"], exemplar.base, exemplar.name)
@@ -71,7 +71,7 @@ def rim(said: dict[str, Any], tell: Tell) -> Answer:
     return {"grow": scene.recipe["heal"]["grow"]}, png(drawn)
 
 
-def edit(said: dict[str, Any], tell: Tell) -> Answer:
+def edit(said: Json, tell: Tell) -> Answer:
     """Cut, straighten and flatten an exemplar; write it into a folder and tell the names of its files."""
     exemplar, done = exemplar_of(said["paths"]), []
     if said["crop"] is not None:
@@ -193,7 +193,7 @@ DRAWN = {
 """What there is to draw of what was found, in the order in which the page lists it; None where it was not found."""
 
 
-def view(said: dict[str, Any], tell: Tell) -> Answer:
+def view(said: Json, tell: Tell) -> Answer:
     """Draw a kind of view over a result, at most `side` px a side: PNG with opacity."""
     smap = SourceMap.load(said["map"])
     step = max(-(-max(smap.height, smap.width) // said["side"]), 1)
@@ -224,7 +224,7 @@ def _provenance(smap: SourceMap, step: int) -> Pixels:
     return coloured(smap, 0, step, places)
 
 
-def _joins(said: dict[str, Any], smap: SourceMap, step: int) -> Pixels:
+def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:
     """What judging found, over the result: the redder, the more a join costs."""
     outcome = _outcome(said["map"], said["picture"], *said["words"])
     size = (smap.height, smap.width)

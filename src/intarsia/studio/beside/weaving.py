@@ -21,7 +21,7 @@ from ...methods.parallel_controllable import ParallelControllable
 from ...model import Exemplar
 from ...model.image import Plane
 from .looking import Pixels, exemplar_of, png, reduced, seen
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
 SIDE = 256  # px of a tile
 TEXTURES, TILES = 8, 400  # that are kept
@@ -34,7 +34,7 @@ class MoreError(Exception):
     """There is more to draw than one turn has time for."""
 
 
-def begin(said: dict[str, Any], tell: Tell) -> Answer:
+def begin(said: Json, tell: Tell) -> Answer:
     """Decide how an endless texture is made, or tell why it cannot be."""
     try:
         _texture(said["folder"], said["seed"], *said["words"])
@@ -43,7 +43,7 @@ def begin(said: dict[str, Any], tell: Tell) -> Answer:
     return {}, b""
 
 
-def tile(said: dict[str, Any], tell: Tell) -> Answer:
+def tile(said: Json, tell: Tell) -> Answer:
     """Draw a tile (level, row, column), counted from the middle of nowhere: PNG; nothing where it is begun, ask again.
 
     Its side is 256 px times 2**level.

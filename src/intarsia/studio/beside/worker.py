@@ -15,7 +15,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, BinaryIO
 
-Answer = tuple[dict[str, Any], bytes]
+Json = dict[str, Any]
+Answer = tuple[Json, bytes]
 Tell = Callable[..., None]
 """Sends what is known so far: fields of JSON, and `data` as bytes."""
 
@@ -23,7 +24,7 @@ WORK = {
     "running": ("command", "prepare", "warm", "sketch"),
     "looking": ("look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "rim", "edit"),
-    "weaving": ("begin", "tile", "painted"),
+    "weaving": ("begin", "tile"),
 }
 """The modules of this room, and what can be asked of each: functions, given what was said, and how to tell more."""
 
@@ -36,7 +37,7 @@ class Channel:
     def __init__(self, out: BinaryIO) -> None:
         self._out, self._lock = out, threading.Lock()
 
-    def send(self, said: dict[str, Any], data: bytes = b"") -> None:
+    def send(self, said: Json, data: bytes = b"") -> None:
         """Send a frame; a server that is gone ends this process."""
         line = json.dumps({**said, "bytes": len(data)}).encode()
         try:
@@ -47,7 +48,7 @@ class Channel:
             os._exit(1)
 
 
-def main(limit: int = 0, nice: int = 0) -> None:
+def main(limit: int, nice: int) -> None:
     """Work until the input ends; `limit` is the most address space in bytes, 0: as much as there is.
 
     `nice`: how far others go first.
@@ -65,7 +66,7 @@ def main(limit: int = 0, nice: int = 0) -> None:
     from ...disk import make_room
 
     make_room()
-    todo: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    todo: queue.SimpleQueue[Json] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, todo), daemon=True).start()
     channel.send({"ready": os.getpid()})
     while True:
@@ -84,7 +85,7 @@ def _limit(limit: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
+def _read(lines: BinaryIO, todo: queue.SimpleQueue[Json]) -> None:
     """Hand on what is asked for; a cancel is heard at once."""
     from ...cli import CANCEL
 
@@ -98,7 +99,7 @@ def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
     os._exit(0)
 
 
-def _do(said: dict[str, Any], channel: Channel) -> None:
+def _do(said: Json, channel: Channel) -> None:
     """Do one thing, and answer: what came of it, or why it failed, in one line."""
     from ...cli import CANCEL, judge
 
