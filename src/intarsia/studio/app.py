@@ -333,11 +333,12 @@ class Weaves:
         _, drawn = self._get(name)
         if not 0 <= level < LEVELS or (max(abs(y), abs(x)) + 1) * (TILE << level) > FARTHEST:
             raise InputError(f"there is no such tile; levels are 0 to {LEVELS - 1}, and 2**40 px is as far as it goes.")
-        key = ("tile", name, *place)
-        found = self.pictures.get(key)
-        while not found:
-            _, found = await self.weaver.ask("tile", within=WITHIN, gone=gone, place=place, **drawn)
-        return self.pictures.keep(key, found)
+
+        async def draw() -> bytes | None:
+            _, data = await self.weaver.ask("tile", within=WITHIN, gone=gone, place=place, **drawn)
+            return data or None
+
+        return await self.pictures.get(("tile", name, *place), draw)
 
     def window(self, name: str, given: Row) -> Row:
         """The job that makes a part of a canvas, of a size from an origin on, and its command."""

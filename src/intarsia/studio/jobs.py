@@ -265,9 +265,9 @@ class Jobs:
             row = None if job is None else self.store.get("results", job["result"])
             if job is None or row is None or row["score_words"] is None:
                 continue
-            place = self.store.folder / "results" / row["id"]
+            place = str(self.store.place("results", row["id"]))
             with suppress(FailedError):
-                answer, _ = await self.beside.ask("command", within=120, words=row["score_words"], folder=str(place))
+                answer, _ = await self.beside.ask("command", within=120, words=row["score_words"], folder=place)
                 row = self.store.get("results", row["id"])
                 job = self.store.get("jobs", name)
                 if row is not None and job is not None:

@@ -56,12 +56,12 @@ class Process:
         """
         async with self._turn:
             if gone is not None and await gone():
-                raise FailedError("nobody waits for this any more.", 1)
+                raise FailedError("nobody waits for this any more.")
             try:
                 return await asyncio.wait_for(self._ask(do, heard, given), within)
             except TimeoutError:
                 await self.end()
-                raise FailedError(f"this took longer than {within:.0f} s and was stopped.", 1) from None
+                raise FailedError(f"this took longer than {within:.0f} s and was stopped.") from None
             except asyncio.CancelledError:
                 await self.end()
                 raise
@@ -88,7 +88,7 @@ class Process:
                 await asyncio.wait_for(process.wait(), 1)
             code = await self.end()
             why = "out of memory, mostly" if code in (-9, 137, -11) else f"code {code}"
-            raise FailedError(f"the process that did the work ended early ({why}); ask again.", 1) from None
+            raise FailedError(f"the process that did the work ended early ({why}); ask again.") from None
 
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is not None and self._process.returncode is None:

@@ -92,8 +92,9 @@ class Safety:
         entering = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"  # by a link, on whatever page
         if site not in (None, "same-origin") and (scope["method"] not in READS or not (site == "none" or entering)):
             return error(403, "requests from other pages are not served.")
-        if scope["path"] == "/" and scope["method"] == "GET" and (code := _code(scope)) is not None:
-            return self._entered(code, headers)
+        query = QueryParams(scope["query_string"])
+        if scope["path"] == "/" and scope["method"] == "GET" and "enter" in query:
+            return self._entered(query["enter"], headers)
         if not self._known(headers):
             return _not_known(scope["path"])
         if scope["method"] not in READS and headers.get("x-intarsia") != "1":
@@ -146,10 +147,6 @@ class Safety:
             return message
 
         return limited
-
-
-def _code(scope: Any) -> str | None:
-    return QueryParams(scope["query_string"]).get("enter")
 
 
 def _not_known(path: str) -> Any:

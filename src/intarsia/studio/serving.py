@@ -94,17 +94,20 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
     app.host, app.port = listening.getsockname()
 
     async def take() -> None:
-        for name in samples:
-            await studio.uploads.sample(name)
-        for name, data in given:
-            await studio.uploads.exemplar([(name, data)])
+        try:
+            for name in samples:
+                await studio.uploads.sample(name)
+            for name, data in given:
+                await studio.uploads.exemplar([(name, data)])
+        except Exception as e:
+            say(f"intarsia: {e}")
 
     tasks = []
 
     def there() -> None:
         say(f"the studio is at {app.entrance(entered)} (Ctrl-C ends it); its folder is {printable(folder)}")
         if files:
-            tasks.append(asyncio.get_running_loop().create_task(_told(take(), say)))
+            tasks.append(asyncio.get_running_loop().create_task(take()))
         if opening is not None:
             _open(app, opening)
 
@@ -143,14 +146,6 @@ def _open(app: Safety, folder: Path) -> None:
     page, address = folder / "open.html", app.entrance(lambda: shutil.rmtree(folder, ignore_errors=True))
     page.write_text(f'<!doctype html><title>intarsia</title><meta http-equiv="refresh" content="0;url={address}">')
     threading.Thread(target=webbrowser.open, args=[page.as_uri()], daemon=True).start()  # some wait for their end
-
-
-async def _told(work: Any, say: Callable[[str], None]) -> None:
-    """Do some work beside; its error is told."""
-    try:
-        await work
-    except Exception as e:
-        say(f"intarsia: {e}")
 
 
 def _read(path: str) -> bytes:

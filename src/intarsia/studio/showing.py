@@ -6,7 +6,7 @@ import asyncio
 import shutil
 import zipfile
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -33,19 +33,16 @@ class Pictures:
         self._held: OrderedDict[tuple[Any, ...], bytes] = OrderedDict()
         self._most, self._size = most, 0
 
-    def get(self, key: tuple[Any, ...]) -> bytes | None:
-        """Return a picture, if it is kept."""
-        if key in self._held:
-            self._held.move_to_end(key)
-        return self._held.get(key)
-
-    def keep(self, key: tuple[Any, ...], data: bytes) -> bytes:
-        """Keep a picture; those that were asked for longest ago give way."""
-        self._size += len(data) - len(self._held.pop(key, b""))
-        self._held[key] = data
+    async def get(self, key: tuple[Any, ...], draw: Callable[[], Awaitable[bytes | None]]) -> bytes:
+        """Return a picture that is kept, or draw it until it is there; those asked for longest ago give way."""
+        found = self._held.get(key)
+        while found is None:
+            found = await draw()
+        self._size += len(found) - len(self._held.pop(key, b""))
+        self._held[key] = found
         while self._size > self._most:
             self._size -= len(self._held.popitem(last=False)[1])
-        return data
+        return found
 
 
 class Showing:
@@ -55,12 +52,11 @@ class Showing:
         self.store, self.uploads, self.beside, self.pictures = store, uploads, beside, Pictures()
 
     async def _drawn(self, process: Process, do: str, **given: Any) -> bytes:
-        key = (do, str(given))  # files are named by their contents
-        found = self.pictures.get(key)
-        if found is None:
+        async def draw() -> bytes:
             _, data = await process.ask(do, within=WITHIN, **given)
-            found = self.pictures.keep(key, data)
-        return found
+            return data
+
+        return await self.pictures.get((do, str(given)), draw)  # files are named by their contents
 
     # exemplars
 
@@ -111,7 +107,7 @@ class Showing:
 
     async def result(self, row: Row, kind: str, sight: Row) -> bytes:
         """What can be seen of a result: a plane, or a part of it, or a view of its map."""
-        place = self.store.folder / "results" / row["id"]
+        place = self.store.place("results", row["id"])
         planes = {e["holds"]: e["name"] for e in row["files"] if e["name"] in row["pictures"]}
         if kind in planes:
             paths = [str(place / name) for name in row["pictures"]]
@@ -128,7 +124,7 @@ class Showing:
 
     async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
         """Where each pixel of a part comes from; with the width and height of the whole."""
-        path = self.store.folder / "results" / row["id"] / MAP
+        path = self.store.place("results", row["id"]) / MAP
         if not path.is_file():
             raise InputError("this result has no map.")
         told, data = await self.uploads.looker.ask("origins", within=WITHIN, map=str(path), box=box)
@@ -138,23 +134,23 @@ class Showing:
         """The page that the command `score` writes with --report on a result."""
         if row["score_words"] is None:
             raise InputError("this result cannot be judged.")
-        key = ("report", row["id"])
-        found = self.pictures.get(key)
-        if found is not None:
-            return found
-        called, place = words_of(row, self.store), self.store.folder / "results" / row["id"]
-        with self.store.under_way("results") as folder:
-            words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
-            await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
-            text = (folder / REPORT).read_text(encoding="utf-8")
-            return self.pictures.keep(key, called.cleaned(text).encode())
+
+        async def draw() -> bytes:
+            called, place = words_of(row, self.store), self.store.place("results", row["id"])
+            with self.store.under_way("results") as folder:
+                words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
+                await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
+                text: str = called.cleaned((folder / REPORT).read_text(encoding="utf-8"))
+                return text.encode()
+
+        return await self.pictures.get(("report", row["id"]), draw)
 
     async def archive(self, row: Row) -> Path:
         """Write the command, what it needs, and all files of a result into one archive; whoever asked takes it away.
 
         The command writes beside what it needs, so what was made lies in a folder of its own.
         """
-        folder, place = self.store.begun("results"), self.store.folder / "results" / row["id"]
+        folder, place = self.store.begun("results"), self.store.place("results", row["id"])
 
         def pack() -> Path:
             path = folder / "all.zip"
@@ -190,12 +186,7 @@ class Sketches:
         """
         if method not in (AUTO_METHOD, *METHODS):
             raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
-        key = ("sketch", row["id"], method)
-        while (found := self.pictures.get(key)) is None:
-            grown = await self._grown(row, method, gone)
-            if grown is not None:
-                return self.pictures.keep(key, grown)
-        return found
+        return await self.pictures.get(("sketch", row["id"], method), lambda: self._grown(row, method, gone))
 
     async def end(self) -> None:
         """Stop at once."""

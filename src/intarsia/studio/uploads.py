@@ -81,7 +81,7 @@ class Uploads:
         row = self.store.get("results", name) if isinstance(name, str) else None
         if row is None:
             raise InputError(f"{said(name)} is not the id of a result.")
-        place = self.store.folder / "results" / row["id"]
+        place = self.store.place("results", row["id"])
         source = self.store.get("exemplars", row["exemplars"][0]) if row["exemplars"] else None
         down = source is not None and any(plane["normals"] == "dx" for plane in source["planes"])
         normals = [entry["name"] for entry in row["files"] if down and entry["holds"] == "normal"]
