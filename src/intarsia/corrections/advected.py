@@ -1,7 +1,7 @@
-"""A map carried along by a flow, and corrected where the flow tore it (Lefebvre and Hoppe 2006: texture advection).
+"""Texture advection: a source map moved along a flow, with corrections only where it tore (Lefebvre and Hoppe 2006).
 
-Pixels that move by the same step stay beside the same neighbours, and are left as they are. Where neighbours move by
-different steps they no longer fit: only there, and a few px around, the correction operation looks for better ones.
+Pixels that move by the same offset keep their neighbours and stay unchanged. Where neighbouring pixels move by
+different offsets they no longer match; only there, and within a few px, the correction operation is run.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from ..foundation.run import Run, below, draw_many
 from .descent import REACH, Corrections, subpass
 from .stack import ExemplarStack
 
-STAGE = 200610  # keeps these draws apart from those of others
-SQUARE = 16  # px of the canvas, which begin together where the exemplar ends
-AROUND = 2  # px about a tear that are corrected, too
+STAGE = 200610  # separates these draws from those of other methods
+SQUARE = 16  # px of the canvas that share a draw where the exemplar ends
+AROUND = 2  # px around a tear that are corrected as well
 
 Closed = tuple[bool, bool]
 
 
 def _begun_again(coords: Array, size: Pair, lot: Pair) -> Array:
-    """Move what lies outside of the exemplar along its border, by draws that belong to squares of the canvas."""
+    """Shift coordinates (H, W, 2) outside of the exemplar along its border, by a draw for each canvas square."""
     outside = (coords < 0) | (coords >= size)
     ys, xs = np.nonzero(outside.any(axis=2))
     if len(ys):
@@ -37,24 +37,27 @@ def _begun_again(coords: Array, size: Pair, lot: Pair) -> Array:
 
 
 def _on(at: Array, n: int, around: bool) -> Array:
-    """Coordinates on an axis of `n` px: around it, or the nearest."""
+    """Return coordinates wrapped around an axis of `n` px, or clamped to it."""
     return at % n if around else at.clip(0, n - 1)
 
 
 @dataclass(frozen=True)
 class TornPlaces:
-    """How torn places of a map are corrected; the levels of an exemplar, the rules, and how the canvas closes."""
+    """Moves a map along a flow and corrects it where it tears.
+
+    ``stack``: levels of the exemplar; ``closed``: whether the canvas wraps along y and along x.
+    """
 
     stack: ExemplarStack
     rules: Corrections
-    closed: Closed  # around the canvas: along y, along x
+    closed: Closed
 
     def carried(self, yx: Array, steps: Array, lot: Pair) -> tuple[Array, Mask]:
-        """Move a map by whole pixels (H, W, 2): S'(p) = S(q) + (p - steps(p) - q), q on the canvas beside p - steps(p).
+        """Return the map (H, W, 2) moved by whole pixels, and which pixels no longer match a neighbour (H, W).
 
-        What flows in over a border that does not wrap continues what was at the border; where that runs out of the
-        exemplar it begins again at its other side, each square of the canvas elsewhere along it, drawn by `lot`: seed
-        and frame. Returns the map, and which pixels no longer fit a neighbour that fitted before.
+        S'(p) = S(q) + (p - steps(p) - q), q being the canvas pixel nearest to p - steps(p). What enters over a border
+        that does not wrap continues the border pixel; beyond the exemplar it re-enters on the opposite side, shifted
+        along the border by a draw for each square of the canvas. ``lot``: seed and frame number of these draws.
         """
         sides, exemplar = yx.shape[:2], self.stack.exemplar
         size = exemplar.height, exemplar.width
@@ -77,7 +80,7 @@ class TornPlaces:
         return out, torn
 
     def _inside(self, coords: Array) -> Array:
-        """Bring coordinates back into the exemplar, as if it continued in itself, from masked pixels to usable ones."""
+        """Return coordinates wrapped into the exemplar, masked pixels replaced by the nearest usable ones: int32."""
         exemplar, home = self.stack.exemplar, self.stack.home
         inside = coords % (exemplar.height, exemplar.width)
         if len(home):
@@ -85,7 +88,7 @@ class TornPlaces:
         return np.asarray(inside, np.int32)
 
     def mended(self, yx: Array, torn: Mask, top: int, run: Run) -> Array:
-        """Correct torn pixels, first every 2**top-th of them with its surroundings, at last all."""
+        """Return the map with torn pixels corrected: every 2**top-th pixel first, then on finer levels, at last all."""
         for level in range(min(top, len(self.stack.levels) - 1), 0, -1):
             yx, torn = self._coarse(yx, torn, level, run)
         modes: Any = ["wrap" if around else "nearest" for around in self.closed]
@@ -93,12 +96,12 @@ class TornPlaces:
         return self._corrected(yx, near, 0, self.closed, run)
 
     def _coarse(self, yx: Array, torn: Mask, level: int, run: Run) -> tuple[Array, Mask]:
-        """Correct a map of every h-th pixel; what changes there is laid out as squares of h px."""
+        """Correct the map of every h-th pixel; write changes as squares of h px, and add them to the torn pixels."""
         h, (height, width) = 1 << level, yx.shape[:2]
         rows, columns = height // h, width // h
         if not torn.any() or not rows or not columns:
             return yx, torn
-        # A torus that h does not divide has no even steps; there the border is like any other.
+        # Along an axis that h does not divide, the canvas is not treated as a torus.
         closed = (self.closed[0] and height % h == 0, self.closed[1] and width % h == 0)
         whole: Mask = np.any(blocks(torn, h), axis=(1, 3))
         every = yx[h // 2 : rows * h : h, h // 2 : columns * h : h]
@@ -113,7 +116,7 @@ class TornPlaces:
         return out, torn
 
     def _corrected(self, yx: Array, where: Mask, level: int, closed: Closed, run: Run) -> Array:
-        """Run the passes of a level; only pixels `where` may change. What a subpass finds is written at its end."""
+        """Run the passes of a level; only pixels in `where` change. Each subpass is written when all of it is found."""
         if not where.any():
             return yx
         place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)
@@ -131,7 +134,7 @@ class TornPlaces:
         return yx
 
     def _padded(self, yx: Array, h: int, closed: Closed) -> Array:
-        """The map with two px more on all sides: around the torus, or what continues the border, in the exemplar."""
+        """Return the map padded by two px on all sides: wrapped, or continuing the border pixels in the exemplar."""
         exemplar = self.stack.exemplar
         for axis, around in enumerate(closed):
             at = np.arange(-REACH, yx.shape[axis] + REACH)

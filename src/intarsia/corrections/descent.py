@@ -1,7 +1,7 @@
-"""Any window of an endless map, from coarse to fine: upsampled, jittered, corrected (Lefebvre and Hoppe 2005).
+"""Coarse-to-fine pyramid for any window of an endless map: upsample, jitter, correct (Lefebvre and Hoppe 2005).
 
 A pixel of the map depends on its absolute place, the seed and the parameters alone. To compute a window, every level
-is made a little larger: by what the corrections of the next finer one read.
+is enlarged by what the corrections of the next finer one read.
 """
 
 from __future__ import annotations
@@ -48,44 +48,43 @@ from .span import (
 )
 from .stack import ExemplarStack, StackLevel
 
-# What halving and doubling does was looked at on 24 textures, eight of them with a lattice (docs/design/012).
-STAGE = 200505  # keeps these draws apart from those of others
+# Halved and doubled on 24 textures, eight of them with a lattice (docs/design/012).
+STAGE = 200505  # separates these draws from those of other methods
 REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005, 2006)
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
-ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even where nothing was moved; 1: straight seams, 6: things are lost
+ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even without jitter; 1: straight seams, 6: elements are lost
 DRAWN = 8  # places drawn for each piece of half the exemplar; 4 and 16: as another seed does, 1: a quarter more is lost
-SIDE = 1024  # places that functions are asked for at a time, along each axis
-BAND = 32  # rows that are worth a thread; 8 and 128: the same bytes
+SIDE = 1024  # places at which functions are evaluated at once, along each axis
+BAND = 32  # rows of a parallel task; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
-ALL = Field(1.0)  # of the jitter
+ALL = Field(1.0)  # all of the jitter
 
 
 
 @dataclass(frozen=True)
 class Corrections:
-    """How a map is corrected: `passes` of `subpasses` each, which candidates, and what a jump costs.
+    """Parameters of the corrections: `passes` of `subpasses` each, the candidates, and the price of jumps.
 
-    ``jitter``: px of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
+    ``jitter``: of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
     ``factor``: of squared distances of jumps, 256 = 1; -1: no jumps.
     """
 
     jitter: tuple[int, ...]
     factor: int
     passes: int
-    subpasses: int = 4  # by even and odd rows and columns; a memorandum's method sets others, and other rules
+    subpasses: int = 4  # by even and odd rows and columns; correction-2008 sets others, and other rules
     rule: str = "near"
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[tuple[int, ...], ...] = ()  # exemplar x, y shown at output x, y, and all within a radius; px
-    lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
-    # What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar (2005,
-    # section 5).
+    lie: Orientation | None = None  # rotation and scale; None: as in the exemplar
+    # Share of the jitter over the output, and over the exemplar where the coordinates lie before it (2005, section 5).
     output: Field = ALL
     exemplar: Field = ALL
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
-        """Take the settings from the fields of a method."""
+        """Return the parameters given by the fields of a method."""
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         steps = tuple(round((1 << FINE) * r) for r in jitter)
@@ -100,7 +99,7 @@ class Corrections:
 
     @property
     def everywhere(self) -> bool:
-        """Whether all of the jitter holds."""
+        """Whether the jitter is nowhere reduced."""
         return self.output.number == self.exemplar.number == 1
 
     @property
@@ -110,17 +109,17 @@ class Corrections:
 
     @property
     def border(self) -> int:
-        """How far beyond the exemplar a correction may read, in steps of the level."""
+        """How far beyond the exemplar a correction may read, in units of the level's spacing."""
         return REACH if self.lie is None else self.lie.reach
 
     def spread(self, level: int) -> int:
-        """Jitter of a level, in 1 / 4096 px."""
+        """Return the jitter of a level, in 1 / 4096 px."""
         return self.jitter[min(level, len(self.jitter) - 1)] << level
 
 
 @dataclass(frozen=True)
 class Descent:
-    """A window of the endless map, from the coarsest level to the finest."""
+    """Synthesises windows of the endless map, from the coarsest level to the finest."""
 
     stack: ExemplarStack
     rules: Corrections
@@ -130,7 +129,7 @@ class Descent:
     def window(self, rows: Span, cols: Span, run: Run, least: int = 0) -> Array:
         """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32.
 
-        `least`: the level of pixels that is wanted; of a coarser one than 0 each stands for 2**least px a side.
+        `least`: the finest level to compute; above 0 each pixel stands for 2**least px a side.
         """
         spans = self._spans(rows, cols, least)
         top = len(spans) - 1
@@ -157,17 +156,17 @@ class Descent:
         return coords
 
     def asked(self, rows: Span, cols: Span) -> list[list[Array]]:
-        """Return the places that fields over the output are asked for: rows and columns in px, for each level.
+        """Return where fields over the output are evaluated: rows and columns in px, for each level.
 
-        Those of a window lie among those of any larger one around it.
+        The places of a window are among those of any larger window around it.
         """
         spans = self._spans(*self._wider(rows, cols))
         return [places_of(level, spans) for level in range(len(spans))]
 
     def framed(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
-        """Return the same of a turned or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
+        """Return the map of a rotated or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
 
-        The remainder, (H, W, 2) float32, is what whole coordinates leave out of a pixel's place, in px.
+        The remainder, (H, W, 2) float32 in px, is the difference of a pixel's exact place from its whole coordinates.
         """
         coords, frame = self.window(*self._wider(rows, cols), run), self._frame(0, [(rows, cols)])
         assert frame is not None
@@ -178,27 +177,27 @@ class Descent:
         return whole, frame.astype(np.float32).reshape(*size, 2, 2) * unit, sub.astype(np.float32) * unit
 
     def _wider(self, rows: Span, cols: Span) -> Spans:
-        """What must be known of the finest level: where pixels are read between others, those around as well."""
+        """Return the spans needed of the finest level: with interpolation between pixels, those around as well."""
         return rows.wider(self.around), cols.wider(self.around)
 
     @property
     def around(self) -> int:
-        """How many px more than the output are known on each side."""
+        """How many px more than the output are needed on each side."""
         return 0 if self.rules.lie is None else AROUND
 
     def _frame(self, level: int, spans: list[Spans]) -> Array | None:
-        """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
+        """Return J at the pixels of a level, or None if the texture is neither rotated nor scaled."""
         return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
 
     @cached_property
     def _mended(self) -> int:
-        """How many levels are corrected: up to the coarsest one on which pixels were moved."""
+        """How many levels are corrected: up to the coarsest one with jitter."""
         most = len(self.stack.levels)
         moved = [level + 1 for level in range(most) if self.rules.spread(level)]
         return max([min(ALWAYS, most), *moved])
 
     def _scattered(self, level: int) -> bool:
-        """Whether a level is that of the large pieces, half the exemplar, and they are moved."""
+        """Return whether a level is that of pieces of half the exemplar, and it is jittered."""
         return level == self.stack.count - 2 and level >= self._mended and self.rules.spread(level) > 0
 
     def _margin(self, level: int) -> int:
@@ -207,7 +206,7 @@ class Descent:
         return SEEN * (TURNS - 1) if self._scattered(level) else 0
 
     def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[Spans]:
-        """What must be known of each level, from the finest to the coarsest, before it is corrected."""
+        """Return the rows and columns needed of each level before it is corrected, from the finest to the coarsest."""
         edges = [self._margin(level) if level >= least else 0 for level in range(self.stack.count)]
         spans = [(rows.wider(edges[0]), cols.wider(edges[0]))]
         for edge in edges[1:]:
@@ -216,7 +215,7 @@ class Descent:
         return spans
 
     def _first(self, spans: list[Spans], frame: Array | None) -> Array:
-        """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
+        """Return the coarsest level: the exemplar tiled, or aligned to the lattice, then jittered."""
         room, top = self._room, self.stack.count - 1
         places = places_of(top, spans)
         if frame is not None:
@@ -237,7 +236,7 @@ class Descent:
     def _handed_down(
         self, coords: Array, level: int, spans: list[Spans], frame: Array | None
     ) -> Array:
-        """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
+        """Return a level upsampled from the next coarser one (2006, equation 2), then jittered."""
         parents, steps = [], []
         for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
             up = span.at >> 1
@@ -257,7 +256,7 @@ class Descent:
         return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
     def _begun(self, coords: Array, level: int, spans: list[Spans], frame: Array | None) -> Array:
-        """Jitter the coordinates of a level, as guide and pins want them; what is finer follows from them."""
+        """Return the coordinates of a level jittered, then changed as guide and pins ask; finer levels follow."""
         places, (rows, cols) = places_of(level, spans), (span.at for span in spans[level])
         drawn = DRAWN if self._scattered(level) else 1
         out = np.empty((drawn, *coords.shape), np.int32)
@@ -280,7 +279,7 @@ class Descent:
         return made
 
     def _still(self, coords: Array, level: int, spans: list[Spans]) -> Array | None:
-        """Which pixels of a level none of the jitter holds for: without jitter only fine levels are corrected."""
+        """Return which pixels of a level have no jitter: of those only fine levels are corrected. None: no pixel."""
         if level < ALWAYS or self.rules.everywhere:
             return None
         part = jitter_shares(self.rules.output, *places_of(level, spans)) * self._calm[coords[..., 0], coords[..., 1]]
@@ -289,7 +288,7 @@ class Descent:
     def _corrected(
         self, coords: Array, level: int, spans: list[Spans], run: Run, frame: Array | None = None
     ) -> Array:
-        """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
+        """Return a level corrected, without its margin; each subpass is written when all of it is found."""
         place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)
         if self.wanted is not None:
             place = self.wanted.beside(place, level)
@@ -314,7 +313,7 @@ def subpass(
     work: Array, where: tuple[Array, Array], level: StackLevel, rules: Corrections, frame: Array | None, run: Run,
     each: Any,
 ) -> Array:  # fmt: skip
-    """Find better positions for the pixels of some rows and columns, in bands; nothing is written."""
+    """Return better positions for the pixels of some rows and columns, in parallel bands; the map is unchanged."""
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
     rule = np.array([*RULES[rules.rule], rules.factor], np.int64)
@@ -328,7 +327,7 @@ def subpass(
 
 
 def stepped(frame: Array, down: Array, across: Array) -> Array:
-    """J, the frame of each pixel, times a step, in whole px: (H, W, 2)."""
+    """Return J, the frame of each pixel, times an offset, in whole px: (H, W, 2)."""
     j = frame.astype(np.int64)
     rows = ((j[..., n] * down + j[..., n + 1] * across + (1 << (UNIT - 1))) >> UNIT for n in (0, 2))
     return np.stack(tuple(rows), axis=2)
@@ -337,11 +336,10 @@ def stepped(frame: Array, down: Array, across: Array) -> Array:
 def pinned(
     coords: Array, places: list[Array], periods: Pair, pin: tuple[int, ...], exemplar: Exemplar, frame: Array | None
 ) -> None:
-    """Lay a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
+    """Place a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
 
-    So it is shown where somebody wants it: drag and drop (2005, section 5).
-
-    ``places``: where its rows and columns lie in the output; ``periods``: after how many px they close, or 0.
+    Drag and drop (2005, section 5). ``pin``: exemplar x, y, output x, y, radius; ``places``: rows and columns of the
+    level in the output, px; ``periods``: of the output along y and x, or 0.
     """
     sx, sy, to_x, to_y, radius = pin
     away = []
@@ -365,15 +363,15 @@ def pinned(
 def spread_over(whole: int, output: Array, exemplar: Array, coords: Array) -> Array:
     """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
 
-    `whole` is that of the level, `output` its part for each pixel; `exemplar` (H', W') that for each exemplar pixel,
-    read where the coordinates lie before they are moved, within the exemplar.
+    `whole`: jitter of the level; `output` (H, W): its share for each pixel; `exemplar` (H', W'): its share for each
+    exemplar pixel, read at the coordinates before they are jittered, wrapped into the exemplar.
     """
     part = output * exemplar[coords[..., 0] % exemplar.shape[0], coords[..., 1] % exemplar.shape[1]]
     return np.asarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
 
 
 def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
-    """Return what part of the jitter holds at places, in 1 / 4096: (rows, columns) int64."""
+    """Return the share of the jitter at places, in 1 / 4096: (rows, columns) int64."""
     return np.asarray(np.rint(field.at(rows, cols) * (1 << FINE)), np.int64)
 
 
@@ -384,11 +382,11 @@ USED: dict[str, Callable[[Field, Array, Array], Array]] = {
     "jitter_output": jitter_shares,
     "zoom": zooms,
 }
-"""Parameter -> the whole numbers that it is used as, so that no machine tells them otherwise than its picture."""
+"""Parameter -> the integers that it is used as, so that hashes differ exactly where pictures may."""
 
 
 def hashed(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
-    """Return SHA-256, 64 hexadecimal digits, of what a field is used as at places (rows, columns), level by level."""
+    """Return SHA-256, 64 hexadecimal digits, of the integers that a field is used as at places (rows, columns)."""
     found = hashlib.sha256()
     for rows, cols in places:
         found.update(f"{len(rows)}x{len(cols)}|".encode())

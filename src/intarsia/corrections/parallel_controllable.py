@@ -1,4 +1,4 @@
-"""Parallel controllable synthesis at work: a canvas, a box or a coarse view of the endless map."""
+"""Engine of parallel-controllable and correction-2008: a canvas, a window or a coarse view of the endless map."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from .span import Span, Spans
 from .stack import Look, exemplar_stack, is_cloudy, levels_within
 
 FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
-# Set by looking at pictures: large pieces lie anywhere, small ones move a little.
+# By eye: large pieces move anywhere, small ones a little.
 FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
 ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
 def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas) -> ParallelControllable:
-    """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
+    """Return the method with automatic parameters decided; raise if weights, sizes, guide or feature do not fit."""
     size = None if canvas.endless else (canvas.height, canvas.width)
     check_sizes(method, (exemplars[0].height, exemplars[0].width), size)
     if isinstance(method.feature, Field):
@@ -44,7 +44,10 @@ def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas)
 
 
 def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
-    """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
+    """Return the method with jitter, snap and lattice decided.
+
+    Large pieces move anywhere, small ones a little, and nothing moves where corrections could not hide it.
+    """
     lattice, jitter, snap = method.lattice, method.jitter, method.snap
     if snap == "auto":
         known = lattice is not AUTO
@@ -66,12 +69,12 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
 def synthesize(
     method: ParallelControllable, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
+    """Return the map of a canvas from (0, 0) on; along axes that wrap, a torus of its size."""
     return _map(method, exemplars[0], canvas, seed, run)
 
 
 def window(method: ParallelControllable, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
+    """Return the map of any window of the endless texture; coordinates up to 2**48 px."""
     if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
         raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
     return _map(method, exemplars[0], box, seed, run)
@@ -80,10 +83,10 @@ def window(method: ParallelControllable, exemplars: Exemplars, box: Box, seed: i
 def coarse(
     method: ParallelControllable, exemplars: Exemplars, box: Box, level: int, seed: int, run: Run
 ) -> Int32 | None:
-    """Return which exemplar pixels the middles of squares of 2**level px show, (h, w, 2), on that level.
+    """Return the exemplar pixels at the middles of squares of 2**level px, (h, w, 2), as that level has them.
 
-    Finer levels move them a little; it is as quick as a window of so many pixels. `box` is one of whole squares.
-    None where the exemplar is too small, or lies turned or scaled.
+    Finer levels move them a little; it costs as much as a window of that many pixels. `box`: of whole squares. None if
+    the exemplar is too small, or the texture is rotated or scaled.
     """
     descent = _descent(method, exemplars[0], box, seed)
     if descent.rules.lie is not None or level >= descent.stack.count:
@@ -92,11 +95,11 @@ def coarse(
 
 
 def asked(method: ParallelControllable, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
-    """Return a hash of what each function among the parameters says at all places that a picture asks it for.
+    """Return a hash of the values of each function parameter at all places where a picture evaluates it.
 
-    A recipe cannot hold a function, and its name says nothing; but a picture depends on no more than these values.
-    Those over the output are asked beside it as well, where its coarse levels begin; those over the exemplar for all
-    of its pixels.
+    A recipe cannot hold a function, and its name identifies nothing; but a picture depends on no more than these
+    values. Functions over the output are also evaluated beside it, where its coarse levels begin; functions over the
+    exemplar at all of its pixels.
     """
     exemplar, over = exemplars[0], {p.name: p.over for p in parameters(method)}
     outside = _descent(method, exemplar, where, 0).asked(*_spans(where))
@@ -128,7 +131,7 @@ def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | B
 
 
 def _spans(where: Canvas | Box) -> Spans:
-    """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
+    """Return the rows and columns of a canvas, with periods where it wraps, or of a box of the endless plane."""
     if isinstance(where, Box):
         return Span(where.y0, where.y1, 0), Span(where.x0, where.x1, 0)
     return Span(0, where.height, where.height * where.wrap.y), Span(0, where.width, where.width * where.wrap.x)

@@ -1,8 +1,8 @@
-"""An exemplar on all levels, for corrections: what is compared, which pixels may be candidates, and the jump sets.
+"""The exemplar on all pyramid levels: neighbourhoods to compare, open candidates, and jump sets (k-coherence).
 
-Jump sets say where else in the exemplar it looks the same (Lefebvre and Hoppe 2005: candidates by k-coherence; named so
-by the memorandum of 2008, docs/sources-004.md). On coarse levels they are found for every (h / 2)-th pixel only, in
-large exemplars for no more than 512 x 512 of them; the pixels between take those of a neighbour.
+Jump sets hold similar exemplar pixels (Lefebvre and Hoppe 2005: candidates by k-coherence; named so by the memorandum
+of 2008, docs/sources-004.md). On coarse levels they are searched for every (h / 2)-th pixel only, in large exemplars
+for no more than 512 x 512 of them; the pixels between take those of a neighbour.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ from .appearance_kernels import Similar, jump_sets
 from .correction_kernels import MIDDLE
 
 UInt64 = NDArray[np.uint64]
-CLOUDS = 16  # px: what is wider is no grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
-CLOUDY = 3, 10  # as 3 of 10 parts of the variance it makes a picture cloudy; halved: 29 of 80, doubled: one
-SEARCHED = 1 << 18  # px of an exemplar that similar places are looked for of on one level: a limit of time
-KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
+CLOUDS = 16  # px of the widest grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
+CLOUDY = 3, 10  # share of the variance from which a picture is cloudy, 3 / 10; halved: 29 of 80, doubled: one
+SEARCHED = 1 << 18  # px of an exemplar for which similar ones are searched on one level: a limit of time
+KEPT = 1 << 28  # bytes of tables that are kept; larger ones are computed for every window
 APART = 0.05  # of the exemplar's longer side (S4-26); halved: 0.4 %, doubled: 29 % of px differ, six of 24 repeat more
-LEAVES = 4  # of the tree, looked into for one pixel: a limit of time; doubled: 2 % nearer, 1.25 times as long
-ASKED = 8  # pixels that the tree names for each jump, ranked exactly: another; doubled: not 0.5 % nearer
+LEAVES = 4  # of the tree, searched for one pixel: a limit of time; doubled: 2 % nearer, 1.25 times as long
+ASKED = 8  # candidates from the tree for each jump, ranked exactly: a limit of time; doubled: not 0.5 % nearer
 
 
 class StackLevel(NamedTuple):
-    """A level of the exemplar, ready to be compared with.
+    """A level of the exemplar, as the correction kernel reads it.
 
     The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
-    Of ``packed`` and ``values`` one is empty, which says what is compared.
+    Of ``packed`` and ``values`` one is empty, which decides what is compared.
     """
 
     h: int  # px from one pixel to the next
@@ -62,30 +62,30 @@ class StackLevel(NamedTuple):
     packed: UInt64  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
     values: Int16  # (positions, C): colours
     roots: Int64  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
-    inner: Int32  # (positions,): the exemplar pixel that the border shows there, or -1 outside
-    open: UInt8  # (positions,): 1 where a candidate may lie
+    inner: Int32  # (positions,): the position inside that the border repeats, or -1 outside
+    open: UInt8  # (positions,): 1 for candidates
     table: Int16 = np.zeros(0, np.int16)  # (positions * n,): the neighbourhood of each exemplar pixel
     jumps: Int32 = np.zeros((0, 0), np.int32)  # (positions, k - 1): similar pixels, -1 where there is none
-    shown: Int32 = np.zeros(0, np.int32)  # (positions * G,): the guide beside the exemplar, as it counts
-    asked: Int32 = np.zeros(0, np.int32)  # (H * W * G,): the guide under each pixel of the map
+    shown: Int32 = np.zeros(0, np.int32)  # (positions * G,): the guide of the exemplar, scaled
+    asked: Int32 = np.zeros(0, np.int32)  # (H * W * G,): the target of each pixel of the map, scaled
 
     def positions(self, coords: Array) -> Int32:
-        """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
+        """Return the positions (H, W) of exemplar pixels (H, W, 2)."""
         return np.asarray((coords[..., 0] + self.border) * self.stride + coords[..., 1] + self.border, np.int32)
 
     def pixels(self, positions: Int32) -> Int32:
-        """Turn positions back into exemplar pixels (H, W, 2)."""
+        """Return the exemplar pixels (H, W, 2) of positions (H, W)."""
         return np.stack(np.divmod(positions, np.int32(self.stride)), axis=2) - np.int32(self.border)
 
     def ready(self) -> StackLevel:
-        """Return the level with its table, which may be too large to be kept."""
+        """Return the level with its table, which is computed here if it was too large to be kept."""
         return self if len(self.table) else self._replace(table=table_of(self))
 
 
 def table_of(level: StackLevel) -> Int16:
-    """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions * n,)."""
+    """Return the neighbourhood of each exemplar pixel, as corrections compare it: (positions * n,)."""
     edge, taps, roots = level.border, range(-2, 3), level.roots
-    if len(level.packed):  # four diagonal points, each foretold three times
+    if len(level.packed):  # four diagonal points, each predicted three times
         shown, taps, roots = unpacked_words(level.packed, level.stride), range(-1, 2, 2), np.full(4, 3 * 256)
     else:
         shown = level.values.reshape(-1, level.stride, level.values.shape[1])
@@ -101,10 +101,10 @@ def table_of(level: StackLevel) -> Int16:
 
 @dataclass(frozen=True)
 class ExemplarStack:
-    """The levels of an exemplar: pixels 1, 2, 4, ... px apart; `count` of them, the coarsest one a pixel in all.
+    """The levels of an exemplar, of spacing 1, 2, 4, ... px; `count` of them, the coarsest one a single pixel.
 
-    ``levels``: those that are corrected, the finest first; coarser ones would see more than the exemplar holds.
-    ``home``: for each pixel the usable one in its place, or empty.
+    ``levels``: those that are corrected, the finest first; coarser ones would read beyond the exemplar. ``home``: for
+    each pixel the nearest usable one, or empty.
     """
 
     exemplar: Exemplar
@@ -118,7 +118,7 @@ class Look:
     """What of an exemplar is compared, and how.
 
     ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose squared differences
-    ``neighbourhood_mask`` weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 in 2 px); ``k`` - 1 jumps for each
+    ``neighbourhood_mask`` weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 at 2 px); ``k`` - 1 jumps for each
     pixel; with ``outlines`` the distance to them is compared as well.
     """
 
@@ -130,15 +130,15 @@ class Look:
 
     @classmethod
     def of(cls, method: Any) -> Look:
-        """Take the settings from the fields of a method."""
+        """Return what the fields of a method ask for."""
         own = {name: getattr(method, name) for name in cls.__dataclass_fields__ if hasattr(method, name)}
         return cls(outlines=Outlines.of(method), **own)
 
 
 def exemplar_stack(exemplar: Exemplar, look: Look, reach: int = 2) -> ExemplarStack:
-    """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine.
+    """Return the levels of an exemplar, computed once for all seeds and sizes, the same on every machine.
 
-    ``reach``: how far beyond the exemplar corrections read, in steps of a level.
+    ``reach``: how far beyond the exemplar corrections read, in units of a level's spacing.
     """
     known = look if look.outlines is None else replace(look, outlines=look.outlines.over(exemplar))
     return exemplar.memo(("sites", known, reach), partial(_stack, exemplar, known, reach))
@@ -166,7 +166,7 @@ def _stack(exemplar: Exemplar, look: Look, reach: int) -> ExemplarStack:
 
 
 def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array, reach: int) -> StackLevel:
-    """A level without its jumps and table: features, and where candidates may lie."""
+    """Return a level without its jumps and table."""
     (height, width, _), border = blurred.shape, reach * h
     packing: UInt64 = np.zeros((0, 2), np.uint64)
     values: Int16 = np.zeros((0, 1), np.int16)
@@ -184,14 +184,14 @@ def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array, re
 
 
 def levels_within(exemplar: Exemplar) -> int:
-    """Return how many levels there are, the finest first, whose pixels lie at most a quarter of an element apart."""
+    """Return the number of levels whose spacing is at most a quarter of an element."""
     return (elements(exemplar).size // 4).bit_length()
 
 
 def is_cloudy(exemplar: Exemplar) -> bool:
-    """Return whether what is wider than 16 px makes up three tenths of the picture: clouds, stains, large shades.
+    """Return whether structures wider than 16 px make up three tenths of the variance: clouds, stains, large shades.
 
-    Such textures are put right on coarse levels, or nowhere.
+    Such textures need corrections on coarse levels.
     """
     return exemplar.memo("cloudy", partial(_cloudy, exemplar))
 
@@ -208,16 +208,16 @@ def _cloudy(exemplar: Exemplar) -> bool:
 def left_out(h: int, far: Array, cloudy: bool) -> int:
     """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
 
-    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods are its
-    own, the middle is shown twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
-    left out, the exemplar's straight border was seen as an edge in rock; with h it was not, and nearly as much is used.
-    (With 2 h 13 of 24 textures return a tenth more, with 1 or 4 px at least none, see docs/design/012.)
+    Their neighbourhoods include mirrored pixels. With 2 h px left out, so that all neighbourhoods are the exemplar's
+    own, the middle is used twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
+    left out, the exemplar's straight border was visible as an edge in rock; with h it was not, and nearly as much is
+    used. (With 2 h 13 of 24 textures repeat a tenth more, with 1 or 4 px at least none, see docs/design/012.)
     """
     return min(2 * h if cloudy else max(2, h), int(far.max()) // 4)
 
 
 def depths(exemplar: Exemplar) -> Array:
-    """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
+    """Return the chessboard distance of each pixel to what is unusable or outside: (H, W); 0 where unusable."""
     size, usable = (exemplar.height, exemplar.width), exemplar.free
     if exemplar.toroidal and usable.all():
         return np.full(size, 1 << 30)
@@ -229,7 +229,7 @@ def depths(exemplar: Exemplar) -> Array:
 
 
 def px_apart(h: int, height: int, width: int) -> int:
-    """Return how many px apart similar places are looked for on a level of spacing `h`.
+    """Return the spacing in px at which similar pixels are searched on a level of spacing `h`.
 
     At most 2 h + 1: what lies beside a jump must lie within the border.
     """
@@ -238,9 +238,9 @@ def px_apart(h: int, height: int, width: int) -> int:
 
 
 def spread_jumps(cells: Array, level: StackLevel) -> Int32:
-    """Hand the jumps of every so many-th pixel (rows, columns, k - 1, 2) to all, as positions (positions, k - 1).
+    """Return the jumps of all pixels, as positions (positions, k - 1), from those of a grid (rows, columns, k - 1, 2).
 
-    A pixel between takes what lies beside the jump; -1 where that is outside.
+    A pixel between grid pixels takes what lies beside the jump; -1 where that is outside.
     """
     edge, inner = level.border, level.inner.reshape(-1, level.stride)
     height, width = (n - 2 * edge for n in inner.shape)
@@ -252,10 +252,10 @@ def spread_jumps(cells: Array, level: StackLevel) -> Int32:
 
 
 def similar_places(level: StackLevel, closed: Array, toroidal: bool, count: int) -> Int32:
-    """Return the `count` most similar pixels of every so many-th one: (rows, columns, count, 2) (y, x), or -1.
+    """Return the `count` most similar pixels of each pixel of a grid: (rows, columns, count, 2) (y, x), or -1.
 
-    ``closed`` (H, W): where no pixel may be jumped to. They lie at least 5 % of the exemplar, or h, from the pixel
-    itself and from one another.
+    ``closed`` (H, W): pixels that are no targets. Targets are at least 5 % of the exemplar, and h, from the pixel and
+    from one another.
     """
     height, width = closed.shape
     step = px_apart(level.h, height, width)
@@ -279,7 +279,7 @@ def similar_places(level: StackLevel, closed: Array, toroidal: bool, count: int)
 
 
 def _points(vectors: Array) -> Array:
-    """Project neighbourhoods (N, n) on their main axes: (N, D) int32."""
+    """Return neighbourhoods (N, n) projected on their principal axes: (N, D) int32."""
     some = vectors[:: max(1, len(vectors) // SAMPLE)].astype(np.float64)
     axes = principal_axes(whole_products(some) / len(some), min(AXES, some.shape[1]))[1]
     return np.asarray(np.floor(vectors @ (np.rint(axes * 4096) / 4096).T), np.int32)  # sums in 1 / 4096, exact
