@@ -1,4 +1,4 @@
-"""The routes of the studio, in one table, and what each answers."""
+"""The HTTP routes of the studio, in one table, and their handlers."""
 
 from __future__ import annotations
 
@@ -35,26 +35,26 @@ from .words import options as options_of
 
 STATIC = Path(__file__).parent / "static"
 LENGTH = re.compile("[0-9]{1,8}")
-SIDE = 4096  # px: no picture for a page is larger
+SIDE = 4096  # px: largest picture for a page
 EVENTS = "text/event-stream"
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
-"""What is named by its contents does not change."""
+"""For what is named by its contents, and so never changes."""
 
 ROWS = ("exemplar", "image", "job", "result")
 """Parts of paths that are ids."""
 
 Answer = Callable[..., Any]
-"""Given a request and the parts of its path: JSON, bytes of a PNG that is named by its contents, or a response."""
+"""Handler of a request and the parts of its path: returns JSON, a PNG that is named by its contents, or a response."""
 
 
 class Whole(IntegerConvertor):
-    """A whole number in a path."""
+    """An integer in a path."""
 
     regex = "-?[0-9]{1,15}"
 
 
 class Taken(StringConvertor):
-    """What can be taken away, and brought back."""
+    """What can be removed, and restored."""
 
     regex = "exemplars|jobs"
 
@@ -64,12 +64,12 @@ register_url_convertor("taken", Taken())
 
 
 class Studio:
-    """Everything that the routes work on."""
+    """All that the routes work on."""
 
     def __init__(self, folder: str | Path) -> None:
         self.store, self.events = Store(folder), Events()
         self.looker = Process(uploads.MOST_BYTES)
-        beside = Process(nice=10)  # growing goes first
+        beside = Process(nice=10)  # synthesis has priority
         self.bin = Bin(self.store, self.events)
         self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
@@ -79,7 +79,7 @@ class Studio:
 
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
-        """Work as long as the server runs; nothing is left afterwards."""
+        """Run the queue as long as the server runs; end all processes and empty the bin afterwards."""
         self.bin.empty()
         self.jobs.begin()
         try:
@@ -175,7 +175,7 @@ class Studio:
 
     @property
     def table(self) -> list[tuple[str, str, int, Answer]]:
-        """Method, path, status, and what is answered, given the request and the parts of the path, ids as rows."""
+        """Method, path, status and handler; handlers get the request and the parts of the path, ids as rows."""
         store, jobs, bin, showing = self.store, self.jobs, self.bin, self.showing
         return [
             ("GET", "/", 200, lambda _: FileResponse(STATIC / "index.html")),
@@ -219,7 +219,7 @@ class Studio:
         ]  # fmt: skip
 
     def answered(self, answer: Answer, status: int) -> Callable[[Request], Awaitable[Response]]:
-        """A handler that writes what is answered; an empty picture is none."""
+        """Return a handler that writes what `answer` returns; an empty picture becomes status 204."""
 
         async def handler(request: Request) -> Response:
             parts = request.path_params
@@ -237,7 +237,7 @@ class Studio:
 
 
 async def said(request: Request) -> Row:
-    """The JSON object of a request."""
+    """Return the JSON object of a request; ParameterError if it is none."""
     try:
         given = json.loads(await request.body())
     except (ValueError, RecursionError):
@@ -248,7 +248,7 @@ async def said(request: Request) -> Row:
 
 
 def box_of(request: Request) -> list[int] | None:
-    """Which part is asked for: x, y, width, height; None: all of it."""
+    """Return the box x, y, width, height that a request asks for; None: all of the picture."""
     text = request.query_params.get("box")
     if text is None:
         return None
@@ -259,7 +259,7 @@ def box_of(request: Request) -> list[int] | None:
 
 
 def sight_of(request: Request) -> Row:
-    """What of a picture is seen: all of it, of at most `side` px, or a part of it, pixel for pixel."""
+    """Return what of a picture to send: all of it, at most `side` px, or a box at full size."""
     box, side = box_of(request), request.query_params.get("side", "1024")
     if not (LENGTH.fullmatch(side) and 1 <= int(side) <= SIDE):
         raise ParameterError(f"side: give 1 to {SIDE} px.")
@@ -267,7 +267,7 @@ def sight_of(request: Request) -> Row:
 
 
 async def refused(request: Request, e: Exception) -> Response:
-    """One line for every error; what is not meant for a client is not told."""
+    """Return one line for every error, without internals."""
     if isinstance(e, HTTPException):
         return error(e.status_code, str(e.detail))
     if not isinstance(e, IntarsiaError):
@@ -287,21 +287,21 @@ def app_of(studio: Studio, token: str | None = None) -> Safety:
     return Safety(Starlette(routes=routes, exception_handlers=HANDLERS, lifespan=studio.living), token)
 
 
-FARTHEST = 1 << 40  # px from the middle
+FARTHEST = 1 << 40  # px from the origin
 WEAVES = 200
-TILE, LEVELS = 256, 4  # px of a tile; from a pixel for a pixel to one for 8 x 8
-GROWN = ("method", "seed")  # beside the method's parameters
+TILE, LEVELS = 256, 4  # px of a tile; levels from full size to 1/8
+GROWN = ("method", "seed")  # besides the method's parameters
 
 
 class Weaves:
-    """The endless canvases that pages look at, and the process that draws them."""
+    """The endless canvases of pages, and the process that draws their tiles."""
 
     def __init__(self, store: Store, pictures: Pictures) -> None:
         self.store, self.pictures, self.weaver = store, pictures, Process()
-        self._known: OrderedDict[str, tuple[Row, Row]] = OrderedDict()  # the job, and what its tiles are drawn by
+        self._known: OrderedDict[str, tuple[Row, Row]] = OrderedDict()  # the job, and what its tiles are drawn with
 
     async def begin(self, given: Row) -> Row:
-        """Begin an endless canvas; its options are those of a job, save where it lies and how large it is."""
+        """Start an endless canvas; its options are those of a job, except size and origin."""
         options, known = given.get("options", {}), options_of("weave")
         if set(given) - {"exemplar", "options"} or not isinstance(options, dict):
             raise ParameterError("give exemplar (an id) and options (an object).")
@@ -321,14 +321,14 @@ class Weaves:
         return {"id": own}
 
     def _get(self, name: str) -> tuple[Row, Row]:
-        """What was asked for under this id, while it is known."""
+        """Return the job of an id and what its tiles are drawn with; HTTPException 404 if it is unknown."""
         if name not in self._known:
             raise HTTPException(404, "there is no such endless canvas; begin one with POST /api/weaves.")
         self._known.move_to_end(name)
         return self._known[name]
 
     async def tile(self, name: str, place: list[int], gone: Gone) -> bytes:
-        """Draw a tile (level, row, column) as PNG, unless nobody waits for it any more."""
+        """Return a tile (level, row, column) as PNG, unless its client has gone."""
         level, y, x = place
         _, drawn = self._get(name)
         if not 0 <= level < LEVELS or (max(abs(y), abs(x)) + 1) * (TILE << level) > FARTHEST:
@@ -341,7 +341,7 @@ class Weaves:
         return await self.pictures.get(("tile", name, *place), draw)
 
     def window(self, name: str, given: Row) -> Row:
-        """The job that makes a part of a canvas, of a size from an origin on, and its command."""
+        """Return the job for a part of a canvas, of a size from an origin on, and its command."""
         job, _ = self._get(name)
         if set(given) != {"size", "origin"}:
             raise ParameterError("give size (WIDTHxHEIGHT) and origin (X,Y) in px, and nothing else.")

@@ -1,4 +1,4 @@
-"""The server's end of a process beside: asked one thing at a time, ended and begun anew where it no longer answers."""
+"""The server's end of a worker process: one request at a time; killed and restarted if it no longer answers."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Json = dict[str, Any]
 Heard = Callable[[Json, bytes], None]
 
 Gone = Callable[[], Awaitable[bool]]
-"""Whether nobody waits for an answer any more."""
+"""Whether the client no longer waits for an answer."""
 
 LONGEST = 1 << 28  # bytes of a line
 
 
 class FailedError(IntarsiaError):
-    """What was asked of a process was refused, or went wrong: one line, and the exit code that a shell would see."""
+    """A request to a worker process failed: one line, and the exit code that a shell would get."""
 
     def __init__(self, line: str, code: int = 1) -> None:
         super().__init__(line)
@@ -30,9 +30,9 @@ class FailedError(IntarsiaError):
 
 
 class Process:
-    """A process that does the work of `worker.py`, started when it is first asked.
+    """A process that runs `worker.py`, started at the first request.
 
-    It takes `limit` bytes of address space at most, 0: as many as there are; `nice` says how far others go first.
+    ``limit``: bytes of address space at most, 0: no limit; ``nice``: how far its priority is lowered.
     """
 
     def __init__(self, limit: int = 0, nice: int = 0) -> None:
@@ -42,17 +42,17 @@ class Process:
 
     @property
     def pid(self) -> int | None:
-        """The number of the process, while there is one."""
+        """The number of the process, or None."""
         return None if self._process is None else self._process.pid
 
     async def ask(
         self, do: str, heard: Heard | None = None, within: float | None = None, gone: Gone | None = None,
         **given: Any,
     ) -> tuple[Any, bytes]:  # fmt: skip
-        """Have it do something: what it answers, as (JSON, bytes). FailedError where that fails.
+        """Return what the process answers, as (JSON, bytes); FailedError if that fails.
 
-        `heard` is called with what it tells meanwhile; after `within` seconds it is ended, and that is a failure.
-        When its turn comes, nothing is done that nobody waits for (`gone`).
+        `heard` is called with what it reports meanwhile. After `within` seconds the process is killed, which is a
+        failure. A request whose client has `gone` when its turn comes is not sent, and fails.
         """
         async with self._turn:
             if gone is not None and await gone():
@@ -84,7 +84,7 @@ class Process:
                 if heard is not None:
                     heard(said, data)
         except (OSError, asyncio.IncompleteReadError):
-            with suppress(TimeoutError):  # to kill one that has just ended would lose its exit code
+            with suppress(TimeoutError):  # killing one that has just ended would lose its exit code
                 await asyncio.wait_for(process.wait(), 1)
             code = await self.end()
             why = "out of memory, mostly" if code in (-9, 137, -11) else f"code {code}"
@@ -109,13 +109,13 @@ class Process:
         return said, await process.stdout.readexactly(said["bytes"])
 
     def cancel(self) -> None:
-        """Ask it to stop what it does."""
+        """Ask the process to stop its current work."""
         if self._process is not None and self._process.stdin is not None:
             with suppress(OSError, RuntimeError):
                 self._process.stdin.write(json.dumps({"do": "cancel", "number": self._number}).encode() + b"\n")
 
     async def end(self) -> int | None:
-        """End it now; return its exit code."""
+        """Kill the process; return its exit code."""
         process, self._process = self._process, None
         if process is None:
             return None

@@ -1,4 +1,4 @@
-"""What the routes answer that show: views, what was found, sketches, archives; what is drawn is kept a while."""
+"""Pictures for the page, drawn by worker processes and cached: views, findings, sketches, reports and archives."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from .words import MAP, words_of
 VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
-HELD = 64 << 20  # bytes of pictures that are kept
-AGAIN = 0.1  # s between two looks whether there is something else to do
-IDLE = 60.0  # s after which the process ends that nobody asks
+HELD = 64 << 20  # bytes of cached pictures
+AGAIN = 0.1  # s between two checks for other work
+IDLE = 60.0  # s after which an idle process ends
 
 
 class Pictures:
-    """Pictures that were drawn lately, by what they are of."""
+    """An LRU cache of pictures, limited in bytes."""
 
     def __init__(self, most: int = HELD) -> None:
         self._held: OrderedDict[tuple[Any, ...], bytes] = OrderedDict()
         self._most, self._size = most, 0
 
     async def get(self, key: tuple[Any, ...], draw: Callable[[], Awaitable[bytes | None]]) -> bytes:
-        """Return a picture that is kept, or draw it until it is there; those asked for longest ago give way."""
+        """Return a cached picture, or draw it, again until it is not None; the least recently used ones are dropped."""
         found = self._held.get(key)
         while found is None:
             found = await draw()
@@ -46,7 +46,7 @@ class Pictures:
 
 
 class Showing:
-    """Draws, in the processes beside, what is asked for, and keeps it a while."""
+    """Has worker processes draw what is requested, and caches it."""
 
     def __init__(self, store: Store, uploads: Uploads, beside: Process) -> None:
         self.store, self.uploads, self.beside, self.pictures = store, uploads, beside, Pictures()
@@ -61,17 +61,17 @@ class Showing:
     # exemplars
 
     async def exemplar(self, row: Row, plane: str, sight: Row) -> bytes:
-        """What can be seen of a plane of an exemplar."""
+        """Return a plane of an exemplar as PNG."""
         if plane not in [known["name"] for known in row["planes"]]:
             raise InputError(f"this exemplar has no plane {said(plane)}.")
         return await self.seen(self.uploads.paths_of(row), plane, sight)
 
     async def seen(self, paths: list[str], plane: str, sight: Row) -> bytes:
-        """What can be seen of a plane, if the files have it."""
+        """Return a plane of files as PNG."""
         return await self._drawn(self.uploads.looker, "see", paths=paths, plane=plane, **sight)
 
     async def found(self, row: Row) -> Row:
-        """What was found in an exemplar; kept, as looking for it takes long."""
+        """Return the findings of an exemplar, stored because the analysis is slow."""
         known = self.store.get("found", row["id"])
         if known is None:
             answer, _ = await self.beside.ask("find", within=WITHIN, paths=self.uploads.paths_of(row))
@@ -79,17 +79,17 @@ class Showing:
         return known
 
     async def overlay(self, row: Row, kind: str) -> bytes:
-        """What was found, as a picture to lay over the exemplar."""
+        """Return findings as a picture to overlay on the exemplar."""
         return await self._drawn(self.beside, "overlay", paths=self.uploads.paths_of(row), kind=kind)
 
     async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
-        """By how many px a hole would grow to cover a rim of the defect, and what that is, to lay over the exemplar."""
+        """Return by how many px a hole would grow to cover the rim of a defect, and that area as an overlay."""
         paths, mask = self.uploads.paths_of(row), str(self.store.place("images", image["id"]))
         told, data = await self.beside.ask("rim", within=WITHIN, paths=paths, mask=mask)
         return told["grow"], data
 
     async def edited(self, row: Row, given: Row) -> Row:
-        """Cut, straighten or flatten an exemplar: a new one. All but `straighten` is what the command `grow` has."""
+        """Crop, straighten or flatten an exemplar into a new one. All but `straighten` is as in the command `grow`."""
         straighten = given.get("straighten", False)
         if set(given) - {"crop", "straighten", "flatten"} or not isinstance(straighten, bool):
             raise ParameterError("give crop (x, y, width, height), straighten and flatten (true or false).")
@@ -106,7 +106,7 @@ class Showing:
     # results
 
     async def result(self, row: Row, kind: str, sight: Row) -> bytes:
-        """What can be seen of a result: a plane, or a part of it, or a view of its map."""
+        """Return a plane of a result, or a part of it, or a view of its map."""
         place = self.store.place("results", row["id"])
         planes = {e["holds"]: e["name"] for e in row["files"] if e["name"] in row["pictures"]}
         if kind in planes:
@@ -123,7 +123,7 @@ class Showing:
         return await self._drawn(self.beside, "view", **given)
 
     async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
-        """Where each pixel of a part comes from; with the width and height of the whole."""
+        """Return width and height of a map, and where each pixel of a box comes from."""
         path = self.store.place("results", row["id"]) / MAP
         if not path.is_file():
             raise InputError("this result has no map.")
@@ -131,7 +131,7 @@ class Showing:
         return told["width"], told["height"], data
 
     async def report(self, row: Row) -> bytes:
-        """The page that the command `score` writes with --report on a result."""
+        """Return the page that `score --report` writes for a result."""
         if row["score_words"] is None:
             raise InputError("this result cannot be judged.")
 
@@ -146,9 +146,9 @@ class Showing:
         return await self.pictures.get(("report", row["id"]), draw)
 
     async def archive(self, row: Row) -> Path:
-        """Write the command, what it needs, and all files of a result into one archive; whoever asked takes it away.
+        """Write the command, its inputs and all files of a result into an archive; the caller removes it.
 
-        The command writes beside what it needs, so what was made lies in a folder of its own.
+        The command writes beside its inputs, so the files that were made are in a folder of their own.
         """
         folder, place = self.store.begun("results"), self.store.place("results", row["id"])
 
@@ -171,7 +171,7 @@ class Showing:
 
 
 class Sketches:
-    """Grows sketches in a process of its own, which gives way to jobs at once, and ends when it is not asked."""
+    """Grows small previews of methods in a process of its own, which yields to jobs and ends when idle."""
 
     def __init__(self, uploads: Uploads, pictures: Pictures, busy: Callable[[], bool]) -> None:
         self.uploads, self.pictures, self.busy = uploads, pictures, busy
@@ -180,9 +180,9 @@ class Sketches:
         self._rest: asyncio.TimerHandle | None = None
 
     async def get(self, row: Row, method: str, gone: Gone) -> bytes:
-        """Return the sketch of a method as PNG, empty where it cannot serve this exemplar.
+        """Return the sketch of a method as PNG, empty if it cannot serve this exemplar.
 
-        FailedError where nobody waits for it any more.
+        FailedError if the client has gone.
         """
         if method not in (AUTO_METHOD, *METHODS):
             raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
@@ -195,11 +195,11 @@ class Sketches:
         await self.process.end()
 
     async def _grown(self, row: Row, method: str, gone: Gone) -> bytes | None:
-        """A sketch; none where it gave way to something else, which may have ended since."""
+        """Return a sketch, or None if it gave way to a job."""
         watch: list[asyncio.Task[None]] = []
 
         async def in_vain() -> bool:
-            """Whether nobody waits for it, once there is nothing else to do."""
+            """Wait while there is other work; return whether the client has gone."""
             while self.busy() and not await gone():
                 await asyncio.sleep(AGAIN)
             watch.append(asyncio.create_task(self._give_way()))

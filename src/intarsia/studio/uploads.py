@@ -1,4 +1,4 @@
-"""Files in: limits before decoding, names made here, decoding in a process with limits; what can be seen of them."""
+"""Uploads: limits before decoding, sanitised names, and decoding in a process with limited memory."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ..foundation import SAMPLES, InputError, said
 from .processes import FailedError, Process
 from .store import Row, Store, digest
 
-MOST_BYTES = 3 << 30  # address space of the process that decodes
-WITHIN = 30.0  # s for it to look at an exemplar
+MOST_BYTES = 3 << 30  # of address space of the decoding process
+WITHIN = 30.0  # s to decode an exemplar
 
 MAGIC = {
     b"\x89PNG\r\n\x1a\n": (".png",),
@@ -30,11 +30,11 @@ MAGIC = {
     **dict.fromkeys((b"P2", b"P5"), (".pgm",)),
     **dict.fromkeys((b"PF", b"Pf"), (".pfm",)),
 }
-"""First bytes of the formats that may come in, and what their names end in."""
+"""First bytes of the accepted formats, and the endings of their names."""
 
 
 def ending_of(data: bytes, name: str) -> str:
-    """Return what the name of a file shall end in, by its first bytes. InputError where they are of no known format."""
+    """Return the ending for a file by its first bytes; InputError if they are of no known format."""
     for mark, endings in MAGIC.items():
         if data.startswith(mark) and (mark != b"RIFF" or data[8:12] == b"WEBP"):
             own = Path(name).suffix.lower()
@@ -51,13 +51,13 @@ def stem_of(name: str) -> str:
 
 
 class Uploads:
-    """What comes in, and the process that looks at it."""
+    """Exemplars and images that come in, and the process that decodes them."""
 
     def __init__(self, store: Store, looker: Process) -> None:
         self.store, self.looker = store, looker
 
     async def exemplar(self, parts: Sequence[tuple[str, bytes]]) -> Row:
-        """Keep the files of one exemplar, given as (name, contents)."""
+        """Store the files of one exemplar, given as (name, contents)."""
         with self.folder("exemplars") as folder:
             names = list[str]()
             for name, data in parts:
@@ -69,7 +69,7 @@ class Uploads:
             return await self.kept(folder, names)
 
     async def sample(self, name: Any) -> Row:
-        """Take a built-in exemplar."""
+        """Add a built-in exemplar."""
         if name not in SAMPLES:
             raise InputError(f"{said(name)} is no built-in exemplar; give one of {', '.join(SAMPLES)}.")
         row = await self._looked([f"sample:{name}"])
@@ -77,7 +77,7 @@ class Uploads:
         return self.store.keep("exemplars", self.store.begun("exemplars"), row)
 
     async def result(self, name: Any) -> Row:
-        """Take a result as an exemplar; normals whose green points down stay so, which the name of their file tells."""
+        """Add a result as an exemplar; normals of DirectX convention keep it, by the names of their files."""
         row = self.store.get("results", name) if isinstance(name, str) else None
         if row is None:
             raise InputError(f"{said(name)} is not the id of a result.")
@@ -93,7 +93,7 @@ class Uploads:
         return {**seen, "created": time.time()}
 
     async def image(self, data: bytes) -> Row:
-        """Keep a picture of numbers: labels, a mask."""
+        """Store a picture of numbers: labels, a mask."""
         if ending_of(data[:32], "x.png") != ".png":
             raise InputError("the image is no PNG; save it so, with one channel of 8 bits.")
         with self.folder("images") as folder:
@@ -101,19 +101,19 @@ class Uploads:
             path.write_bytes(data)
             await self.looker.ask("labels", within=WITHIN, path=str(path))
             row = {"id": digest([path])}
-            self.store.put("images", row)  # first, as an image without a note is nobody's
+            self.store.put("images", row)  # first, as an image without a note has no owner
             path.replace(self.store.place("images", row["id"]))
             return row
 
     async def kept(self, folder: Path, names: list[str]) -> Row:
-        """Keep an exemplar whose files were written into a folder."""
+        """Store an exemplar whose files were written into a folder."""
         row = await self._looked([str(folder / name) for name in names])
         row |= {"id": digest(folder.iterdir()), "files": names}
         return self.store.keep("exemplars", folder, row)
 
     @contextmanager
     def folder(self, kind: str) -> Iterator[Path]:
-        """A folder for files in the making, of which no error tells."""
+        """Yield a temporary folder whose path is removed from errors."""
         with self.store.under_way(kind) as folder:
             try:
                 yield folder
@@ -121,6 +121,6 @@ class Uploads:
                 raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
 
     def paths_of(self, row: Row) -> list[str]:
-        """The files of an exemplar."""
+        """Return the files of an exemplar."""
         place = self.store.place("exemplars", row["id"])
         return [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]

@@ -1,4 +1,4 @@
-"""What may be asked, as the table of the request has it; from a job to its request; and what is told of a result."""
+"""Jobs as requests of the command line: the options offered, the request of a job, and the row of its result."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LIMITS = {
     "json": 1 << 20,
     "queue": 1000,
 }
-"""Most pixels of a picture; bytes of an upload, files in it, bytes of an image and of JSON; jobs that wait."""
+"""Most pixels of a picture; bytes of an upload, files in it, bytes of an image and of JSON; queued jobs."""
 
 LONGEST, MOST = 10_000, 100  # characters of a value, values of an option
 MAP = "map.npz"
@@ -39,7 +39,7 @@ MAP = "map.npz"
 
 @cache
 def options(verb: str) -> dict[str, Row]:
-    """The options of a verb by name: the fields of a job, and the parameters of methods."""
+    """Return the options of a verb by name: the fields of a job, and the parameters of methods."""
     fields = [_of_field(f) for f in fields_of_verb(verb) if not f.local and f.flags and f.kind.name != "written"]
     own = [p.as_dict() | {"parameter": True, "image": p.kind in OVER} for p, _ in parameters_of_verb(verb).values()]
     return {option["name"]: option for option in [*fields, *own]}
@@ -47,13 +47,13 @@ def options(verb: str) -> dict[str, Row]:
 
 @cache
 def schema() -> Row:
-    """What the page asks with, as JSON: the fields of verbs, and methods with their parameters."""
+    """Return what the page offers, as JSON: the fields of verbs, and methods with their parameters."""
     verbs = {v: [option for option in options(v).values() if not option["parameter"]] for v in VERBS}
     return {"verbs": verbs, "methods": entries(), "samples": list(SAMPLES)}
 
 
 def _of_field(f: Field) -> Row:
-    """What is told of a field."""
+    """Return a field as JSON."""
     default = f.default if isinstance(f.default, str | int | float) else None
     if default is None and (f.kind.choices or f.default is not None) and not f.many and f.kind.name != "choice":
         default = f.kind.text(f.default)
@@ -66,7 +66,7 @@ def _of_field(f: Field) -> Row:
 
 @dataclass
 class Words:
-    """The request of a job as the worker gets it, and how people call the files that it names."""
+    """The request of a job as the worker gets it, and the file names that users see."""
 
     store: Store
     request: Request = field(default_factory=lambda: Request("grow"))
@@ -74,11 +74,11 @@ class Words:
 
     @property
     def said(self) -> list[str]:
-        """The request as words of a command, each option with its value in one."""
+        """The request as words of a command, each option joined with its value."""
         return to_argv(self.request, joined=True)
 
     def name(self, path: str, name: str) -> str:
-        """Call a file by a name of its own."""
+        """Give a file a unique name for users."""
         stem, dot, ending = name.rpartition(".")
         taken, n = set(self.called.values()) - {self.called.get(path)}, 2
         own = name
@@ -88,7 +88,7 @@ class Words:
         return path
 
     def cleaned(self, told: Any) -> Any:
-        """Return JSON or a text with files called as people call them."""
+        """Return JSON or a text with paths replaced by the names for users."""
         if isinstance(told, dict):
             return {key: self.cleaned(value) for key, value in told.items()}
         if isinstance(told, (list, tuple)):
@@ -99,12 +99,12 @@ class Words:
         return told
 
     def asked(self, out: str) -> Request:
-        """The request with files called as people call them, for a result that is called `out`."""
+        """Return the request with the names for users, for a result called `out`."""
         named = {f.name: self.cleaned(getattr(self.request, f.name)) for f in fields(self.request)}
         return Request(**named | {"out": out, "save_map": None, "as_json": False})
 
     def exemplar(self, name: str) -> list[str]:
-        """Return the files of an exemplar, as the working folder of a job sees them."""
+        """Return the files of an exemplar, relative to the working folder of a job."""
         row = self._row("exemplars", name, "an exemplar")
         if row.get("sample"):
             return [f"sample:{row['sample']}"]
@@ -173,13 +173,13 @@ def words_of(job: Row, store: Store) -> Words:
 
 
 def usual(job: Row, store: Store) -> str:
-    """Return what the result of a job is called after."""
+    """Return the name of the first exemplar, from which results are named."""
     row = store.get("exemplars", job["exemplars"][0]) if job["exemplars"] else None
     return "map" if row is None else str(row["name"])
 
 
 def score_words(words: Words, picture: str) -> list[str]:
-    """The words that score the picture of a result in its folder."""
+    """Return the words that score the picture of a result in its folder."""
     asked = words.request
     shared = {f.name: getattr(asked, f.name) for f in fields_of_verb("score") if f.of_exemplars}
     saved = None if asked.save_map is None else MAP
@@ -188,7 +188,7 @@ def score_words(words: Words, picture: str) -> list[str]:
 
 
 def _text(option: Row, value: Any) -> str:
-    """A value as a command reads it; what would be the name of a file is refused."""
+    """Return a value as a command reads it; ParameterError for what could name a file."""
     name, parts = option["name"], value if isinstance(value, list) else [value]
     if not parts or not all(isinstance(v, int | float | str) and not isinstance(v, bool) for v in parts):
         raise ParameterError(f"{name}={said(value)} is not allowed; give a number or a text.")
@@ -204,12 +204,12 @@ def _text(option: Row, value: Any) -> str:
 
 
 def plain(line: str) -> str:
-    """An error of the command, said of the option by the name that it has here."""
+    """Return an error of the command with the option named as in a job."""
     return re.sub(r"^Invalid value for '--([a-z-]+)'[^:]*", lambda found: found[1].replace("-", "_"), line)
 
 
 def result_of(name: str, job: Row, words: Words, answer: Row, files: Sequence[Path]) -> Row:
-    """Return the row of a result: what the command told, without a path."""
+    """Return the row of a result: what the command reported, without paths."""
     holds = {Path(entry["path"]).name: entry["holds"] for entry in answer.get("files", [])}
     holds.setdefault(MAP, "map")
     entries = [{"name": p.name, "holds": holds.get(p.name, "recipe"), "bytes": p.stat().st_size} for p in sorted(files)]
