@@ -73,12 +73,12 @@ class Jobs:
         words_of(asked, self.store)
         names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
         empty = dict.fromkeys(("error", "began", "ended", "result", "score"))
-        stage = LOOKING if self._preparing and not _is_slow(asked) else None
+        slow = _is_slow(asked)
         job = {
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
-            "label": " ".join([str(verb), *names]), "stage": stage,
+            "label": " ".join([str(verb), *names]), "stage": LOOKING if self._preparing and not slow else None,
         }  # fmt: skip
-        if not _is_slow(job):
+        if not slow:
             self._go_first(job)
         return self._tell(job)
 
@@ -130,7 +130,7 @@ class Jobs:
         return job
 
     def _go_first(self, job: Row) -> None:
-        """Have the worker stop preparing: at once, or at its next step if it prepares an exemplar of this job."""
+        """Cancel preparatory work; if it does not stop in time, kill the worker, unless it prepares for this job."""
         self._hurry = True
         if self._preparing or self._warming:
             self.worker.cancel()

@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from ..foundation import IntarsiaError
@@ -94,8 +95,8 @@ class Process:
         if self._process is not None and self._process.returncode is None:
             return self._process
         pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.beside.worker", *self._words]
-        home = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-        found = os.environ | {"PYTHONPATH": os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])}
+        home = Path(__file__).absolute().parents[2]
+        found = os.environ | {"PYTHONPATH": os.pathsep.join([str(home), *filter(None, [os.environ.get("PYTHONPATH")])])}
         self._process = await asyncio.create_subprocess_exec(
             *words, stdin=pipe, stdout=pipe, stderr=asyncio.subprocess.DEVNULL, limit=LONGEST, env=found,
             start_new_session=True,
