@@ -442,7 +442,7 @@ def case_parallel() -> list[Result]:
     def analysed(picture: Any = None) -> None:
         exemplar_stack(ia.Exemplar.of(pixels() if picture is None else picture), Look.of(method))
 
-    descent = Descent(exemplar_stack(exemplar, Look.of(method)), Corrections.of(method), 1, 0)
+    descent = Descent(exemplar_stack(exemplar, Look.of(method)), Corrections.of(method), 1)
     spans = descent._spans(Span(0, 1024, 0), Span(0, 1024, 0))
     coords = descent._first(spans, None)
     for level in range(len(spans) - 1, 0, -1):

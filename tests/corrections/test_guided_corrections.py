@@ -17,7 +17,7 @@ from intarsia.corrections import guide as wanted
 from intarsia.corrections.appearance import bordered, stack_of, without_gaps
 from intarsia.corrections.descent import Corrections, Descent
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
-from intarsia.corrections.parallel_controllable import STAGE, decided
+from intarsia.corrections.parallel_controllable import decided
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import Look, exemplar_stack
 from intarsia.model import Exemplar
@@ -57,8 +57,8 @@ def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[N
     for number in range(stack.count):
         level = stack.levels[min(number, len(stack.levels) - 1)]
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
-        may = level.arrays.open.reshape(-1, level.stride)[inner] > 0
-        table = level.arrays.table.reshape(len(may) + 2 * level.border, level.stride, -1)[inner][may].astype(float)
+        may = level.open.reshape(-1, level.stride)[inner] > 0
+        table = level.table.reshape(len(may) + 2 * level.border, level.stride, -1)[inner][may].astype(float)
         scale = guide.weight * (2 * ((table - table.mean(axis=0)) ** 2).sum() / len(table) / unit) ** 0.5 * 2**32
         out.append(NaiveGuide(1 << number, beside[number], over[number], round(scale), enough, number < NEAR, may))
     return out
@@ -249,12 +249,12 @@ def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     stack, guide = exemplar_stack(e, Look()), Guide(labels(marks), labels(target))
     pinned = ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))
     asked = StackGuide(Canvas(96, 96, guide=guide), stack)
-    descent = Descent(stack, Corrections.of(decided(pinned, e)), 1, STAGE, asked)
+    descent = Descent(stack, Corrections.of(decided(pinned, e)), 1, asked)
     spans = descent._spans(Span(0, 96, 0), Span(0, 96, 0))
     assert spans[0][0].start == -Corrections.of(decided(pinned, e)).margin - 1
     coords = descent.window(Span(0, 96, 0), Span(0, 96, 0), ONE)
     assert coords.shape == (96, 96, 2)
-    free = Descent(stack, Corrections.of(decided(METHOD, e)), 1, STAGE, StackGuide(Canvas(96, 96, guide=guide), stack))
+    free = Descent(stack, Corrections.of(decided(METHOD, e)), 1, StackGuide(Canvas(96, 96, guide=guide), stack))
     assert (free.window(Span(0, 96, 0), Span(0, 96, 0), ONE) != coords).any()
 
 
@@ -290,6 +290,6 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_without_a_guide_the_site_holds_none() -> None:
     """An empty guide is a loop of no turns, and border positions are never asked for theirs."""
     e = painted(regions(40, 40))
-    assert all(not len(level.arrays.shown) + len(level.arrays.asked) for level in exemplar_stack(e, Look()).levels)
+    assert all(not len(level.shown) + len(level.asked) for level in exemplar_stack(e, Look()).levels)
     around = bordered(np.arange(6).reshape(2, 3), 1, False)
     assert around.shape == (4, 5)

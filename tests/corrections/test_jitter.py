@@ -17,7 +17,6 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.corrections.correction_kernels import Axis
 from intarsia.corrections.descent import spread_over
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
@@ -87,15 +86,14 @@ def test_coarse_levels_are_corrected_where_some_of_the_jitter_holds(name: str) -
 
 
 def test_shares_are_multiplied_and_rounded_to_the_nearest() -> None:
-    """Half of 3 / 4096 px is 2; as far as the map is wide, with parents and steps of any size."""
-    axes = [Axis(np.array([0, 0, 1]), np.array([-1, 1, 9]), np.array([4, 5, 6])), Axis(*np.zeros((3, 2), np.int64))]
-    parents = np.array([[[0, 2]], [[3, 0]]])
+    """Half of 3 / 4096 px is 2; as far as the map is wide, with coordinates of any size."""
+    coords = np.array([[[a + s, b] for b in (0, 2)] for a, s in ((0, -1), (0, 1), (3, 9))])
     exemplar = np.arange(12).reshape(4, 3) * 300
     output = np.array([[4096, 2048]] * 3)
-    got = spread_over(1 << 30, output, exemplar, parents, axes)
-    read = [exemplar[(a + s) % 4, b] for (a, b), s in zip([(0, 2), (0, 2), (3, 0)], (-1, 1, 9), strict=True)]
-    assert got.tolist() == [[(r << 30) // 4096, (r << 29) // 4096] for r in read]
-    assert spread_over(3, np.array([[2048]]), np.array([[4096]]), parents, axes).tolist() == [[2, 2]] * 3
+    got = spread_over(1 << 30, output, exemplar, coords)
+    read = [[exemplar[y % 4, x] for y, x in row] for row in coords.tolist()]
+    assert got.tolist() == [[(near << 30) // 4096, (far << 29) // 4096] for near, far in read]
+    assert spread_over(3, np.array([[2048]]), np.array([[4096]]), coords).tolist() == [[2, 2]] * 3
 
 
 CONTROLS: list[dict[str, Any]] = [

@@ -25,13 +25,13 @@ def test_the_pixel_of_least_distance_by_the_memo_is_taken(mask: tuple[float, ...
     """The mask weighs squared differences: a quarter in 2 px by default, and as it is said else."""
     method = ia.Correction2008(kappa=penalty, neighbourhood_mask=mask, k=3, channel_weights=(1, 1, 1), jitter=0)
     e = Exemplar.of(texture(SIDE, SIDE, 3, 5), toroidal=True)
-    level = exemplar_stack(e, Look.of(method)).levels[0]
-    arrays, border, stride = level.ready(), level.border, level.stride
+    level = exemplar_stack(e, Look.of(method)).levels[0].ready()
+    border, stride = level.border, level.stride
     inner = slice(border, border + SIDE)
-    source = arrays.values.reshape(-1, stride, 3)[inner, inner]
+    source = level.values.reshape(-1, stride, 3)[inner, inner]
     named = {u: ((u[0] + border) * stride + u[1] + border) for u in np.ndindex(SIDE, SIDE)}
-    place = {int(arrays.inner[n]): u for u, n in named.items()}
-    similar = {u: [place[int(v)] for v in arrays.jumps[n] if v >= 0] for u, n in named.items()}
+    place = {int(level.inner[n]): u for u, n in named.items()}
+    similar = {u: [place[int(v)] for v in level.jumps[n] if v >= 0] for u, n in named.items()}
     memo = Memo(source, np.reshape(mask or GAUSSIAN, (5, 5)), float(penalty), similar)
 
     torn = noise(2, MAP * MAP, 7).reshape(2, MAP, MAP)
@@ -41,7 +41,7 @@ def test_the_pixel_of_least_distance_by_the_memo_is_taken(mask: tuple[float, ...
     work = ((coords[..., 0] + border) * stride + coords[..., 1] + border).astype(np.int32)
     at, rule = np.arange(STILL, MAP - STILL), np.array([2, 0, Corrections.of(method).factor])
     out = np.empty((len(at), len(at)), np.int32)
-    correct(work, at, at, 0, len(at), arrays, rule, None, stride, out)
+    correct(work, at, at, 0, len(at), level, rule, None, out)
     for i, y in enumerate(at):
         for j, x in enumerate(at):
             shown = [[tuple(map(int, u)) for u in row] for row in coords[y - 2 : y + 3, x - 2 : x + 3]]

@@ -11,8 +11,7 @@ from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 import intarsia as ia
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
-from intarsia.corrections.descent import DRAWN, Corrections, Descent
-from intarsia.corrections.parallel_controllable import STAGE
+from intarsia.corrections.descent import DRAWN, STAGE, Corrections, Descent
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import (
     SEARCHED,
@@ -57,13 +56,13 @@ def test_pixels_between_take_what_lies_beside_the_jump_of_a_neighbour(monkeypatc
     e = Exemplar.of(texture(36, 40, 3, 8))
     monkeypatch.setattr(stack_of_levels, "SEARCHED", 400)
     level = exemplar_stack(e, Look()).levels[0]
-    inner = level.arrays.inner.reshape(-1, level.stride)
+    inner = level.inner.reshape(-1, level.stride)
     at = {int(n): (y, x) for y, row in enumerate(inner) for x, n in enumerate(row) if n >= 0}
     for y in range(36):
         for x in range(40):
             pair = (y, x), (y - y % 2, x - x % 2)
             here, first = ((b + level.border) * level.stride + a + level.border for b, a in pair)
-            jump, of_first = int(level.arrays.jumps[here, 0]), int(level.arrays.jumps[first, 0])
+            jump, of_first = int(level.jumps[here, 0]), int(level.jumps[first, 0])
             to = at[of_first][0] + y % 2, at[of_first][1] + x % 2
             inside = level.border <= to[0] < level.border + 36 and level.border <= to[1] < level.border + 40
             assert jump == (to[0] * level.stride + to[1] if inside else -1)
@@ -77,13 +76,11 @@ def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynth
     for level in stack.levels:
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         if look.neighbourhood == "appearance":
-            picture = unpacked_words(level.arrays.packed, level.stride)[inner]
+            picture = unpacked_words(level.packed, level.stride)[inner]
         else:
-            picture = level.arrays.values.reshape(-1, level.stride, level.arrays.values.shape[1])[inner]
+            picture = level.values.reshape(-1, level.stride, level.values.shape[1])[inner]
         closed = far <= left_out(level.h, far, is_cloudy(e))
-        table = level.arrays.table.reshape(len(level.arrays.inner), -1)
-        size = (e.height, e.width, e.toroidal)
-        cells = similar_places(table, size, level.border, level.h, closed, look.k - 1)
+        cells = similar_places(level, closed, e.toroidal, look.k - 1)
         colours = _weights(look) if look.neighbourhood == "colour" else None
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(rules.subpasses**0.5)
@@ -130,10 +127,10 @@ def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable
 def test_a_mask_weighs_pixels() -> None:
     """Colours are multiplied by the roots of the weights; a Gaussian unless others are given; 3 x 3 lie in 5 x 5."""
     e, colour = toy(), replace(MEMO, rule="near")
-    mask = exemplar_stack(e, Look.of(colour)).levels[0].arrays.roots.reshape(5, 5)
+    mask = exemplar_stack(e, Look.of(colour)).levels[0].roots.reshape(5, 5)
     assert mask[2].tolist() == [128, 215, 256, 215, 128]
     nine = replace(colour, neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1))
-    mask = exemplar_stack(e, Look.of(nine)).levels[0].arrays.roots.reshape(5, 5)
+    mask = exemplar_stack(e, Look.of(nine)).levels[0].roots.reshape(5, 5)
     assert mask[1:4, 1:4].tolist() == [[181, 256, 0], [256, 140, 256], [128, 91, 256]]
     assert not mask[[0, 4]].any()
     assert not mask[:, [0, 4]].any()
@@ -229,8 +226,8 @@ def test_jumps_lead_elsewhere(h: int, toroidal: bool, thorough: bool) -> None:
     level = exemplar_stack(e, Look(k=4)).levels[h.bit_length() - 1]
     closed = np.zeros((60, 44), bool)
     closed[:5] = True
-    table = level.arrays.table.reshape(-1, 32)
-    cells = similar_places(table, (60, 44, toroidal), level.border, h, closed, 3)
+    table = level.table.reshape(-1, 32)
+    cells = similar_places(level, closed, toroidal, 3)
     step, apart = max(1, h // 2), max(3, h)
     found, least = 0, 0
     for i in range(cells.shape[0]):
@@ -261,8 +258,8 @@ def test_similar_places_go_on_beside_a_pixel(k: int, toroidal: bool) -> None:
     level = exemplar_stack(e, Look(k=k)).levels[0]
     closed = np.zeros((61, 45), bool)
     closed[:5] = True
-    table = level.arrays.table.reshape(-1, 32)
-    cells = similar_places(table, (61, 45, toroidal), level.border, 1, closed, k - 1)
+    table = level.table.reshape(-1, 32)
+    cells = similar_places(level, closed, toroidal, k - 1)
     own, least = [], []
     for y in range(cells.shape[0] - 1):
         for x in range((3 * y) % 4, cells.shape[1] - 1, 4):
@@ -404,7 +401,7 @@ def test_subpasses_settle_what_swings() -> None:
         maps = []
         for passes in (6, 7):
             rules = Corrections((0,), 1024, passes, subpasses, "near")
-            done = Descent(stack, rules, 0, STAGE)._corrected(start, 0, [(Span(0, n, 0), Span(0, n, 0))], ONE)
+            done = Descent(stack, rules, 0)._corrected(start, 0, [(Span(0, n, 0), Span(0, n, 0))], ONE)
             edge = 60 - rules.margin
             maps.append(done[edge : len(done) - edge, edge : len(done) - edge])
         moving.append((maps[0] != maps[1]).any(axis=2).mean())
@@ -461,7 +458,7 @@ def test_what_cannot_work_is_refused() -> None:
 def test_margins_are_those_that_are_needed() -> None:
     """They stay bounded from level to level."""
     e = toy(100, 100)
-    descent = Descent(exemplar_stack(e, Look(k=2)), Corrections.of(replace(BASE, passes=2)), 0, STAGE)
+    descent = Descent(exemplar_stack(e, Look(k=2)), Corrections.of(replace(BASE, passes=2)), 0)
     spans = descent._spans(Span(0, 1, 0), Span(0, 1, 0))
     assert [s[0].stop - s[0].start for s in spans][:4] == [33, 49, 57, 61]
     assert max(s[0].stop - s[0].start for s in spans) <= 1 + 2 * 34

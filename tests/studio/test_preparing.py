@@ -148,7 +148,7 @@ def test_a_method_that_takes_minutes_comes_after_all_that_waits_and_holds_up_not
         await settled(lambda: jobs.now(jobs.store.row("jobs", third))["state"] == "failed")
         assert [jobs.store.row("jobs", name)["state"] for name in (first, second)] == ["running", "queued"]
         await settled(lambda: not jobs.busy)
-        jobs.cancel(first)
+        jobs.cancel(jobs.store.row("jobs", first))
         await settled(lambda: jobs.now(jobs.store.row("jobs", second))["state"] != "queued")
         assert jobs.now(jobs.store.row("jobs", first))["state"] == "cancelled"
         assert slow.ended  # it keeps no memory when it has nothing to do

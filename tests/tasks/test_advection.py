@@ -12,7 +12,7 @@ from methods.test_parallel_controllable import naive
 
 import intarsia as ia
 from intarsia.cli import cli
-from intarsia.corrections.advected import TornPlaces, carried
+from intarsia.corrections.advected import TornPlaces
 from intarsia.corrections.descent import Corrections
 from intarsia.corrections.stack import Look, exemplar_stack
 from intarsia.model import Exemplar
@@ -47,14 +47,15 @@ def test_moving_and_mending_do_what_the_plain_twin_does(wrap: str, toroidal: boo
     steps = steps_of(lambda y, x: (3.4 * np.sin(x / 3), 1.6 * np.cos(y / 4) - 1), *size)
     closed = (made.map.wrap.y, made.map.wrap.x)
     stacked, rules = exemplar_stack(e, Look.of(QUICK)), Corrections.of(QUICK)
-    yx, torn = carried(made.map.yx, steps, closed, e, stacked.home, (3, 5))
+    flowing = TornPlaces(stacked, rules, closed)
+    yx, torn = flowing.carried(made.map.yx, steps, (3, 5))
     twin = NaiveFlow(size, closed, e, stacked.home)
     old = {p: tuple(made.map.yx[p].tolist()) for p in twin.pixels()}
     moved, tears = twin.carried(old, steps, (3, 5))
     assert [tuple(yx[p].tolist()) for p in twin.pixels()] == [moved[p] for p in twin.pixels()]
     assert {(int(y), int(x)) for y, x in np.argwhere(torn)} == tears
     assert 0 < len(tears) < torn.size
-    got = TornPlaces(stacked, rules, closed).mended(yx, torn, 2, ia.Run(threads=1))
+    got = flowing.mended(yx, torn, 2, ia.Run(threads=1))
     expected = twin.mended(moved, tears, 2, naive(QUICK, e, 0).levels, (1, 2, "near", rules.factor))
     assert [tuple(got[p].tolist()) for p in twin.pixels()] == [expected[p] for p in twin.pixels()]
 

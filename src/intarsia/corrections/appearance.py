@@ -1,11 +1,12 @@
-"""What a pixel looks like with all that is around it, at every level of detail (Lefebvre and Hoppe 2006).
+"""Appearance vectors of an exemplar: projected 5 x 5 neighbourhoods on all levels of a Gaussian stack.
 
-A Gaussian stack keeps the exemplar's full size and only blurs it more from level to level (2005, section 3.2), so that
-any size and shape will do. The 5 x 5 neighbourhood of every pixel, weighted by a Gaussian, is projected on its eight
-main axes and rounded once: the transformed exemplar. All steps are whole numbers, or sums that are exact in doubles.
+Lefebvre and Hoppe 2006. The Gaussian stack (2005, section 3.2) keeps the exemplar's full size and is blurred more from
+level to level, so that any size and shape is allowed. The 5 x 5 neighbourhood of every pixel, weighted by a Gaussian,
+is projected on its eight principal axes and rounded once: the transformed exemplar. All steps are integer, or sums that
+are exact in doubles.
 
-Where colours alone say too little, how far each pixel lies from the nearest outline is a channel more (2006, section 3;
-Wu and Yu 2004). Outlines are drawn by hand, or those that patches are found by, too.
+Optionally the distance to the nearest outline is a further channel (2006, section 3; Wu and Yu 2004): signed, to the
+outline of a mask, or unsigned, to detected edges.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -24,18 +25,18 @@ from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array
 from ..foundation.field import Field
 from ..model import Exemplar
-from . import appearance_kernels as kernels
+from .appearance_kernels import project_neighbourhoods
 from .correction_kernels import MIDDLE
 
-FAR = 16  # px beyond which it does not matter how far an outline is
-PARTS = 16  # of a px that distances count in
+FAR = 16  # px at which distances to outlines are clipped
+PARTS = 16  # units of distance in a px
 
 
 @dataclass(frozen=True)
 class Outlines:
-    """Which outlines count, and how much: 1 as much as all the colours together.
+    """The outlines whose distance is a feature channel, and its weight: 1 counts as much as all the colours.
 
-    ``drawn``: a picture that is light on one side of them and dark on the other; None: edges are looked for.
+    ``drawn``: a field above 0.5 on one side of the outlines and below on the other; None: detected edges.
     """
 
     drawn: Field | None
@@ -43,18 +44,17 @@ class Outlines:
 
     @classmethod
     def of(cls, method: Any) -> Outlines | None:
-        """Take from the fields of a method which outlines count; None: none."""
+        """Return the outlines that the fields `feature` and `feature_weight` of a method ask for, or None."""
         if method.feature is None or not method.feature_weight:
             return None
         return cls(method.feature if isinstance(method.feature, Field) else None, method.feature_weight)
 
     def over(self, exemplar: Exemplar) -> Outlines:
-        """Return the same outlines, known by the pixels of the exemplar that lie inside, not by a function."""
+        """Return the same outlines with a function replaced by the mask that it gives over the exemplar."""
         if self.drawn is None or not self.drawn.is_function:
             return self
-        drawn = self.drawn  # asked once for each exemplar, not for every window
-        inside = exemplar.latest("drawn", drawn, lambda: Field(marked(drawn, exemplar)))
-        return replace(self, drawn=inside)
+        drawn = self.drawn  # evaluated once for each exemplar, not for every window
+        return replace(self, drawn=exemplar.latest("drawn", drawn, lambda: Field(marked(drawn, exemplar))))
 
     def channel(self, exemplar: Exemplar, picture: Array) -> Array:
         """Return the channel (H, W, 1) to append to features (H, W, C) of the exemplar: int16."""
@@ -71,12 +71,12 @@ class Outlines:
 
 
 def painted(drawn: Field, rows: Array, cols: Array) -> Array:
-    """Return which places lie inside what is drawn: bool (rows, columns)."""
+    """Return where a field is above 0.5: bool (rows, columns)."""
     return np.asarray(drawn.at(rows, cols) > 0.5)
 
 
 def marked(drawn: Field, exemplar: Exemplar) -> Array:
-    """Return which pixels lie inside what is drawn: bool (H, W); InputError where it has no outline."""
+    """Return where a field is above 0.5 over the exemplar: bool (H, W); InputError if that is everywhere or nowhere."""
     inside = painted(drawn, np.arange(exemplar.height), np.arange(exemplar.width))
     if inside.all() or not inside.any():
         kind = "light" if inside.all() else "dark"
@@ -85,7 +85,7 @@ def marked(drawn: Field, exemplar: Exemplar) -> Array:
 
 
 def outline_distances(there: Array, toroidal: bool) -> Array:
-    """Return how far each pixel is from the nearest that is `there`: int64 (H, W), 1 / 16 px, at most 16 px."""
+    """Return the distance of each pixel to the nearest one in `there`: int64 (H, W), 1 / 16 px, at most 16 px."""
     if not there.any():
         return np.full(there.shape, FAR * PARTS, np.int64)
     around = np.pad(there, FAR, mode="wrap") if toroidal else there
@@ -96,49 +96,45 @@ def outline_distances(there: Array, toroidal: bool) -> Array:
 
 AXES = 8  # of appearance vectors (2006)
 SAMPLE = 8192  # neighbourhoods that axes are measured on; halved and doubled: scores move by 1 % (docs/design/012)
-BITS = 4  # of the stack, after the point
+BITS = 4  # fractional bits of the stack
 WEIGHTS = np.array([[round(256 * 2.0 ** -(dy * dy + dx * dx)) for dx in (-1.0, -0.5, 0.0, 0.5, 1.0)]
                     for dy in (-1.0, -0.5, 0.0, 0.5, 1.0)], np.int64).ravel()  # fmt: skip
-"""What the 5 x 5 taps are multiplied by, 256 = 1: a Gaussian that halves 2 px from the middle; squares, a quarter."""
+"""Weights of the 5 x 5 taps, 256 = 1: a Gaussian of 1/2 at 2 px from the middle, so 1/4 for squared differences."""
+
 
 def without_gaps(picture: Array, exemplar: Exemplar) -> Array:
-    """Show at every unusable pixel the nearest usable one, so that what is masked out leaves no trace around it."""
-    home = None if exemplar.usable is None else nearest(exemplar.usable)
+    """Return a picture with every unusable pixel replaced by the nearest usable one."""
+    home = nearest(exemplar.free)
     return picture if home is None else np.asarray(picture[home[0], home[1]])
 
 
+def _mode(toroidal: bool) -> Any:
+    return "wrap" if toroidal else "symmetric"
+
+
 def bordered(picture: Array, border: int, toroidal: bool) -> Array:
-    """Continue a picture (H, W, ...) on all sides: in itself, or mirrored."""
-    mode: Literal["wrap", "symmetric"] = "wrap" if toroidal else "symmetric"
-    return np.pad(picture, [(border, border)] * 2 + [(0, 0)] * (picture.ndim - 2), mode=mode)
+    """Return a picture (H, W, ...) padded by `border` px on all sides: wrapped, or mirrored."""
+    return np.pad(picture, [(border, border)] * 2 + [(0, 0)] * (picture.ndim - 2), mode=_mode(toroidal))
 
 
 def stack_of(picture: Array, levels: int, closed: tuple[bool, bool]) -> Iterator[Array]:
-    """Return the Gaussian stack of a picture (H, W, ...): levels of spacing 1, 2, 4, ... px, int32 in 1 / 16.
+    """Yield the Gaussian stack of a picture (H, W, ...): levels of spacing h = 1, 2, 4, ... px, int32 in 1 / 16.
 
-    From one level to the next the pixels at 0, +-h/2, +-h px are weighted 6, 4, 1 along either axis; `closed`: which of
-    them go on in themselves.
+    From level to level the pixels at 0, +-h/2, +-h px are weighted 6, 4, 1 along either axis; `closed`: which axes
+    wrap.
     """
     out = np.asarray(picture, np.int32) << BITS
     for level in range(levels):
         for axis, around in enumerate(closed if level else ()):
             n = out.shape[axis]
-            taps = [np.take(out, places_along(n, (t << level) // 2, around), axis) for t in (-2, -1, 0, 1, 2)]
+            at = np.pad(np.arange(n), 1 << level, mode=_mode(around))
+            taps = [np.take(out, at[(t << level) // 2 :][:n], axis) for t in range(5)]
             out = (taps[0] + taps[4] + 4 * (taps[1] + taps[3]) + 6 * taps[2] + 8) >> 4
         yield out
 
 
-def places_along(n: int, move: int, toroidal: bool) -> Array:
-    """The pixels that lie `move` px further along an axis of `n`, beyond whose ends it goes on, or is mirrored."""
-    at = np.arange(move, move + n)
-    if toroidal:
-        return at % n
-    at %= 2 * n
-    return np.minimum(at, 2 * n - 1 - at)
-
-
 def transformed(picture: Array, h: int, toroidal: bool) -> Array:
-    """Return the transformed exemplar of one level of the stack: (H, W, 8) int16, -1023 .. 1023 at most."""
+    """Return the transformed exemplar of one level of the stack: (H, W, 8) int16, within -1023 .. 1023."""
     height, width, channels = picture.shape
     halved = (picture + 4) >> 3
     halved = halved - halved.reshape(-1, channels).astype(np.int64).sum(axis=0) // (height * width)
@@ -149,26 +145,24 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
     some = np.moveaxis(taps, 0, 2).reshape(len(y), -1).astype(np.float64)
     weights = np.repeat(WEIGHTS, channels) / 256
     covariance = whole_products(some) / len(some) * weights[:, None] * weights
-    axes = principal_axes(covariance, AXES)[1] * weights
-    whole = np.zeros((AXES, 25 * channels), np.int64)
-    whole[: len(axes)] = np.rint(axes * 16384)
+    axes = np.rint(principal_axes(covariance, AXES)[1] * weights * 16384).astype(np.int64)
     out = np.empty((height, width, AXES), np.int32)
-    kernels.project_neighbourhoods(planes, h, whole.reshape(AXES, 25, channels), out)
+    project_neighbourhoods(planes, h, axes.reshape(AXES, 25, channels), out)
     most = max(int(np.abs(out).max()), 1)
     return np.asarray(out * MIDDLE // most, np.int16) if most > MIDDLE else out.astype(np.int16)
 
 
 def whole_products(vectors: Array) -> Array:
-    """Return the sums of products (n, n) of centred whole vectors (N, n): below 2**53, so exact in any order."""
+    """Return the sums of products (n, n) of centred integer vectors (N, n): below 2**53, so exact in any order."""
     centred = vectors - np.floor(vectors.sum(axis=0) / len(vectors))
     return np.asarray(centred.T @ centred)
 
 
 def packed(lifted: Array) -> Array:
-    """Lay the eight values of each pixel, 0 .. 2046, (rows, columns, 8) int16 into two words: (positions, 2) uint64."""
+    """Pack eight values a pixel, 0 .. 2046, (rows, columns, 8) int16 into two words: (positions, 2) uint64."""
     return np.ascontiguousarray(lifted.astype("<u2")).reshape(-1, AXES).view("<u8").astype(np.uint64)
 
 
 def unpacked_words(words: Array, width: int) -> Array:
-    """Return what :func:`packed` was given."""
+    """Return the values that :func:`packed` packed: (rows, width, 8) int16."""
     return words.astype("<u8").view("<u2").astype(np.int16).reshape(-1, width, AXES)

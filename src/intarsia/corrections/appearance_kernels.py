@@ -1,8 +1,8 @@
-"""Appearance vectors: neighbourhoods on few axes, the tables that corrections compare with, and jumps.
+"""Kernels of the appearance space: projected neighbourhoods, and jump sets by a kd-tree and propagation.
 
-For jumps a tree is asked for some pixels, and the others continue what it says: what lies beside a similar place is
-similar to what lies beside the pixel (Ashikhmin 2001; Barnes et al. 2009 call it propagation). So four times fewer
-questions, and less deep ones, find nearer places than a question for each pixel does.
+A kd-tree is asked for every fourth pixel; the others take what lies beside the results of their neighbours: what lies
+beside a similar place is similar to what lies beside the pixel (k-coherence, Ashikhmin 2001; propagation, Barnes et al.
+2009). This takes a quarter of the queries, which may be shallower, and finds nearer places than a query for each pixel.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from ..foundation.arrays import Int16, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.kd_tree import FAR, ask_apart, asking_room, pixels_apart
 
-BESIDE = np.int64(1) << 40  # what lies too near another jump counts so much more
-KEPT = 4  # places that a pixel hands to those beside it, for each jump; doubled: 1 % nearer, 1.25 times as long
+BESIDE = np.int64(1) << 40  # added to the distance of what lies too near another jump
+KEPT = 4  # places that a pixel passes to its neighbours, for each jump; doubled: 1 % nearer, 1.25 times as long
 
 
 class Similar(NamedTuple):
-    """The pixels that similar places are looked for of, row by row of a grid; a pixel is named by its number."""
+    """The pixels among which similar ones are searched, row by row of a grid; a pixel is named by its number."""
 
     vectors: Int16  # (N * n,): their neighbourhoods
     length: np.uint64  # n
@@ -31,7 +31,7 @@ class Similar(NamedTuple):
 
 @kernel
 def moved(number: Any, dy: Any, dx: Any, shape: Any, torus: Any) -> Any:
-    """Return the pixel that lies (dy, dx) from another on the grid, -1 beyond its border or where there is none."""
+    """Return the pixel at offset (dy, dx) from another on the grid; -1 beyond the border, or if there is none."""
     rows, columns, _ = shape
     y, x = number // columns + dy, number % columns + dx
     if torus:
@@ -43,10 +43,10 @@ def moved(number: Any, dy: Any, dx: Any, shape: Any, torus: Any) -> Any:
 
 @kernel
 def choose(known: Any, q: Any, offered: Any, n: Any, exact: Any, count: int, out: Any, at: Any) -> None:
-    """Write the nearest of `n` pixels offered to `q` into ``out[at]``, of equal ones the first of the exemplar.
+    """Write the nearest of `n` pixels offered to `q` into ``out[at]``, ties to the first of the exemplar.
 
-    The first `count` lie apart from one another, -1 where there are no more; what is left of ``out`` is filled up with
-    the nearest others. ``exact`` (n,) is written to.
+    The first `count` are at least ``limits[3]`` px from one another, -1 where there are no more; the rest of ``out`` is
+    filled with the nearest others. ``exact`` (n,) is overwritten.
     """
     flat, length, places, limits = known.vectors, known.length, known.places, known.limits
     for c in range(n):
@@ -78,9 +78,9 @@ def choose(known: Any, q: Any, offered: Any, n: Any, exact: Any, count: int, out
 
 @kernel
 def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
-    """Return for every second pixel of every second row what is most similar to it: (rows / 2 * columns / 2, M).
+    """Return for every second pixel of every second row its most similar pixels: (rows / 2 * columns / 2, M).
 
-    Of those that the tree names, `asked` of them, the nearest by whole neighbourhoods, and for each jump one first.
+    Of `asked` candidates from the tree, the nearest by full neighbourhoods, for each jump one first.
     """
     rows, columns, count = out.shape
     wide = (columns + 1) // 2
@@ -101,11 +101,11 @@ def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
 
 @kernel
 def jump_sets(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> None:
-    """Write for each pixel of a grid its most similar ones, apart from it and from one another: (rows, columns, k - 1).
+    """Write for each pixel of a grid its most similar ones, at least some px apart: (rows, columns, k - 1).
 
-    ``queries`` (N, D): points. First each takes the best of what lies beside the places of those that ask the tree,
-    up to four around it. Then, once from the first to the last and once back, what lies beside the places of the two
-    before it. Numbers of pixels, -1 where there are no more.
+    ``queries`` (N, D): points. First each pixel takes the best continuations of up to four queried pixels around it.
+    Then, in one forward and one backward scan, the best continuations of its two predecessors. Numbers of pixels, or
+    -1.
     """
     rows, columns, count = out.shape
     cells, torus, flat = ask_some(tree, queries, known, asked, out), known.limits[2], out.reshape(rows * columns, count)

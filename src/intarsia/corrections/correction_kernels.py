@@ -1,13 +1,13 @@
-"""The correction operation: every pixel of a coordinate map becomes the exemplar pixel whose surroundings fit best.
+"""The correction operation on a coordinate map: each pixel becomes the exemplar pixel whose neighbourhood matches best.
 
 Lefebvre and Hoppe 2005 and 2006; a memorandum of 2008 on their correction operation (docs/sources-004.md). A coordinate
 map (H, W, 2) holds an exemplar pixel (y, x) for each output pixel. Neighbouring output pixels stand for exemplar pixels
 that are `h` px apart.
 
-All numbers are whole: features int16, distances int32, with the price of a jump int64.
+All numbers are integer: features int16, distances int32, with the price of a jump int64.
 
-The memorandum's own candidates and colours (published/correction2008) are branches of this kernel: parted from it, a
-second one would say continuations, choice and price again, some 450 tokens, and be compiled besides.
+The memorandum's own candidates and colours (published/correction2008) are branches of this kernel: a second kernel
+would repeat continuations, choice and price, some 450 tokens, and be compiled in addition.
 """
 
 from __future__ import annotations
@@ -15,28 +15,27 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..foundation.arrays import Int16, Int32, Int64, UInt8
+from ..foundation.arrays import Int32, Int64
 from ..kernels.draws import STEP, mixed
 from ..kernels.jit import kernel
 
-UNIT = 12  # bits after the point of a frame
+UNIT = 12  # fractional bits of a frame
 UPRIGHT = 1 << UNIT
-AROUND = 3  # px that tell what whole coordinates leave out
+AROUND = 3  # px around a pixel whose predictions are averaged
 CLOSE, ONE_PX = 6144, 4096  # a pixel and a half
 TOROIDAL = 2  # of a size
 
 
 @kernel
 def stepped(first: Any, second: Any, oy: Any, ox: Any) -> Any:
-    """Return one row of J times a step, rounded to whole px."""
+    """Return one row of J times an offset, rounded to whole px."""
     return (first * oy + second * ox + 2048) >> UNIT
 
 
 @kernel
 def toward(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
-    """Return which of the eight neighbours lies where the exemplar's direction (dy, dx) leads: phi(D) of 2006."""
+    """Return which of the eight neighbours lies in the exemplar's direction (dy, dx): phi(D) of 2006."""
     vy, vx = xx * dy - yx * dx, yy * dx - xy * dy
     oy = (1 if vy > 0 else -1) if 3 * vy * vy >= vx * vx else 0
     ox = (1 if vx > 0 else -1) if 3 * vx * vx >= vy * vy else 0
@@ -45,9 +44,9 @@ def toward(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
 
 @kernel
 def turned_moves(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any, moves: Any) -> None:
-    """Write where neighbours lie in the output, and how far on in the exemplar what they foretell: (12 + 9 or 25, 2).
+    """Write the offsets of neighbours in the output, and of what they predict in the exemplar: (12 + 9 or 25, 2).
 
-    The first twelve foretell the four diagonal points, three each; the others the pixel itself. ``strides``: of the
+    The first twelve predict the four diagonal points, three each; the others the pixel itself. ``strides``: of the
     output and of the exemplar.
     """
     wide, long = strides
@@ -67,10 +66,10 @@ def turned_moves(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach
 
 @kernel
 def remainders(coords: Any, frame: Any, size: Any, out: Any) -> None:
-    """Write by how much each pixel lies beside its place, as what its neighbours within 2 px foretell has it.
+    """Write the mean offset of each pixel's exact place from its whole coordinates, (H, W, 2) in 1 / 4096 px.
 
-    Coordinates (H + 4, W + 4, 2) are whole; where a piece lies turned or scaled they are rounded. The mean of all that
-    continue to within a pixel and a half, (H, W, 2) in 1 / 4096 px, takes most of that off.
+    Coordinates (H + 6, W + 6, 2) are rounded where the texture is rotated or scaled. Averaged are the predictions of
+    the 7 x 7 pixels around that agree to within a pixel and a half.
     """
     off, total = np.empty(2, np.int64), np.empty(2, np.int64)
     for i in range(out.shape[0]):
@@ -90,57 +89,26 @@ def remainders(coords: Any, frame: Any, size: Any, out: Any) -> None:
                 out[i, j, a] = min(max(total[a] // count, -ONE_PX), ONE_PX)
 
 
-BELOW, ACROSS, SPACING = range(3)
 REACH, LOOKUP_FIRST, FACTOR = range(3)
-ONE = 256  # what FACTOR counts in: the squared price of a jump
-FINE = 12  # bits after the point of a jitter
+ONE = 256  # unit of FACTOR, the squared price of a jump
+FINE = 12  # fractional bits of a jitter
 MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
-SEEN = 2  # large pieces looked at on each side where they are spread out
-TURNS = 4  # pieces of even and odd rows and columns, one kind after the other
-SHARE, FAR = 1024, 16  # what overlaps and distances of a whole piece count
-
-
-NOTHING: Int32 = np.zeros(0, np.int32)
-
-
-class LevelArrays(NamedTuple):
-    """One level of the exemplar, ready to be compared with.
-
-    The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
-    Of ``packed`` and ``values`` one is empty, which says what is compared.
-    """
-
-    steps: Int64  # (3,): how far positions lie apart of pixels h px below, h px to the right; h
-    packed: NDArray[np.uint64]  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
-    values: Int16  # (positions, C): colours
-    roots: Int64  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
-    table: Int16  # (positions * n,): the neighbourhood of each exemplar pixel
-    inner: Int32  # (positions,): the exemplar pixel that the border shows there, or -1 outside
-    open: UInt8  # (positions,): 1 where a candidate may lie
-    jumps: Int32  # (positions, k - 1): similar pixels, -1 where there is none
-    shown: Int32 = NOTHING  # (positions * G,): the guide beside the exemplar, as it counts
-    asked: Int32 = NOTHING  # (H * W * G,): the guide under each pixel of the map
-
-
-class Axis(NamedTuple):
-    """How the pixels of a level follow from those above them, along one axis."""
-
-    parent: Int64  # position in the coarser map
-    step: Int64  # exemplar px from the parent
-    at: Int64  # absolute coordinate, which draws belong to
+SEEN = 2  # large pieces considered on each side when they are scattered
+TURNS = 4  # classes of even and odd rows and columns, one after the other
+SHARE, FAR = 1024, 16  # units of the overlap and of the distance of a whole piece
 
 
 class Room(NamedTuple):
     """Where the coordinates of a map may lie."""
 
     size: Int64  # (3,): height, width, 1 if toroidal
-    home: Int32  # (H * W,): for each exemplar pixel the usable one to take in its place, or empty
+    home: Int32  # (H * W,): for each exemplar pixel the nearest usable one, or empty
     lattice: Int64  # (2, 2): vectors (y, x), 1/256 px, by which coordinates move; or empty
 
 
 @kernel
 def snapped(dy: Any, dx: Any, lattice: Any) -> Any:
-    """Return the whole steps of a lattice nearest to a move, in px: T round(T^-1 d) (2005, section 5)."""
+    """Return the lattice vector nearest to an offset, in px: T round(T^-1 d) (2005, section 5)."""
     ay, ax, by, bx = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
     det = ay * bx - ax * by
     m = (2 * 256 * (dy * bx - dx * by) + det) // (2 * det)
@@ -150,7 +118,7 @@ def snapped(dy: Any, dx: Any, lattice: Any) -> Any:
 
 @kernel
 def kept_inside(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
-    """Return (y, x) moved into the exemplar, by whole steps of the lattice from (by, bx) if that can be."""
+    """Return (y, x) moved into the exemplar, by lattice vectors from (by, bx) if that is possible."""
     height, width = room.size[0], room.size[1]
     wy, wx = y % height, x % width
     if len(room.lattice) == 0:
@@ -167,25 +135,23 @@ def kept_inside(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
 
 
 @kernel
-def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
-    """Hand coordinates down to the next finer level, and jitter them by draws that belong to places.
+def jittered(coords: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
+    """Jitter coordinates by draws at the places (rows, cols), and bring them back into the exemplar.
 
-    S[p] = S_coarse[parent] + step + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the
-    draws before the place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number
-    for all; ``free``: whether the jitter need not keep to the lattice.
+    S[p] = coords + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the draws before the
+    place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number for all; ``free``:
+    whether the jitter need not keep to the lattice.
     """
     height, width = room.size[0], room.size[1]
     everywhere, half, home = spread.size == 1, np.int64(1) << (FINE + 30), room.home
     for i in range(out.shape[0]):
-        z = mixed((state ^ np.uint64(rows.at[i])) + STEP)
-        py, dy = rows.parent[i], rows.step[i]
+        z = mixed((state ^ np.uint64(rows[i])) + STEP)
         for j in range(out.shape[1]):
-            px = cols.parent[j]
-            by, bx = parents[py, px, 0] + dy, parents[py, px, 1] + cols.step[j]
+            by, bx = np.int64(coords[i, j, 0]), np.int64(coords[i, j, 1])
             y, x = by, bx
             r = np.int64(spread[0, 0] if everywhere else spread[i, j])
             if r:
-                bits = mixed((z ^ np.uint64(cols.at[j])) + STEP)
+                bits = mixed((z ^ np.uint64(cols[j])) + STEP)
                 low, high = np.int64(bits & np.uint64(0xFFFFFFFF)), np.int64(bits >> np.uint64(32))
                 y += (r * (high - 2147483648) + half) >> (FINE + 31)
                 x += (r * (low - 2147483648) + half) >> (FINE + 31)
@@ -200,26 +166,26 @@ def descend(parents: Any, rows: Any, cols: Any, state: Any, spread: Any, free: b
 
 
 @kernel
-def colours_here(work: Any, at: Any, stride: Any, arrays: Any, here: Any) -> None:
-    """Write the 5 x 5 colours around the pixel `at`, times the roots of their weights: they are squared later."""
-    channels = arrays.values.shape[1]
+def colours_here(work: Any, at: Any, stride: Any, level: Any, here: Any) -> None:
+    """Write the 5 x 5 colours around the pixel `at`, multiplied by the square roots of their weights."""
+    channels = level.values.shape[1]
     for k in range(25):
         u = work[at + (k // 5 - 2) * stride + k % 5 - 2]
         for c in range(channels):
-            here[k * channels + c] = (arrays.values[u, c] * arrays.roots[k]) >> 8
+            here[k * channels + c] = (level.values[u, c] * level.roots[k]) >> 8
 
 
 @kernel
-def looked_up(work: Any, at: Any, stride: Any, arrays: Any, reach: Any, found: Any, count: int) -> int:
-    """Append the jumps of 2005: what is similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
-    below, across = arrays.steps[BELOW], arrays.steps[ACROSS]
+def looked_up(work: Any, at: Any, stride: Any, level: Any, reach: Any, found: Any, count: int) -> int:
+    """Append the jumps of 2005, pixels similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
+    below, across = level.h * level.stride, level.h
     for dy in range(-reach, reach + 1):
         for dx in range(-reach, reach + 1):
             v = work[at + dy * stride + dx]
-            for i in range(arrays.jumps.shape[1]):
-                u = np.int64(arrays.jumps[v, i])
+            for i in range(level.jumps.shape[1]):
+                u = np.int64(level.jumps[v, i])
                 if u >= 0:
-                    u = np.int64(arrays.inner[u - dy * below - dx * across])
+                    u = np.int64(level.inner[u - dy * below - dx * across])
                 fresh = u >= 0
                 for m in range(count):
                     fresh = fresh and found[m] != u
@@ -231,33 +197,31 @@ def looked_up(work: Any, at: Any, stride: Any, arrays: Any, reach: Any, found: A
 
 @kernel
 def correct(
-    coords: Any, rows: Any, cols: Any, low: int, high: int, arrays: Any, rule: Any, frame: Any, long: int, out: Any
+    coords: Any, rows: Any, cols: Any, low: int, high: int, level: Any, rule: Any, frame: Any, out: Any
 ) -> None:
-    """Find better positions for the pixels (rows[low:high], cols) of a map (H, W), into `out` (rows, cols).
+    """Write better positions for the pixels (rows[low:high], cols) of a map (H, W) into `out` (rows, cols).
 
-    The candidates are the different continuations of what lies around, S[p + o] - h J(p) o, and jumps to similar
-    places, whose squared distance is multiplied by rule[FACTOR] / 256 (none if it is negative). The nearest wins; of
-    equal ones the first, the pixel's own before others, continuations before jumps; where no candidate may be used the
-    pixel stays. The map is only read: what is found goes into it when all pixels of the subpass are done.
-    The squared difference between the guide beside a candidate and under the pixel is added, for jumps at no price:
-    they break up what lies around, not the guide. ``frame``: J of every pixel (H, W, 4), or None where all lie upright;
-    ``long``: of the exemplar's rows.
+    Candidates are the distinct continuations of the neighbours, S[p + o] - h J(p) o, and jumps to similar pixels, whose
+    squared distance is multiplied by rule[FACTOR] / 256 (no jumps if that is negative). The least distance wins; ties
+    go to the first, the pixel's own continuation before others, continuations before jumps; where no candidate is open
+    the pixel stays. The map is only read: the caller writes the results when all pixels of the subpass are done. The
+    squared difference between the guide at a candidate and under the pixel is added, for jumps without their factor:
+    jumps break coherence, not the guide. ``frame``: J of every pixel (H, W, 4), or None if all are upright.
 
-    The appearance around a pixel is that of four diagonal points, each foretold three times and added (2006, section
-    4): see :func:`turned_moves`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
+    The appearance around a pixel is that of four diagonal points, each the sum of three predictions (2006, section 4):
+    see :func:`turned_moves`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
     """
-    # All in one piece: calls that take arrays would count references for every pixel, for all threads at once. It is
-    # compiled for frames and for None apart.
+    # One function: calls that take arrays would count references for every pixel, for all threads at once. It is
+    # compiled separately for frames and for None.
     stride, factor, reach, first = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], rule[LOOKUP_FIRST]
-    work, packed, table, inner, may, jumps = (
-        coords.reshape(coords.size), arrays.packed, arrays.table, arrays.inner, arrays.open, arrays.jumps
-    )  # fmt: skip
+    h, long, work = np.int64(level.h), np.int64(level.stride), coords.reshape(coords.size)
+    packed, table, inner, may, jumps = level.packed, level.table, level.inner, level.open, level.jumps
     appearance, more, n = len(packed) > 0, jumps.shape[1], np.int64(len(table) // len(inner))
-    shown, asked, guides = arrays.shown, arrays.asked, np.int64(len(arrays.shown) // len(inner))
+    shown, asked, guides = level.shown, level.asked, np.int64(len(level.shown) // len(inner))
     words, last = np.zeros((n + 3) // 4, np.uint64), 12 + (2 * reach + 1) ** 2
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
-    turned_moves(UPRIGHT, 0, 0, UPRIGHT, arrays.steps[SPACING], (stride, long), reach, moves)
+    turned_moves(UPRIGHT, 0, 0, UPRIGHT, h, (stride, long), reach, moves)
     three, next_row = np.uint64(3), np.uint64(long)  # a difference below 0 is a large unsigned one
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
@@ -267,7 +231,7 @@ def correct(
                 yy, yx = np.int64(frame[rows[i], cols[j], 0]), np.int64(frame[rows[i], cols[j], 1])
                 xy, xx = np.int64(frame[rows[i], cols[j], 2]), np.int64(frame[rows[i], cols[j], 3])
                 if yy != old_y or yx != old_x or xx != old_z:
-                    turned_moves(yy, yx, xy, xx, arrays.steps[SPACING], (stride, long), reach, moves)
+                    turned_moves(yy, yx, xy, xx, h, (stride, long), reach, moves)
                     old_y, old_x, old_z = yy, yx, xx
             if appearance:
                 for q in range(4):
@@ -277,7 +241,7 @@ def correct(
                     words[2 * q] = packed[r0, 0] + packed[r1, 0] + packed[r2, 0]
                     words[2 * q + 1] = packed[r0, 1] + packed[r1, 1] + packed[r2, 1]
             else:
-                colours_here(work, at, stride, arrays, here)
+                colours_here(work, at, stride, level, here)
             own = np.int64(work[np.uint64(at)])
             found[0], near = own, 1
             for c in range(12, last):
@@ -297,9 +261,9 @@ def correct(
                         break
                     begin, price = near, factor
                     if first:
-                        count = looked_up(work, at, stride, arrays, reach, found, near)
+                        count = looked_up(work, at, stride, level, reach, found, near)
                     for c in range(0 if first else near):
-                        alone = True  # what differs by the rounding of a pixel leads to the same places
+                        alone = True  # continuations that differ by rounding lead to the same jumps
                         if frame is not None:
                             m = 0
                             while alone and m < c:
@@ -332,10 +296,10 @@ def correct(
 
 @kernel
 def shown_again(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, size: Any) -> Any:
-    """Return how much of the exemplar a piece at (ay, ax) shows that another shows, too, and how near by.
+    """Return how much of the exemplar a piece at (ay, ax) shares with another, weighted by their nearness.
 
-    The other one, at (by, bx) of the exemplar, lies `di`, `dj` pieces of h x h px from it in the output. Both run
-    across the exemplar's border to its other side, so that two stretches may overlap along either axis.
+    The other one, at (by, bx) of the exemplar, lies `di`, `dj` pieces of h x h px from it in the output. Both wrap
+    around the exemplar, so that they may overlap twice along either axis.
     """
     high, wide = (by - ay) % size[0], (bx - ax) % size[1]
     total = 0 * h
@@ -355,8 +319,8 @@ def shown_again(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, si
 def scatter(choices: Any, rows: Any, cols: Any, h: Any, size: Any, out: Any) -> None:
     """Choose for each pixel of a level (rows, columns), absolute coordinates, one of its places (K, H, W, 2).
 
-    The turns go by even and odd coordinates; a pixel looks at those of earlier turns only, so what is chosen depends on
-    SEEN (TURNS - 1) px around. Of equal places the first is taken. ``out`` (H, W, 2): exemplar pixels (y, x).
+    Turns go by even and odd coordinates; a pixel considers those of earlier turns only, so that a choice depends on
+    SEEN (TURNS - 1) px around it. Ties go to the first place. ``out`` (H, W, 2): exemplar pixels (y, x).
     """
     height, width = out.shape[:2]
     for turn in range(TURNS):

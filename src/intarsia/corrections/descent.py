@@ -1,22 +1,21 @@
-"""Any window of an endless map, from coarse to fine: upsampled, jittered, corrected (Lefebvre and Hoppe 2005).
+"""Coarse-to-fine pyramid for any window of an endless map: upsample, jitter, correct (Lefebvre and Hoppe 2005).
 
 A pixel of the map depends on its absolute place, the seed and the parameters alone. To compute a window, every level
-is made a little larger: by what the corrections of the next finer one read.
+is enlarged by what the corrections of the next finer one read.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..foundation.arrays import Array, Pair
 from ..foundation.field import Field
-from ..foundation.params import functions_of, parameters
 from ..foundation.run import Run, seed_state
 from ..model import Exemplar
 from .appearance import painted
@@ -27,11 +26,9 @@ from .correction_kernels import (
     SEEN,
     TURNS,
     UNIT,
-    Axis,
-    LevelArrays,
     Room,
     correct,
-    descend,
+    jittered,
     remainders,
     scatter,
 )
@@ -39,7 +36,7 @@ from .guide import StackGuide
 from .span import (
     Orientation,
     Span,
-    at_rest,
+    Spans,
     origins,
     place_of,
     places_of,
@@ -49,70 +46,61 @@ from .span import (
     whole_lattice,
     zooms,
 )
-from .stack import ExemplarStack
+from .stack import ExemplarStack, StackLevel
 
-# What halving and doubling does was looked at on 24 textures, eight of them with a lattice (docs/design/012).
+# Halved and doubled on 24 textures, eight of them with a lattice (docs/design/012).
+STAGE = 200505  # separates these draws from those of other methods
 REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005, 2006)
 FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
-ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even where nothing was moved; 1: straight seams, 6: things are lost
+ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even without jitter; 1: straight seams, 6: elements are lost
 DRAWN = 8  # places drawn for each piece of half the exemplar; 4 and 16: as another seed does, 1: a quarter more is lost
-SIDE = 1024  # places that functions are asked for at a time, along each axis
-BAND = 32  # rows that are worth a thread; 8 and 128: the same bytes
+SIDE = 1024  # places at which functions are evaluated at once, along each axis
+BAND = 32  # rows of a parallel task; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
+ALL = Field(1.0)  # all of the jitter
 
-
-
-class Pin(NamedTuple):
-    """Exemplar pixel (sx, sy) shown at output pixel (x, y), and what lies within `radius` around it; all in px."""
-
-    sx: int
-    sy: int
-    x: int
-    y: int
-    radius: int
 
 
 @dataclass(frozen=True)
 class Corrections:
-    """How a map is corrected: `passes` of `subpasses` each, which candidates, and what a jump costs.
+    """Parameters of the corrections: `passes` of `subpasses` each, the candidates, and the price of jumps.
 
-    ``jitter``: px of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
+    ``jitter``: of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
     ``factor``: of squared distances of jumps, 256 = 1; -1: no jumps.
     """
 
     jitter: tuple[int, ...]
     factor: int
     passes: int
-    subpasses: int = 4  # by even and odd rows and columns; a memorandum's method sets others, and other rules
+    subpasses: int = 4  # by even and odd rows and columns; correction-2008 sets others, and other rules
     rule: str = "near"
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
-    pins: tuple[Pin, ...] = ()
-    lie: Orientation | None = None  # how the texture lies; None: as in the exemplar
-    # What part of the jitter holds over the output, and where the coordinates to be moved lie in the exemplar (2005,
-    # section 5); None: all of it.
-    output: Field | None = None
-    exemplar: Field | None = None
+    pins: tuple[tuple[int, ...], ...] = ()  # exemplar x, y shown at output x, y, and all within a radius; px
+    lie: Orientation | None = None  # rotation and scale; None: as in the exemplar
+    # Share of the jitter over the output, and over the exemplar where the coordinates lie before it (2005, section 5).
+    output: Field = ALL
+    exemplar: Field = ALL
 
     @classmethod
     def of(cls, method: Any) -> Corrections:
-        """Take the settings from the fields of a method."""
+        """Return the parameters given by the fields of a method."""
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
         steps = tuple(round((1 << FINE) * r) for r in jitter)
         given = method.jitter_output, method.jitter_exemplar
-        output, exemplar = (v if v is None or isinstance(v, Field) else Field(v) for v in given)
-        pins, lie = tuple(Pin(*p) for p in method.pin or ()), Orientation.of(method.angle, method.zoom)
+        output, exemplar = (ALL if v is None else v if isinstance(v, Field) else Field(v) for v in given)
+        pins, lie = method.pin or (), Orientation.of(method.angle, method.zoom)
         own = {name: getattr(method, name) for name in ("subpasses", "rule") if hasattr(method, name)}
         return cls(
-            steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, output=output,
-            exemplar=exemplar, **own,
+            steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, output=output, exemplar=exemplar,
+            **own,
         )  # fmt: skip
 
     @property
     def everywhere(self) -> bool:
-        """Whether all of the jitter holds."""
-        return self.output is None and self.exemplar is None
+        """Whether the jitter is nowhere reduced."""
+        return self.output.number == self.exemplar.number == 1
 
     @property
     def margin(self) -> int:
@@ -121,28 +109,27 @@ class Corrections:
 
     @property
     def border(self) -> int:
-        """How far beyond the exemplar a correction may read, in steps of the level."""
+        """How far beyond the exemplar a correction may read, in units of the level's spacing."""
         return REACH if self.lie is None else self.lie.reach
 
     def spread(self, level: int) -> int:
-        """Jitter of a level, in 1 / 4096 px."""
+        """Return the jitter of a level, in 1 / 4096 px."""
         return self.jitter[min(level, len(self.jitter) - 1)] << level
 
 
 @dataclass(frozen=True)
 class Descent:
-    """A window of the endless map, from the coarsest level to the finest."""
+    """Synthesises windows of the endless map, from the coarsest level to the finest."""
 
     stack: ExemplarStack
     rules: Corrections
     seed: int
-    stage: int
     wanted: StackGuide | None = None  # the guide of a canvas whose first pixel is (0, 0)
 
     def window(self, rows: Span, cols: Span, run: Run, least: int = 0) -> Array:
         """Return the exemplar pixels (y, x) of the output pixels of two spans: (rows, columns, 2) int32.
 
-        `least`: the level of pixels that is wanted; of a coarser one than 0 each stands for 2**least px a side.
+        `least`: the finest level to compute; above 0 each pixel stands for 2**least px a side.
         """
         spans = self._spans(rows, cols, least)
         top = len(spans) - 1
@@ -169,17 +156,17 @@ class Descent:
         return coords
 
     def asked(self, rows: Span, cols: Span) -> list[list[Array]]:
-        """Return the places that fields over the output are asked for: rows and columns in px, for each level.
+        """Return where fields over the output are evaluated: rows and columns in px, for each level.
 
-        Those of a window lie among those of any larger one around it.
+        The places of a window are among those of any larger window around it.
         """
         spans = self._spans(*self._wider(rows, cols))
         return [places_of(level, spans) for level in range(len(spans))]
 
     def framed(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
-        """Return the same of a turned or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
+        """Return the map of a rotated or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
 
-        The remainder, (H, W, 2) float32, is what whole coordinates leave out of a pixel's place, in px.
+        The remainder, (H, W, 2) float32 in px, is the difference of a pixel's exact place from its whole coordinates.
         """
         coords, frame = self.window(*self._wider(rows, cols), run), self._frame(0, [(rows, cols)])
         assert frame is not None
@@ -189,28 +176,28 @@ class Descent:
         whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
         return whole, frame.astype(np.float32).reshape(*size, 2, 2) * unit, sub.astype(np.float32) * unit
 
-    def _wider(self, rows: Span, cols: Span) -> tuple[Span, Span]:
-        """What must be known of the finest level: where pixels are read between others, those around as well."""
+    def _wider(self, rows: Span, cols: Span) -> Spans:
+        """Return the spans needed of the finest level: with interpolation between pixels, those around as well."""
         return rows.wider(self.around), cols.wider(self.around)
 
     @property
     def around(self) -> int:
-        """How many px more than the output are known on each side."""
+        """How many px more than the output are needed on each side."""
         return 0 if self.rules.lie is None else AROUND
 
-    def _frame(self, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
-        """How the texture lies at the pixels of a level, or None where it lies as in the exemplar."""
+    def _frame(self, level: int, spans: list[Spans]) -> Array | None:
+        """Return J at the pixels of a level, or None if the texture is neither rotated nor scaled."""
         return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
 
     @cached_property
     def _mended(self) -> int:
-        """How many levels are corrected: up to the coarsest one on which pixels were moved."""
+        """How many levels are corrected: up to the coarsest one with jitter."""
         most = len(self.stack.levels)
         moved = [level + 1 for level in range(most) if self.rules.spread(level)]
         return max([min(ALWAYS, most), *moved])
 
     def _scattered(self, level: int) -> bool:
-        """Whether a level is that of the large pieces, half the exemplar, and they are moved."""
+        """Return whether a level is that of pieces of half the exemplar, and it is jittered."""
         return level == self.stack.count - 2 and level >= self._mended and self.rules.spread(level) > 0
 
     def _margin(self, level: int) -> int:
@@ -218,8 +205,8 @@ class Descent:
             return self.rules.margin + (self.wanted is not None)
         return SEEN * (TURNS - 1) if self._scattered(level) else 0
 
-    def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[tuple[Span, Span]]:
-        """What must be known of each level, from the finest to the coarsest, before it is corrected."""
+    def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[Spans]:
+        """Return the rows and columns needed of each level before it is corrected, from the finest to the coarsest."""
         edges = [self._margin(level) if level >= least else 0 for level in range(self.stack.count)]
         spans = [(rows.wider(edges[0]), cols.wider(edges[0]))]
         for edge in edges[1:]:
@@ -227,19 +214,18 @@ class Descent:
             spans.append((above[0], above[1]))
         return spans
 
-    def _first(self, every: list[tuple[Span, Span]], frame: Array | None) -> Array:
-        """The coarsest level: the exemplar side by side, or in step with the lattice, and the first jitter."""
-        room, top, spans = self._room, self.stack.count - 1, every[-1]
-        places = places_of(top, every)
+    def _first(self, spans: list[Spans], frame: Array | None) -> Array:
+        """Return the coarsest level: the exemplar tiled, or aligned to the lattice, then jittered."""
+        room, top = self._room, self.stack.count - 1
+        places = places_of(top, spans)
         if frame is not None:
             start = origins(frame, places[0], places[1], room.size, room.lattice)
         elif len(room.lattice):
             down, across = (residues(place, room.lattice, axis) for axis, place in enumerate(places))
             start = (down[:, None] + across[None, :] + 128) >> 8
         else:
-            start = np.stack(np.meshgrid(*(p % n for p, n in zip(places, room.size, strict=False)), indexing="ij"), 2)
-        coords = self._descended(start, [at_rest(span) for span in spans], top, places)
-        return self._pinned(self._guided(coords, top, spans), top, every, frame)
+            start = np.stack(np.meshgrid(places[0] % room.size[0], places[1] % room.size[1], indexing="ij"), axis=2)
+        return self._begun(start, top, spans, frame)
 
     @cached_property
     def _room(self) -> Room:
@@ -248,73 +234,64 @@ class Descent:
         return Room(size, self.stack.home, whole_lattice(self.rules.lattice))
 
     def _handed_down(
-        self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None
+        self, coords: Array, level: int, spans: list[Spans], frame: Array | None
     ) -> Array:
-        """A level from the next coarser one, whose pixels stand for twice as many px (2006, equation 2)."""
-        axes = []
+        """Return a level upsampled from the next coarser one (2006, equation 2), then jittered."""
+        parents, steps = [], []
         for span, above, whole in zip(spans[level], spans[level + 1], spans[0], strict=True):
-            parent = Span(0, above.period, above.period) if above.period else above
             up = span.at >> 1
-            step = place_of(span.at, span, level, whole.period) - place_of(up, parent, level + 1, whole.period)
-            axes.append(Axis(up - above.start - self._margin(level + 1), step, span.at))
+            parents.append(up - above.start - self._margin(level + 1))
+            own, coarse = (span.at, span.period, level), (up, above.period, level + 1)
+            steps.append(place_of(*own, whole.period) - place_of(*coarse, whole.period))
+        coords, down, across = coords[np.ix_(*parents)], steps[0][:, None], steps[1]
         if frame is not None:
-            rows, cols = axes
-            coords = coords[rows.parent][:, cols.parent] + stepped(frame, rows.step[:, None], cols.step)
-            axes = [at_rest(span) for span in spans[level]]
-        coords = self._descended(coords, axes, level, places_of(level, spans))
-        return self._pinned(self._guided(coords, level, spans[level]), level, spans, frame)
-
-    def _guided(self, coords: Array, level: int, spans: tuple[Span, Span]) -> Array:
-        """Where the guide asks for something else, begin again at a place that shows it."""
-        if self.wanted is None:
-            return coords
-        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
-        return self.wanted.led(coords, level, (spans[0].at, spans[1].at), (self.seed, self.stage + 1), lattice)
-
-    def _pinned(self, coords: Array, level: int, spans: list[tuple[Span, Span]], frame: Array | None) -> Array:
-        """Show features where they were dragged to, on coarse levels only: what is finer follows from them."""
-        for pin in self.rules.pins if level >= FREE else ():
-            periods = spans[0][0].period, spans[0][1].period
-            pinned(coords, places_of(level, spans), periods, pin, self.stack.exemplar, frame)
-        return coords
+            return self._begun(coords + stepped(frame, down, across), level, spans, frame)
+        coords[..., 0] += down
+        coords[..., 1] += across
+        return self._begun(coords, level, spans, None)
 
     @cached_property
     def _calm(self) -> Array:
         exemplar = self.stack.exemplar
-        return part_at(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
+        return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
-    def _descended(self, coords: Array, axes: list[Axis], level: int, places: list[Array]) -> Array:
+    def _begun(self, coords: Array, level: int, spans: list[Spans], frame: Array | None) -> Array:
+        """Return the coordinates of a level jittered, then changed as guide and pins ask; finer levels follow."""
+        places, (rows, cols) = places_of(level, spans), (span.at for span in spans[level])
         drawn = DRAWN if self._scattered(level) else 1
-        out = np.empty((drawn, len(axes[0].at), len(axes[1].at), 2), np.int32)
+        out = np.empty((drawn, *coords.shape), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         if spread.any() and not self.rules.everywhere:
-            output = part_at(self.rules.output, *places)
-            spread = spread_over(self.rules.spread(level), output, self._calm, coords, axes)
-        free = not len(self._room.lattice) or level < FREE
+            output = jitter_shares(self.rules.output, *places)
+            spread = spread_over(self.rules.spread(level), output, self._calm, coords)
+        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
         for number in range(drawn):
-            state = np.uint64(seed_state(self.seed, self.stage, level + number * self.stack.count))
-            descend(coords, axes[0], axes[1], state, spread, free, self._room, out[number])
+            state = np.uint64(seed_state(self.seed, STAGE, level + number * self.stack.count))
+            jittered(coords, rows, cols, state, spread, not len(lattice), self._room, out[number])
+        made: Array = out[0]
         if drawn > 1:
-            choices, out = out, np.empty_like(out[:1])
-            scatter(choices, axes[0].at, axes[1].at, np.int64(1 << level), self._room.size, out[0])
-        return np.asarray(out[0])
+            made = np.empty_like(out[0])
+            scatter(out, rows, cols, np.int64(1 << level), self._room.size, made)
+        if self.wanted is not None:
+            made = self.wanted.led(made, level, (rows, cols), (self.seed, STAGE + 1), lattice)
+        for pin in self.rules.pins if level >= FREE else ():
+            pinned(made, places, (spans[0][0].period, spans[0][1].period), pin, self.stack.exemplar, frame)
+        return made
 
-    def _still(self, coords: Array, level: int, spans: list[tuple[Span, Span]]) -> Array | None:
-        """Which pixels of a level none of the jitter holds for: without jitter only fine levels are corrected."""
+    def _still(self, coords: Array, level: int, spans: list[Spans]) -> Array | None:
+        """Return which pixels of a level have no jitter: of those only fine levels are corrected. None: no pixel."""
         if level < ALWAYS or self.rules.everywhere:
             return None
-        calm = self._calm if self._calm.size == 1 else self._calm[coords[..., 0], coords[..., 1]]
-        part = part_at(self.rules.output, *places_of(level, spans)) * calm
-        return np.broadcast_to(part == 0, coords.shape[:2])
+        part = jitter_shares(self.rules.output, *places_of(level, spans)) * self._calm[coords[..., 0], coords[..., 1]]
+        return np.asarray(part == 0)
 
     def _corrected(
-        self, coords: Array, level: int, spans: list[tuple[Span, Span]], run: Run, frame: Array | None = None
+        self, coords: Array, level: int, spans: list[Spans], run: Run, frame: Array | None = None
     ) -> Array:
-        """Correct a level without its margin; a subpass finds all its pixels before it writes any of them."""
-        place, side = self.stack.levels[level], round(self.rules.subpasses**0.5)
-        arrays = place.ready()
+        """Return a level corrected, without its margin; each subpass is written when all of it is found."""
+        place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)
         if self.wanted is not None:
-            arrays = self.wanted.beside(arrays, level)
+            place = self.wanted.beside(place, level)
         work = place.positions(coords)
         classes, still = [span.at % side for span in spans[level]], self._still(coords, level, spans)
         with run.pool() as each:
@@ -325,7 +302,7 @@ class Descent:
                     edge + np.flatnonzero(own[edge : len(own) - edge] == want)
                     for own, want in zip(classes, here, strict=True)
                 )
-                found = subpass(work, (rows, cols), arrays, self.rules, frame, place.stride, run, each)
+                found = subpass(work, (rows, cols), place, self.rules, frame, run, each)
                 where = np.ix_(rows, cols)
                 work[where] = found if still is None else np.where(still[where], work[where], found)
         margin = self._margin(level)
@@ -333,48 +310,48 @@ class Descent:
 
 
 def subpass(
-    work: Array, where: tuple[Array, Array], arrays: LevelArrays, rules: Corrections, frame: Array | None, long: int,
-    run: Run, each: Any,
+    work: Array, where: tuple[Array, Array], level: StackLevel, rules: Corrections, frame: Array | None, run: Run,
+    each: Any,
 ) -> Array:  # fmt: skip
-    """Find better positions for the pixels of some rows and columns, in bands; nothing is written."""
+    """Return better positions for the pixels of some rows and columns, in parallel bands; the map is unchanged."""
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
     rule = np.array([*RULES[rules.rule], rules.factor], np.int64)
 
     def band(low: int) -> None:
         run.check()
-        correct(work, rows, cols, low, min(low + BAND, len(rows)), arrays, rule, frame, long, found)
+        correct(work, rows, cols, low, min(low + BAND, len(rows)), level, rule, frame, found)
 
     each(band, range(0, len(rows), BAND))
     return found
 
 
 def stepped(frame: Array, down: Array, across: Array) -> Array:
-    """J, the frame of each pixel, times a step, in whole px: (H, W, 2)."""
+    """Return J, the frame of each pixel, times an offset, in whole px: (H, W, 2)."""
     j = frame.astype(np.int64)
     rows = ((j[..., n] * down + j[..., n + 1] * across + (1 << (UNIT - 1))) >> UNIT for n in (0, 2))
     return np.stack(tuple(rows), axis=2)
 
 
 def pinned(
-    coords: Array, places: list[Array], periods: Pair, pin: Pin, exemplar: Exemplar, frame: Array | None
+    coords: Array, places: list[Array], periods: Pair, pin: tuple[int, ...], exemplar: Exemplar, frame: Array | None
 ) -> None:
-    """Lay a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
+    """Place a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
 
-    So it is shown where somebody wants it: drag and drop (2005, section 5).
-
-    ``places``: where its rows and columns lie in the output; ``periods``: after how many px they close, or 0.
+    Drag and drop (2005, section 5). ``pin``: exemplar x, y, output x, y, radius; ``places``: rows and columns of the
+    level in the output, px; ``periods``: of the output along y and x, or 0.
     """
+    sx, sy, to_x, to_y, radius = pin
     away = []
-    for at, period, q in zip(places, periods, (pin.y, pin.x), strict=True):
+    for at, period, q in zip(places, periods, (to_y, to_x), strict=True):
         d = at - q
         away.append((d + period // 2) % period - period // 2 if period else d)
-    rows, cols = (np.flatnonzero(abs(d) <= pin.radius) for d in away)
+    rows, cols = (np.flatnonzero(abs(d) <= radius) for d in away)
     dy, dx = np.meshgrid(away[0][rows], away[1][cols], indexing="ij")
-    inside = dy * dy + dx * dx <= pin.radius**2
+    inside = dy * dy + dx * dx <= radius**2
     if frame is not None:
         dy, dx = np.moveaxis(stepped(frame[np.ix_(rows, cols)], dy, dx), 2, 0)
-    y, x = pin.sy + dy, pin.sx + dx
+    y, x = sy + dy, sx + dx
     inside &= (y >= 0) & (x >= 0) & (y < exemplar.height) & (x < exemplar.width)
     if exemplar.usable is not None:
         inside[inside] &= exemplar.usable[y[inside], x[inside]]
@@ -383,28 +360,18 @@ def pinned(
     coords[np.ix_(rows, cols)] = block
 
 
-def part_at(field: Field | None, rows: Array, cols: Array) -> Array:
-    """What part of the jitter holds at places, in 1 / 4096: (rows, columns) int64, or (1, 1) where all of it does."""
-    return np.full((1, 1), 1 << FINE, np.int64) if field is None else jitter_shares(field, rows, cols)
-
-
-def spread_over(whole: int, output: Array, exemplar: Array, parents: Array, axes: list[Axis]) -> Array:
+def spread_over(whole: int, output: Array, exemplar: Array, coords: Array) -> Array:
     """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
 
-    `whole` is that of the level, `output` its part for each pixel; `exemplar` (H', W') that for each exemplar pixel,
-    read where the pixel is handed down to: S[parent] + step, within the exemplar.
+    `whole`: jitter of the level; `output` (H, W): its share for each pixel; `exemplar` (H', W'): its share for each
+    exemplar pixel, read at the coordinates before they are jittered, wrapped into the exemplar.
     """
-    rows, cols = axes
-    if exemplar.size > 1:
-        above = parents[rows.parent][:, cols.parent]
-        y, x = above[..., 0] + rows.step[:, None], above[..., 1] + cols.step
-        exemplar = exemplar[y % exemplar.shape[0], x % exemplar.shape[1]]
-    part = np.broadcast_to(output * exemplar, (len(rows.at), len(cols.at)))
-    return np.ascontiguousarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
+    part = output * exemplar[coords[..., 0] % exemplar.shape[0], coords[..., 1] % exemplar.shape[1]]
+    return np.asarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
 
 
 def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
-    """Return what part of the jitter holds at places, in 1 / 4096: (rows, columns) int64."""
+    """Return the share of the jitter at places, in 1 / 4096: (rows, columns) int64."""
     return np.asarray(np.rint(field.at(rows, cols) * (1 << FINE)), np.int64)
 
 
@@ -415,24 +382,11 @@ USED: dict[str, Callable[[Field, Array, Array], Array]] = {
     "jitter_output": jitter_shares,
     "zoom": zooms,
 }
-"""Parameter -> the whole numbers that it is used as, so that no machine tells them otherwise than its picture."""
+"""Parameter -> the integers that it is used as, so that hashes differ exactly where pictures may."""
 
 
-def hashes(method: Any, exemplar: Exemplar, places: Iterable[list[Array]]) -> dict[str, str]:
-    """Return for each function of a method SHA-256, 64 hexadecimal digits, of its values.
-
-    A recipe cannot hold a function, and its name says nothing; but a picture depends on no more than these.
-
-    `places`: rows and columns in px that functions over the output are asked for, level by level; those over the
-    exemplar are asked for all of its pixels.
-    """
-    inside, outside, over = [[np.arange(exemplar.height), np.arange(exemplar.width)]], list(places), {}
-    for p in parameters(method):
-        over[p.name] = inside if p.over == "exemplar" else outside
-    return {name: _hash(field, USED[name], over[name]) for name, field in functions_of(method).items()}
-
-
-def _hash(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
+def hashed(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
+    """Return SHA-256, 64 hexadecimal digits, of the integers that a field is used as at places (rows, columns)."""
     found = hashlib.sha256()
     for rows, cols in places:
         found.update(f"{len(rows)}x{len(cols)}|".encode())

@@ -1,8 +1,7 @@
-"""A guide as corrections see it: what it shows beside the exemplar and asks of the canvas, level by level.
+"""Guides for corrections: labels or target pictures as feature channels on every level (2006, section 5).
 
-Labels and target pictures are feature channels of the synthesizer (Lefebvre and Hoppe 2006, section 5). Both sides go
-through the same Gaussian stack: near a boundary a pixel of a coarse level is partly of both labels, so that
-boundaries come to lie on boundaries before the finer levels decide pixel by pixel.
+Source and target go through the same Gaussian stack: near a boundary a pixel of a coarse level partly belongs to both
+labels, so that boundaries are placed on boundaries before the finer levels decide pixel by pixel.
 """
 
 from __future__ import annotations
@@ -16,38 +15,32 @@ from ..foundation.run import seed_state
 from ..model.canvas import Canvas
 from ..search.guide import ONE, codes_of
 from .appearance import BITS, bordered, stack_of, without_gaps
-from .correction_kernels import LevelArrays
 from .guide_kernels import GuideOrder, begin_again
-from .stack import ExemplarStack
+from .stack import ExemplarStack, StackLevel
 
-TRIES = 8  # hashed places of which the best is taken
-ENOUGH = 4  # one part in so many of a full difference is near enough
-NEAR = 3  # levels, from the finest on, on which pixels around may offer a place first
-EDGE = 2  # level whose blur tells finer ones how far a boundary is
-SOME = 4096  # neighbourhoods of which the spread is measured
+TRIES = 8  # random places of which the best is taken
+ENOUGH = 4  # a difference of 1 / 4 of the full one is accepted
+NEAR = 3  # finest levels on which continuations of neighbours are accepted first
+EDGE = 2  # level whose blur gives finer ones the distance to a boundary
+SOME = 4096  # neighbourhoods on which the variance is measured
 FULL = ONE << BITS
-FINE = 32  # bits after the point of a scale
-
+FINE = 32  # fractional bits of a scale
 
 
 class StackGuide:
-    """The guide of one canvas.
+    """The guide of one canvas on all levels.
 
     Attributes
-    ----------
-    unit : int
-        The squared difference of a pixel that differs fully from what is wanted.
-    enough : int
-        The squared difference up to which a pixel shows what is wanted. Of pictures the smaller, the more they count:
-        tones that no candidate shows can only come from places that are looked for. Of labels not: on coarse levels
-        only what lies far from all boundaries would do for the inside of a region, and repeat.
+    ---------- unit : int The squared difference of a pixel that differs fully from its target. enough : int The squared
+    difference up to which a pixel matches its target. For pictures smaller, the higher their weight: tones that no
+    candidate has must come from new places. Not so for labels: on coarse levels only what lies far from all boundaries
+    would match the inside of a region, and repeat.
     """
 
     def __init__(self, canvas: Canvas, stack: ExemplarStack) -> None:
         assert canvas.guide is not None
         exemplar = stack.exemplar
         self._stack, self._weight, self._wraps = stack, canvas.guide.weight, (canvas.wrap.y, canvas.wrap.x)
-        closed = (exemplar.toroidal, exemplar.toroidal)
         (source,), self._target = codes_of(canvas.guide, canvas.wrap)
         source, channels = without_gaps(source, exemplar), source.shape[2]
         self.unit = (min(channels, 2) if canvas.guide.is_labels else channels) * FULL * FULL
@@ -55,19 +48,19 @@ class StackGuide:
         self.enough = int(self.unit / (ENOUGH * strict) ** 2)
         self._edge = min(EDGE, stack.count - 1) if canvas.guide.is_labels and not canvas.guide.reach else 0
         whole = [np.arange(exemplar.height), np.arange(exemplar.width)]
-        shown = stacked(source, [whole] * stack.count, closed, self._edge)
+        shown = stacked(source, [whole] * stack.count, (exemplar.toroidal, exemplar.toroidal), self._edge)
         self._choices = [_choice(values, _open(stack, level)) for level, values in enumerate(shown)]
         self._asked: list[Array] = []
 
     def lay(self, places: list[list[Array]]) -> None:
-        """Read the target at the places (rows, columns) of every level, px; beyond the canvas that of its border."""
+        """Read the target at the places (rows, columns) of every level, px, clamped to the canvas."""
         sides = self._target.shape[:2]
         inside = [[np.clip(at, 0, n - 1) for at, n in zip(pair, sides, strict=True)] for pair in places]
         asked = stacked(self._target, inside, self._wraps, self._edge)
         self._asked = [values.reshape(-1, values.shape[2]) for values in asked]
 
     def led(self, coords: Array, level: int, at: tuple[Array, Array], drawn: Pair, lattice: Array) -> Array:
-        """Return a map (H, W, 2) in which what is not wanted begins again elsewhere.
+        """Return a map (H, W, 2) in which pixels that miss the target are placed anew.
 
         ``at``: absolute rows and columns, ``drawn``: seed and stage, of the draws; ``lattice`` to keep to, or empty.
         """
@@ -77,41 +70,41 @@ class StackGuide:
         choice, asked = self._choices[level], self._asked[level]
         return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
-    def beside(self, arrays: LevelArrays, level: int) -> LevelArrays:
-        """Return the site of a level with the guide on both sides, multiplied by what it counts there.
+    def beside(self, level: StackLevel, number: int) -> StackLevel:
+        """Return a level with the guide of both sides, scaled to the level's appearance.
 
-        A pixel that differs fully counts like `weight` times how far any two places of the exemplar differ in
-        appearance, by the root of the mean square: appearance has no full range, and is stretched on every level.
+        A pixel that differs fully counts `weight` times the root mean square difference in appearance of any two places
+        of the exemplar: appearance has no full range, and is normalised on every level.
         """
-        exemplar, table = self._stack.exemplar, arrays.table.reshape(len(arrays.inner), -1)
-        counts = self._weight * math.sqrt(2 * _variance(table[arrays.open > 0]) / self.unit)
-        scale, choice, asked = round(counts * (1 << FINE)), self._choices[level], self._asked[level]
-        shown, under = (
+        exemplar, table = self._stack.exemplar, level.table.reshape(len(level.inner), -1)
+        counts = self._weight * math.sqrt(2 * _variance(table[level.open > 0]) / self.unit)
+        scale = round(counts * (1 << FINE))
+        shown, asked = (
             np.asarray((values.astype(np.int64) * scale + (1 << (FINE - 1))) >> FINE, np.int32)
-            for values in (choice.shown, asked)
+            for values in (self._choices[number].shown, self._asked[number])
         )
-        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), self._stack.levels[level].border, False)
-        return arrays._replace(shown=shown.ravel(), asked=under.ravel())
+        shown = bordered(shown.reshape(exemplar.height, exemplar.width, -1), level.border, False)
+        return level._replace(shown=shown.ravel(), asked=asked.ravel())
 
 
 def _variance(vectors: Array) -> float:
-    """Return the mean squared distance of vectors (N, n) from their mean, measured on some of them, in whole sums."""
+    """Return the mean squared distance of vectors (N, n) from their mean, measured on some of them, exactly."""
     some = vectors[:: max(1, len(vectors) // SOME)].astype(np.int64)
     total = some.sum(axis=0)
     return max((len(some) * int((some * some).sum()) - int((total * total).sum())) / len(some) ** 2, 1.0)
 
 
 def _open(stack: ExemplarStack, level: int) -> Array:
-    """Where candidates of a level may lie: (H, W), 1 or 0; on levels that are not corrected that of the coarsest."""
+    """Return the open pixels of a level: (H, W), 1 or 0; of a level that is not corrected those of the coarsest one."""
     if not stack.levels:
         return stack.exemplar.free.astype(np.uint8)
     place = stack.levels[min(level, len(stack.levels) - 1)]
-    rows, cols = (slice(place.border, place.border + n) for n in (stack.exemplar.height, stack.exemplar.width))
-    return np.ascontiguousarray(place.arrays.open.reshape(-1, place.stride)[rows, cols])
+    inside = slice(place.border, -place.border)
+    return np.ascontiguousarray(place.open.reshape(-1, place.stride)[inside, inside])
 
 
 def _choice(shown: Array, may: Array) -> GuideOrder:
-    """Sort the open places of a level into groups of equal rounded values; each channel is rounded to a few steps."""
+    """Return the open pixels of a level grouped by quantised guide values."""
     flat, places = shown.reshape(-1, shown.shape[2]), np.flatnonzero(may)
     bits = min(4 if flat.shape[1] < 3 else 3, 62 // flat.shape[1])
     key = np.zeros(len(places), np.int64)
@@ -125,19 +118,17 @@ def _choice(shown: Array, may: Array) -> GuideOrder:
 
 
 def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool], edge: int = 0) -> list[Array]:
-    """Read the Gaussian stack of a picture (H, W, C) at places (rows, columns) of each level: int16 in 1 / 16.
+    """Return the Gaussian stack of a picture (H, W, C) at places (rows, columns) of each level: int16 in 1 / 16.
 
-    A channel at a time, so that no level is kept whole; ``closed``: which axes go on in themselves. Levels finer than
-    ``edge`` hold its channels, too. They tell how far away a boundary is: what lies along it in the exemplar, a rim or
-    shadow, comes to lie along the new one, and the sharp ones keep it in its place.
+    One channel at a time, so that no level is kept in full; ``closed``: which axes wrap. Levels finer than ``edge``
+    also hold its channels, which encode the distance to a boundary: what lies along it in the exemplar, a rim or
+    shadow, is placed along the new one, and the sharp channels keep the boundary in place.
     """
-    sharp: list[list[Array]] = []
-    soft: list[list[Array]] = []
+    sharp: list[list[Array]] = [[] for _ in places]
+    soft: list[list[Array]] = [[] for _ in places]
     for channel in np.moveaxis(picture, 2, 0):
-        sharp.append([])
         for level, blurred in enumerate(stack_of(channel, len(places), closed)):
-            sharp[-1].append(blurred[np.ix_(*places[level])])
-            if level == edge:
-                soft.append([blurred[np.ix_(*finer)] for finer in places[:edge]])
-    return [np.stack([c[level] for c in (sharp + soft if level < edge else sharp)], axis=2).astype(np.int16)
-            for level in range(len(places))]  # fmt: skip
+            sharp[level].append(blurred[np.ix_(*places[level])])
+            for finer in range(edge if level == edge else 0):
+                soft[finer].append(blurred[np.ix_(*places[finer])])
+    return [np.stack(a + b, axis=2).astype(np.int16) for a, b in zip(sharp, soft, strict=True)]

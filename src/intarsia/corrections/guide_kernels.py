@@ -1,4 +1,4 @@
-"""What a guide does to a coordinate map: pixels that show what is not wanted begin again at a place that does."""
+"""Kernels of guides: pixels of a coordinate map that miss their target are moved to a random place that matches it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ from .correction_kernels import snapped
 
 
 class GuideOrder(NamedTuple):
-    """Exemplar places of one level, sorted by what the guide shows there.
-
-    Places that show about the same are one group.
-    """
+    """Exemplar pixels of one level, grouped by their quantised guide values."""
 
     shown: Int16  # (H * W, G): the guide beside the exemplar
     may: UInt8  # (H, W): 1 where a candidate may lie
@@ -27,7 +24,7 @@ class GuideOrder(NamedTuple):
 
 @kernel
 def guide_difference(shown: Any, u: Any, target: Any, p: Any) -> Any:
-    """Return the squared difference of what is shown under a number and what is wanted at an output pixel."""
+    """Return the squared difference between the guide of an exemplar pixel and the target of an output pixel."""
     total = np.int64(0)
     for c in range(target.shape[1]):
         d = np.int64(shown[u, c]) - np.int64(target[p, c])
@@ -37,7 +34,7 @@ def guide_difference(shown: Any, u: Any, target: Any, p: Any) -> Any:
 
 @kernel
 def group_of(choice: Any, target: Any, p: Any) -> int:
-    """Return the group whose mean is nearest to what is wanted, the first of equal ones."""
+    """Return the group whose mean is nearest to the target, ties to the first."""
     best, found = np.int64(1) << 62, 0
     for n in range(len(choice.means)):
         total = guide_difference(choice.means, n, target, p)
@@ -48,7 +45,7 @@ def group_of(choice: Any, target: Any, p: Any) -> int:
 
 @kernel
 def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus: bool, enough: Any) -> bool:
-    """Return whether one of the eight pixels around goes on to a place that shows what is wanted."""
+    """Return whether the continuation of one of the eight neighbours matches the target."""
     height, width = choice.may.shape
     p = i * coords.shape[1] + j
     for dy in range(-1, 2):
@@ -67,11 +64,11 @@ def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus
 def begin_again(
     coords: Any, rows: Any, cols: Any, states: Any, choice: Any, target: Any, rule: Any, lattice: Any
 ) -> Any:
-    """Return a map in which pixels whose guide differs by more than ``rule[0]`` lie at the best of some hashed places.
+    """Return a map in which pixels whose guide differs by more than ``rule[0]`` move to the best of some random places.
 
-    ``rows``, ``cols``: absolute coordinates, which draws belong to; ``states``: of one draw each, before the place is
-    mixed in. ``rule``: what is near enough; the spacing h if pixels around may offer a place, else 0; 1 for a torus.
-    A place must differ by less than half of what was there. With a lattice pixels move by whole steps of it.
+    ``rows``, ``cols``: absolute coordinates of the draws; ``states``: of one draw each, before the place is mixed in.
+    ``rule``: the accepted squared difference; the spacing h if continuations of neighbours are accepted, else 0; 1 for
+    a torus. A new place must differ by less than half of the old one. With a lattice pixels move by lattice vectors.
     """
     enough, h, torus = rule[0], rule[1], rule[2] > 0
     height, width = choice.may.shape

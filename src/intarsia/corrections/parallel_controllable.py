@@ -1,15 +1,17 @@
-"""Parallel controllable synthesis at work: a canvas, a box or a coarse view of the endless map."""
+"""Engine of parallel-controllable and correction-2008: a canvas, a window or a coarse view of the endless map."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..analysis.features import features
 from ..foundation import ParameterError
-from ..foundation.arrays import Int32
+from ..foundation.arrays import Float32, Int32
 from ..foundation.field import Field
 from ..foundation.geometry import Box, Wrap
-from ..foundation.params import AUTO, check_sizes
+from ..foundation.params import AUTO, check_sizes, functions_of, parameters
 from ..foundation.run import Run
 from ..lattice import check_lattice, lattice_of, lattices_of
 from ..methods.parallel_controllable import ParallelControllable
@@ -18,20 +20,19 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
 from .appearance import Outlines, marked
-from .descent import Corrections, Descent, hashes
+from .descent import USED, Corrections, Descent, hashed
 from .guide import StackGuide
-from .span import Span
+from .span import Span, Spans
 from .stack import Look, exemplar_stack, is_cloudy, levels_within
 
-STAGE = 200505  # keeps this method's draws apart from those of others
 FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
-# Set by looking at pictures: large pieces lie anywhere, small ones move a little.
+# By eye: large pieces move anywhere, small ones a little.
 FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
 ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
 
 
 def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas) -> ParallelControllable:
-    """Decide the jitter, find the lattice; refuse weights and pictures that do not fit."""
+    """Return the method with automatic parameters decided; raise if weights, sizes, guide or feature do not fit."""
     size = None if canvas.endless else (canvas.height, canvas.width)
     check_sizes(method, (exemplars[0].height, exemplars[0].width), size)
     if isinstance(method.feature, Field):
@@ -43,12 +44,14 @@ def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas)
 
 
 def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
-    """Large pieces anywhere, small ones a little, and nothing where corrections could not mend it unseen."""
+    """Return the method with jitter, snap and lattice decided.
+
+    Large pieces move anywhere, small ones a little, and nothing moves where corrections could not hide it.
+    """
     lattice, jitter, snap = method.lattice, method.jitter, method.snap
     if snap == "auto":
         known = lattice is not AUTO
-        if not known and not guided:
-            known = lattices_of(exemplar, method.channel_weights).accepted is not None
+        known = known or (not guided and lattices_of(exemplar, method.channel_weights).accepted is not None)
         snap = "on" if known else "off"
     if lattice is not AUTO:
         check_lattice(lattice, exemplar)
@@ -56,8 +59,7 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
         lattice = lattice_of(exemplar, method.slug, method.channel_weights)
     if jitter is AUTO:
         top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-        all_over = snap == "on" or Outlines.of(method) is not None or not method.exact
-        all_over = all_over or is_cloudy(exemplar)
+        all_over = snap == "on" or Outlines.of(method) is not None or not method.exact or is_cloudy(exemplar)
         fine = top if all_over else max(len(FINE), levels_within(exemplar))
         shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
         jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
@@ -67,12 +69,12 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
 def synthesize(
     method: ParallelControllable, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Compute the window from (0, 0) on; along axes that wrap, a torus of that size."""
+    """Return the map of a canvas from (0, 0) on; along axes that wrap, a torus of its size."""
     return _map(method, exemplars[0], canvas, seed, run)
 
 
 def window(method: ParallelControllable, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Compute any window of the endless texture alone; coordinates up to 2**48 either way."""
+    """Return the map of any window of the endless texture; coordinates up to 2**48 px."""
     if max(abs(side) for side in (box.y0, box.x0, box.y1, box.x1)) > FARTHEST or min(box.height, box.width) < 1:
         raise ParameterError(f"the window {box} is not allowed; give at least 1 px, within 2**48 px of the origin.")
     return _map(method, exemplars[0], box, seed, run)
@@ -81,10 +83,10 @@ def window(method: ParallelControllable, exemplars: Exemplars, box: Box, seed: i
 def coarse(
     method: ParallelControllable, exemplars: Exemplars, box: Box, level: int, seed: int, run: Run
 ) -> Int32 | None:
-    """Return which exemplar pixels the middles of squares of 2**level px show, (h, w, 2), on that level.
+    """Return the exemplar pixels at the middles of squares of 2**level px, (h, w, 2), as that level has them.
 
-    Finer levels move them a little; it is as quick as a window of so many pixels. `box` is one of whole squares.
-    None where the exemplar is too small, or lies turned or scaled.
+    Finer levels move them a little; it costs as much as a window of that many pixels. `box`: of whole squares. None if
+    the exemplar is too small, or the texture is rotated or scaled.
     """
     descent = _descent(method, exemplars[0], box, seed)
     if descent.rules.lie is not None or level >= descent.stack.count:
@@ -93,40 +95,43 @@ def coarse(
 
 
 def asked(method: ParallelControllable, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
-    """Return a hash of what each function among the parameters says at all places that a picture asks it for.
+    """Return a hash of the values of each function parameter at all places where a picture evaluates it.
 
-    Those over the output are asked beside it as well, where its coarse levels begin.
+    A recipe cannot hold a function, and its name identifies nothing; but a picture depends on no more than these
+    values. Functions over the output are also evaluated beside it, where its coarse levels begin; functions over the
+    exemplar at all of its pixels.
     """
-    return hashes(method, exemplars[0], _descent(method, exemplars[0], where, 0).asked(*_spans(where)))
+    exemplar, over = exemplars[0], {p.name: p.over for p in parameters(method)}
+    outside = _descent(method, exemplar, where, 0).asked(*_spans(where))
+    inside = [[np.arange(exemplar.height), np.arange(exemplar.width)]]
+    return {
+        name: hashed(field, USED[name], inside if over[name] == "exemplar" else outside)
+        for name, field in functions_of(method).items()
+    }
 
 
 def _map(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int, run: Run) -> SourceMap:
-    descent, source = _descent(method, exemplar, where, seed), (exemplar.source,)
-    wrap = Wrap.NONE if isinstance(where, Box) else where.wrap
+    descent, wrap = _descent(method, exemplar, where, seed), Wrap.NONE if isinstance(where, Box) else where.wrap
     around = descent.around
 
-    def drafted(yx: Int32) -> SourceMap:
-        seen = yx[around : len(yx) - around, around : yx.shape[1] - around]
-        return SourceMap(seen, None, None, source, wrap, method.blend)
+    def made(yx: Int32, *turned: Float32) -> SourceMap:
+        return SourceMap(yx, None, None, (exemplar.source,), wrap, method.blend, *turned)
 
-    run = run.drafting(drafted)
+    run = run.drafting(lambda yx: made(yx[around : len(yx) - around, around : yx.shape[1] - around]))
     if descent.rules.lie is None:
-        return SourceMap(descent.window(*_spans(where), run), None, None, source, wrap, method.blend)
-    yx, frame, sub = descent.framed(*_spans(where), run)
-    return SourceMap(yx, None, None, source, wrap, method.blend, frame, sub)
+        return made(descent.window(*_spans(where), run))
+    return made(*descent.framed(*_spans(where), run))
 
 
 def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int) -> Descent:
     rules = Corrections.of(decided(method, exemplar))
-    levels = exemplar_stack(exemplar, Look.of(method, rules.border))
-    if isinstance(where, Box) or where.guide is None:
-        return Descent(levels, rules, seed, STAGE)
-    return Descent(levels, rules, seed, STAGE, StackGuide(where, levels))
+    levels = exemplar_stack(exemplar, Look.of(method), rules.border)
+    wanted = StackGuide(where, levels) if isinstance(where, Canvas) and where.guide is not None else None
+    return Descent(levels, rules, seed, wanted)
 
 
-def _spans(where: Canvas | Box) -> tuple[Span, Span]:
-    """The rows and columns of a canvas, which may close in themselves, or of a box of the endless plane."""
+def _spans(where: Canvas | Box) -> Spans:
+    """Return the rows and columns of a canvas, with periods where it wraps, or of a box of the endless plane."""
     if isinstance(where, Box):
         return Span(where.y0, where.y1, 0), Span(where.x0, where.x1, 0)
-    periods = (where.height if where.wrap.y else 0), (where.width if where.wrap.x else 0)
-    return Span(0, where.height, periods[0]), Span(0, where.width, periods[1])
+    return Span(0, where.height, where.height * where.wrap.y), Span(0, where.width, where.width * where.wrap.x)

@@ -1,7 +1,7 @@
-"""Pixels of a level: which of them a window needs, where in the output they lie, and how the texture lies there.
+"""Pixels of pyramid levels along an axis, their places in the output, and the Jacobian of a rotated or scaled texture.
 
-Turned and scaled, place by place (Lefebvre and Hoppe 2006, section 5). All numbers are whole, from a table of sines, so
-that no machine decides otherwise.
+Rotation and scale vary from place to place (Lefebvre and Hoppe 2006, section 5). All numbers are integer, from a table
+of sines, so that every machine computes the same.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import numpy as np
 
 from ..foundation.arrays import Array
 from ..foundation.field import Field
-from .correction_kernels import UNIT, Axis
+from .correction_kernels import UNIT
 
-TURN = 5760  # steps of a full turn, 16 a degree
-ZOOM = 256  # steps of 1
+TURN = 5760  # units of a full turn, 16 a degree
+ZOOM = 256  # units of scale 1
 SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM  # what methods allow
 SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in range(TURN)], np.int64)
 
@@ -25,28 +25,28 @@ SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in
 
 @dataclass(frozen=True)
 class Orientation:
-    """Degrees by which the texture lies turned, to the left as seen, and how many times larger it is shown."""
+    """Rotation of the texture in degrees, counter-clockwise as seen, and its scale."""
 
     angle: Field
     zoom: Field
 
     @classmethod
     def of(cls, angle: float | Field, zoom: float | Field) -> Orientation | None:
-        """Return what two settings say; None where nothing is turned or scaled."""
+        """Return the orientation of two settings; None if nothing is rotated or scaled."""
         if (angle, zoom) == (0, 1):
             return None
         return cls(*(v if isinstance(v, Field) else Field(v) for v in (angle, zoom)))
 
     @property
     def reach(self) -> int:
-        """How far in the exemplar, in steps of a level, neighbours of a pixel are read that are up to 2 px off."""
+        """How far in the exemplar, in units of a level's spacing, neighbours of a pixel within 2 px are read."""
         least = SMALLEST / ZOOM if self.zoom.number is None else self.zoom.number
         return math.ceil(2 * math.sqrt(2) / least + 1)
 
     def at(self, rows: Array, cols: Array) -> Array:
-        """Return J, the step of the exemplar for a step of the output: (rows, columns, 4) int32, 1 / 4096.
+        """Return J, the exemplar offset for an output offset: (rows, columns, 4) int32, 1 / 4096.
 
-        In the order of rows and columns of the matrix: y from y, y from x, x from y, x from x.
+        The matrix by rows: y from y, y from x, x from y, x from x.
         """
         if self.angle.number is not None and self.zoom.number is not None and len(rows) * len(cols) > 1:
             return np.broadcast_to(self.at(rows[:1], cols[:1]), (len(rows), len(cols), 4)).copy()
@@ -57,17 +57,17 @@ class Orientation:
 
 
 def turns(angle: Field, rows: Array, cols: Array) -> Array:
-    """Return how far the texture lies turned at places, in 1 / 16 degree: (rows, columns) int64, below a full turn."""
+    """Return the rotation at places, in 1 / 16 degree: (rows, columns) int64, below a full turn."""
     return np.asarray(np.rint(angle.at(rows, cols, around=True) * (TURN / 360)).astype(np.int64) % TURN)
 
 
 def zooms(zoom: Field, rows: Array, cols: Array) -> Array:
-    """Return how many times larger it is shown at places, in 1 / 256: (rows, columns) int64."""
+    """Return the scale at places, in 1 / 256: (rows, columns) int64."""
     return np.clip(np.rint(zoom.at(rows, cols) * ZOOM), SMALLEST, LARGEST).astype(np.int64)
 
 
 def less_steps(y: Any, x: Any, lattice: list[list[int]]) -> Any:
-    """Return what is left of (y, x), Python's whole numbers of any size, after whole steps of a lattice."""
+    """Return (y, x), Python integers of any size, reduced by lattice vectors."""
     (ay, ax), (by, bx) = lattice
     det = ay * bx - ax * by
     m, n = (y * bx - x * by) // det, (ay * x - ax * y) // det
@@ -75,7 +75,7 @@ def less_steps(y: Any, x: Any, lattice: list[list[int]]) -> Any:
 
 
 def origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array) -> Array:
-    """Return J(p) p for places however far away, less whole exemplars or lattice steps: (H, W, 2)."""
+    """Return J(p) p for places at any distance, modulo the exemplar's size or the lattice: (H, W, 2)."""
     matrix, p, q = frame.astype(object), rows.astype(object)[:, None], cols.astype(object)[None, :]
     y, x = matrix[..., 0] * p + matrix[..., 1] * q, matrix[..., 2] * p + matrix[..., 3] * q  # 1 / 4096 px
     if len(lattice):
@@ -88,7 +88,7 @@ def origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array)
 
 
 class Span(NamedTuple):
-    """Pixels start .. stop-1 of an axis at some level; `period` of them close in themselves, if it is not 0."""
+    """Pixels start .. stop-1 of an axis at some level; it wraps after `period` of them, unless that is 0."""
 
     start: int
     stop: int
@@ -101,45 +101,43 @@ class Span(NamedTuple):
         return every % self.period if self.period else every
 
     def wider(self, margin: int) -> Span:
-        """The span with so many more px on either side."""
+        """Return the span enlarged by so many px on either side."""
         return Span(self.start - margin, self.stop + margin, self.period)
 
     def above(self) -> Span:
-        """The pixels of the next coarser level that these come from."""
+        """Return the pixels of the next coarser level that are the parents of these."""
         if self.period:
             above = (self.period + 1) // 2
             return Span(0, above, above)
         return Span(self.start >> 1, ((self.stop - 1) >> 1) + 1, 0)
 
 
-def at_rest(span: Span) -> Axis:
-    """The pixels of a level, each from itself."""
-    return Axis(np.arange(len(span.at)), np.zeros(len(span.at), np.int64), span.at)
+Spans = tuple[Span, Span]  # rows and columns
 
 
-def places_of(level: int, spans: list[tuple[Span, Span]]) -> list[Array]:
-    """Where in the output the rows and the columns of a level lie, px."""
-    return [place_of(own.at, own, level, whole.period) for own, whole in zip(spans[level], spans[0], strict=True)]
+def places_of(level: int, spans: list[Spans]) -> list[Array]:
+    """Return the places of the rows and of the columns of a level in the output, px."""
+    axes = zip(spans[level], spans[0], strict=True)
+    return [place_of(own.at, own.period, level, whole.period) for own, whole in axes]
 
 
-def place_of(at: Array, span: Span, level: int, whole: int) -> Array:
-    """Where in the output the pixels `at` of a span lie, px: the middle of the squares that they stand for.
+def place_of(at: Array, period: int, level: int, whole: int) -> Array:
+    """Return the places of the pixels `at` of a level in the output, px: the middles of their squares.
 
-    A torus of `whole` px is shared out evenly among its pixels.
-
-    Where they cannot all be `h` px apart, the odd steps lie in other places on every level.
+    A torus of `whole` px is divided evenly among its `period` pixels; where they cannot all be `h` px apart, the odd
+    steps differ from level to level.
     """
-    if span.period:
-        odd = 2 * span.period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
-        return np.asarray(((2 * at + 1) * whole + odd) // (2 * span.period))
+    if period:
+        odd = 2 * period * (level * 79 % 128) // 128  # 79 / 128: about the golden section
+        return np.asarray(((2 * at + 1) * whole + odd) // (2 * period))
     return np.asarray((at << level) + ((1 << level) >> 1))
 
 
-def shown_by(coords: Array, places: list[Array], wanted: tuple[Span, Span], size: Array) -> Array:
-    """Return what the output shows if it ends with the pixels of some level, each of them a square: (H, W, 2).
+def shown_by(coords: Array, places: list[Array], wanted: Spans, size: Array) -> Array:
+    """Return the output as if it ended with the pixels of some level, each of them a square: (H, W, 2).
 
-    `places`: where their rows and columns lie, px; of more than there are, those in the middle. `wanted`: the rows and
-    columns of the output. `size`: of the exemplar, which goes on beyond its borders.
+    `places`: their rows and columns, px; if there are more than in the map, those in the middle. `wanted`: the rows and
+    columns of the output. `size`: of the exemplar, at which coordinates wrap.
     """
     index, steps = [], []
     for axis, (place, span) in enumerate(zip(places, wanted, strict=True)):
@@ -155,7 +153,7 @@ def shown_by(coords: Array, places: list[Array], wanted: tuple[Span, Span], size
 
 
 def whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
-    """Two lattice vectors as (y, x) in 1/256 px, right-handed; a single one gets one px across to it as the second."""
+    """Return two lattice vectors as (y, x) in 1/256 px, right-handed; a single one is completed by 1 px across it."""
     if not vectors:
         return np.zeros((0, 2), np.int64)
     whole = [[round(256 * y), round(256 * x)] for x, y in vectors]
@@ -167,7 +165,7 @@ def whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
 
 
 def residues(places: Array, lattice: Array, axis: int) -> Array:
-    """What is left of (place, 0) or (0, place) after whole steps of a lattice: (N, 2), 1/256 px, at any distance."""
+    """Return (place, 0) or (0, place) reduced by lattice vectors: (N, 2), 1/256 px, at any distance."""
     far = 256 * places.astype(object)
     y, x = (far, 0 * far) if axis == 0 else (0 * far, far)
     return np.stack(less_steps(y, x, lattice.tolist()), axis=1).astype(np.int64)

@@ -1,8 +1,8 @@
-"""An exemplar on all levels, for corrections: what is compared, which pixels may be candidates, and the jump sets.
+"""The exemplar on all pyramid levels: neighbourhoods to compare, open candidates, and jump sets (k-coherence).
 
-Jump sets say where else in the exemplar it looks the same (Lefebvre and Hoppe 2005: candidates by k-coherence; named so
-by the memorandum of 2008, docs/sources-004.md). On coarse levels they are found for every (h / 2)-th pixel only, in
-large exemplars for no more than 512 x 512 of them; the pixels between take those of a neighbour.
+Jump sets hold similar exemplar pixels (Lefebvre and Hoppe 2005: candidates by k-coherence; named so by the memorandum
+of 2008, docs/sources-004.md). On coarse levels they are searched for every (h / 2)-th pixel only, in large exemplars
+for no more than 512 x 512 of them; the pixels between take those of a neighbour.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..analysis import nearest, principal_axes, spreads
 from ..analysis.features import features
 from ..foundation import ndimage
-from ..foundation.arrays import Array, Int32
+from ..foundation.arrays import Array, Int16, Int32, Int64, UInt8
 from ..kernels import kd_tree
 from ..model import Exemplar
 from ..search import elements
@@ -36,54 +37,58 @@ from .appearance import (
     without_gaps,
 )
 from .appearance_kernels import Similar, jump_sets
-from .correction_kernels import MIDDLE, LevelArrays
+from .correction_kernels import MIDDLE
 
-CLOUDS = 16  # px: what is wider is no grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
-CLOUDY = 3, 10  # as 3 of 10 parts of the variance it makes a picture cloudy; halved: 29 of 80, doubled: one
-SEARCHED = 1 << 18  # px of an exemplar that similar places are looked for of on one level: a limit of time
-KEPT = 1 << 28  # bytes of tables that are kept; larger ones are made anew for every window
-
-
-
-class Jumps(NamedTuple):
-    """How similar places are found. Halved and doubled on 24 textures (docs/design/012): how many px differ."""
-
-    apart: float = 0.05  # of the exemplar's longer side (S4-26); halved: 0.4 %, doubled: 29 %, six repeat more
-    leaves: int = 4  # of the tree, looked into for one pixel: a limit of time; doubled: 2 % nearer, 1.25 times as long
-    asked: int = 8  # pixels that the tree names for each jump, ranked exactly: another; doubled: not 0.5 % nearer
+UInt64 = NDArray[np.uint64]
+CLOUDS = 16  # px of the widest grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
+CLOUDY = 3, 10  # share of the variance from which a picture is cloudy, 3 / 10; halved: 29 of 80, doubled: one
+SEARCHED = 1 << 18  # px of an exemplar for which similar ones are searched on one level: a limit of time
+KEPT = 1 << 28  # bytes of tables that are kept; larger ones are computed for every window
+APART = 0.05  # of the exemplar's longer side (S4-26); halved: 0.4 %, doubled: 29 % of px differ, six of 24 repeat more
+LEAVES = 4  # of the tree, searched for one pixel: a limit of time; doubled: 2 % nearer, 1.25 times as long
+ASKED = 8  # candidates from the tree for each jump, ranked exactly: a limit of time; doubled: not 0.5 % nearer
 
 
-JUMPS = Jumps()
+class StackLevel(NamedTuple):
+    """A level of the exemplar, as the correction kernel reads it.
 
+    The exemplar has a border on all sides; a pixel is named by its *position*, row * stride + column, border included.
+    Of ``packed`` and ``values`` one is empty, which decides what is compared.
+    """
 
-@dataclass(frozen=True)
-class StackLevel:
-    """A level of the exemplar: `arrays` with a border of `border` px, rows of `stride`, pixels `h` px apart."""
-
-    h: int
-    border: int
+    h: int  # px from one pixel to the next
+    border: int  # px
     stride: int
-    arrays: LevelArrays
+    packed: UInt64  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
+    values: Int16  # (positions, C): colours
+    roots: Int64  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
+    inner: Int32  # (positions,): the position inside that the border repeats, or -1 outside
+    open: UInt8  # (positions,): 1 for candidates
+    table: Int16 = np.zeros(0, np.int16)  # (positions * n,): the neighbourhood of each exemplar pixel
+    jumps: Int32 = np.zeros((0, 0), np.int32)  # (positions, k - 1): similar pixels, -1 where there is none
+    shown: Int32 = np.zeros(0, np.int32)  # (positions * G,): the guide of the exemplar, scaled
+    asked: Int32 = np.zeros(0, np.int32)  # (H * W * G,): the target of each pixel of the map, scaled
 
     def positions(self, coords: Array) -> Int32:
-        """Turn exemplar pixels (H, W, 2) into positions (H, W)."""
+        """Return the positions (H, W) of exemplar pixels (H, W, 2)."""
         return np.asarray((coords[..., 0] + self.border) * self.stride + coords[..., 1] + self.border, np.int32)
 
     def pixels(self, positions: Int32) -> Int32:
-        """Turn positions back into exemplar pixels (H, W, 2)."""
+        """Return the exemplar pixels (H, W, 2) of positions (H, W)."""
         return np.stack(np.divmod(positions, np.int32(self.stride)), axis=2) - np.int32(self.border)
 
-    def ready(self) -> LevelArrays:
-        """Return the site with its table, which may be too large to be kept."""
-        return self.arrays if len(self.arrays.table) else self.arrays._replace(table=table_of(self).ravel())
+    def ready(self) -> StackLevel:
+        """Return the level with its table, which is computed here if it was too large to be kept."""
+        return self if len(self.table) else self._replace(table=table_of(self))
 
 
-def table_of(level: StackLevel) -> Array:
-    """Return the neighbourhood of each exemplar pixel, as corrections add it up: (positions, n) int16."""
-    arrays, edge = level.arrays, level.border
-    shown, taps, roots = arrays.values.reshape(-1, level.stride, arrays.values.shape[1]), range(-2, 3), arrays.roots
-    if len(arrays.packed):  # four diagonal points, each foretold three times
-        shown, taps, roots = unpacked_words(arrays.packed, level.stride), range(-1, 2, 2), np.full(4, 3 * 256)
+def table_of(level: StackLevel) -> Int16:
+    """Return the neighbourhood of each exemplar pixel, as corrections compare it: (positions * n,)."""
+    edge, taps, roots = level.border, range(-2, 3), level.roots
+    if len(level.packed):  # four diagonal points, each predicted three times
+        shown, taps, roots = unpacked_words(level.packed, level.stride), range(-1, 2, 2), np.full(4, 3 * 256)
+    else:
+        shown = level.values.reshape(-1, level.stride, level.values.shape[1])
     height, width, channels = shown.shape
     table = np.zeros((height, width, len(roots), channels), np.int16)
     inside = table[edge : height - edge, edge : width - edge]
@@ -91,15 +96,15 @@ def table_of(level: StackLevel) -> Array:
         y, x = edge + level.h * down, edge + level.h * across
         part = shown[y : y + inside.shape[0], x : x + inside.shape[1]].astype(np.int32)
         inside[:, :, k] = (part * roots[k]) >> 8
-    return table.reshape(height * width, -1)
+    return table.ravel()
 
 
 @dataclass(frozen=True)
 class ExemplarStack:
-    """The levels of an exemplar: pixels 1, 2, 4, ... px apart; `count` of them, the coarsest one a pixel in all.
+    """The levels of an exemplar, of spacing 1, 2, 4, ... px; `count` of them, the coarsest one a single pixel.
 
-    ``levels``: those that are corrected, the finest first; coarser ones would see more than the exemplar holds.
-    ``home``: for each pixel the usable one in its place, or empty.
+    ``levels``: those that are corrected, the finest first; coarser ones would read beyond the exemplar. ``home``: for
+    each pixel the nearest usable one, or empty.
     """
 
     exemplar: Exemplar
@@ -112,34 +117,35 @@ class ExemplarStack:
 class Look:
     """What of an exemplar is compared, and how.
 
-    ``weights`` of the channels; ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose
-    squared differences ``neighbourhood_mask`` weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 in 2 px);
-    ``k`` - 1 jumps for each pixel; with ``outlines`` the distance to them is compared as well; ``reach``: how far
-    beyond the exemplar corrections read, in steps of a level.
+    ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose squared differences
+    ``neighbourhood_mask`` weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 at 2 px); ``k`` - 1 jumps for each
+    pixel; with ``outlines`` the distance to them is compared as well.
     """
 
-    weights: tuple[float, ...] | None = None
+    channel_weights: tuple[float, ...] | None = None
     neighbourhood: str = "appearance"
     neighbourhood_mask: tuple[float, ...] | None = None
     k: int = 2
     outlines: Outlines | None = None
-    reach: int = 2
 
     @classmethod
-    def of(cls, method: Any, reach: int = 2) -> Look:
-        """Take the settings from the fields of a method."""
+    def of(cls, method: Any) -> Look:
+        """Return what the fields of a method ask for."""
         own = {name: getattr(method, name) for name in cls.__dataclass_fields__ if hasattr(method, name)}
-        return cls(method.channel_weights, outlines=Outlines.of(method), reach=reach, **own)
+        return cls(outlines=Outlines.of(method), **own)
 
 
-def exemplar_stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
-    """Return the levels of an exemplar; made once for all seeds and sizes, the same on every machine."""
+def exemplar_stack(exemplar: Exemplar, look: Look, reach: int = 2) -> ExemplarStack:
+    """Return the levels of an exemplar, computed once for all seeds and sizes, the same on every machine.
+
+    ``reach``: how far beyond the exemplar corrections read, in units of a level's spacing.
+    """
     known = look if look.outlines is None else replace(look, outlines=look.outlines.over(exemplar))
-    return exemplar.memo(("sites", known), lambda: _stack(exemplar, known))
+    return exemplar.memo(("sites", known, reach), partial(_stack, exemplar, known, reach))
 
 
-def _stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
-    picture = without_gaps(features([exemplar], look.weights).pictures[0], exemplar)
+def _stack(exemplar: Exemplar, look: Look, reach: int) -> ExemplarStack:
+    picture = without_gaps(features([exemplar], look.channel_weights).pictures[0], exemplar)
     if look.outlines is not None:
         picture = np.concatenate([picture, look.outlines.channel(exemplar, picture)], axis=2)
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
@@ -149,51 +155,45 @@ def _stack(exemplar: Exemplar, look: Look) -> ExemplarStack:
     for number, blurred in enumerate(stack_of(picture, corrected, (torus, torus))):
         h = 1 << number
         closed = far <= left_out(h, far, cloudy)
-        level = _compared(blurred, h, torus, look, closed)
-        table = table_of(level)
-        search = partial(similar_places, table, (height, width, torus), level.border, h, closed, look.k - 1)
-        cells = exemplar.memo(("jumps", replace(look, reach=0), h), search)
-        jumps = spread_jumps(cells, px_apart(h, height, width), level)
-        keep = table.ravel() if corrected * table.nbytes <= KEPT else table.ravel()[:0]
-        levels.append(replace(level, arrays=level.arrays._replace(table=keep, jumps=jumps)))
-    return ExemplarStack(exemplar, count, tuple(levels), _home(exemplar))
+        level = _compared(blurred, h, torus, look, closed, reach).ready()
+        search = partial(similar_places, level, closed, torus, look.k - 1)
+        jumps = spread_jumps(exemplar.memo(("jumps", look, h), search), level)
+        keep = level.table if corrected * level.table.nbytes <= KEPT else level.table[:0]
+        levels.append(level._replace(table=keep, jumps=jumps))
+    home = nearest(exemplar.free)
+    flat = np.zeros(0, np.int32) if home is None else np.asarray(home[0] * width + home[1], np.int32).ravel()
+    return ExemplarStack(exemplar, count, tuple(levels), flat)
 
 
-def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array) -> StackLevel:
-    """A level without its jumps and table: features, and where candidates may lie."""
-    height, width, _ = blurred.shape
-    border = look.reach * h
-    stride = width + 2 * border
-    packing: Array = np.zeros((0, 2), np.uint64)
-    values: Array = np.zeros((0, 1), np.int16)
+def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array, reach: int) -> StackLevel:
+    """Return a level without its jumps and table."""
+    (height, width, _), border = blurred.shape, reach * h
+    packing: UInt64 = np.zeros((0, 2), np.uint64)
+    values: Int16 = np.zeros((0, 1), np.int16)
     if look.neighbourhood == "appearance":
         packing = packed(bordered(transformed(blurred, h, torus), border, torus) + np.int16(MIDDLE))
     else:
         values = np.ascontiguousarray(bordered(((blurred + 8) >> 4).astype(np.int16), border, torus))
         values = values.reshape(-1, values.shape[2])
+    stride, mask = width + 2 * border, look.neighbourhood_mask
     own = np.arange(border, border + height)[:, None] * stride + np.arange(border, border + width)
     inner = bordered(own, border, True) if torus else np.pad(own, border, constant_values=-1)
-    open_ = np.pad(~closed, border).astype(np.uint8).ravel()
-    none = np.zeros((0, 0), np.int32)
-    steps = np.array([h * stride, h, h], np.int64)
-    no_table = np.zeros(0, np.int16)
-    mask = look.neighbourhood_mask
     roots = WEIGHTS if mask is None else np.rint(np.sqrt(mask) * 256).astype(np.int64)
-    arrays = LevelArrays(steps, packing, values, roots, no_table, inner.astype(np.int32).ravel(), open_, none)
-    return StackLevel(h, border, stride, arrays)
+    open_ = np.pad(~closed, border).astype(np.uint8).ravel()
+    return StackLevel(h, border, stride, packing, values, roots, inner.astype(np.int32).ravel(), open_)
 
 
 def levels_within(exemplar: Exemplar) -> int:
-    """Return how many levels there are, the finest first, whose pixels lie at most a quarter of an element apart."""
+    """Return the number of levels whose spacing is at most a quarter of an element."""
     return (elements(exemplar).size // 4).bit_length()
 
 
 def is_cloudy(exemplar: Exemplar) -> bool:
-    """Return whether what is wider than 16 px makes up three tenths of the picture: clouds, stains, large shades.
+    """Return whether structures wider than 16 px make up three tenths of the variance: clouds, stains, large shades.
 
-    Such textures are put right on coarse levels, or nowhere.
+    Such textures need corrections on coarse levels.
     """
-    return exemplar.memo("cloudy", lambda: _cloudy(exemplar))
+    return exemplar.memo("cloudy", partial(_cloudy, exemplar))
 
 
 def _cloudy(exemplar: Exemplar) -> bool:
@@ -208,38 +208,28 @@ def _cloudy(exemplar: Exemplar) -> bool:
 def left_out(h: int, far: Array, cloudy: bool) -> int:
     """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
 
-    Its pixels are compared with what the mirror shows beyond. With 2 h px left out, so that all neighbourhoods are its
-    own, the middle is shown twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
-    left out, the exemplar's straight border was seen as an edge in rock; with h it was not, and nearly as much is used.
-    (With 2 h 13 of 24 textures return a tenth more, with 1 or 4 px at least none, see docs/design/012.)
+    Their neighbourhoods include mirrored pixels. With 2 h px left out, so that all neighbourhoods are the exemplar's
+    own, the middle is used twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
+    left out, the exemplar's straight border was visible as an edge in rock; with h it was not, and nearly as much is
+    used. (With 2 h 13 of 24 textures repeat a tenth more, with 1 or 4 px at least none, see docs/design/012.)
     """
     return min(2 * h if cloudy else max(2, h), int(far.max()) // 4)
 
 
 def depths(exemplar: Exemplar) -> Array:
-    """Return how far, along rows, columns and diagonals, each pixel is from what is unusable or outside; 0 there."""
-    height, width = exemplar.height, exemplar.width
-    usable = exemplar.free
+    """Return the chessboard distance of each pixel to what is unusable or outside: (H, W); 0 where unusable."""
+    size, usable = (exemplar.height, exemplar.width), exemplar.free
     if exemplar.toroidal and usable.all():
-        return np.full((height, width), 1 << 30)
-    if usable.all():
-        down, along = (np.minimum(np.arange(n), np.arange(n)[::-1]) + 1 for n in (height, width))
-        return np.asarray(np.minimum(down[:, None], along), np.int64)
-    tops, lefts = (height, width) if exemplar.toroidal else (1, 1)
-    sides = (tops, tops), (lefts, lefts)
-    around = np.pad(usable, sides, mode="wrap") if exemplar.toroidal else np.pad(usable, sides)
+        return np.full(size, 1 << 30)
+    down, across = size if exemplar.toroidal else (1, 1)
+    mode: Any = "wrap" if exemplar.toroidal else "constant"
+    around = np.pad(usable, [(down, down), (across, across)], mode=mode)
     far = ndimage.distance_transform_cdt(around, metric="chessboard")
-    return np.asarray(far[tops : tops + height, lefts : lefts + width], np.int64)
-
-
-def _home(exemplar: Exemplar) -> Int32:
-    """For each pixel the nearest usable one, itself or another; empty where all are usable."""
-    home = None if exemplar.usable is None else nearest(exemplar.usable)
-    return np.zeros(0, np.int32) if home is None else np.asarray(home[0] * exemplar.width + home[1], np.int32).ravel()
+    return np.asarray(far[down : down + size[0], across : across + size[1]], np.int64)
 
 
 def px_apart(h: int, height: int, width: int) -> int:
-    """Return how many px apart similar places are looked for on a level of spacing `h`.
+    """Return the spacing in px at which similar pixels are searched on a level of spacing `h`.
 
     At most 2 h + 1: what lies beside a jump must lie within the border.
     """
@@ -247,53 +237,49 @@ def px_apart(h: int, height: int, width: int) -> int:
     return max(min(least, 2 * h + 1), h // 2)
 
 
-def spread_jumps(cells: Array, step: int, level: StackLevel) -> Int32:
-    """Hand the jumps of every step-th pixel (rows, columns, k - 1, 2) to all pixels, as positions (positions, k - 1).
+def spread_jumps(cells: Array, level: StackLevel) -> Int32:
+    """Return the jumps of all pixels, as positions (positions, k - 1), from those of a grid (rows, columns, k - 1, 2).
 
-    A pixel between takes what lies beside the jump; -1 where that is outside.
+    A pixel between grid pixels takes what lies beside the jump; -1 where that is outside.
     """
-    edge, inner = level.border, level.arrays.inner.reshape(-1, level.stride)
-    y, x = (np.arange(n - 2 * edge) for n in inner.shape)
+    edge, inner = level.border, level.inner.reshape(-1, level.stride)
+    height, width = (n - 2 * edge for n in inner.shape)
+    y, x, step = np.arange(height), np.arange(width), px_apart(level.h, height, width)
     to, jumps = cells[y // step][:, x // step], np.full((*inner.shape, cells.shape[2]), -1, np.int32)
     found = inner[to[..., 0] + (y % step + edge)[:, None, None], to[..., 1] + (x % step + edge)[:, None]]
-    jumps[edge : edge + len(y), edge : edge + len(x)] = np.where(to[..., 0] < 0, -1, found)
+    jumps[edge : edge + height, edge : edge + width] = np.where(to[..., 0] < 0, -1, found)
     return jumps.reshape(inner.size, -1)
 
 
-def similar_places(
-    table: Array, size: tuple[int, int, bool], border: int, h: int, closed: Array, count: int
-) -> Array:
-    """Return the `count` most similar pixels of every so many-th one: (rows, columns, count, 2) int32 (y, x), or -1.
+def similar_places(level: StackLevel, closed: Array, toroidal: bool, count: int) -> Int32:
+    """Return the `count` most similar pixels of each pixel of a grid: (rows, columns, count, 2) (y, x), or -1.
 
-    ``table`` (positions, n): neighbourhoods, those of `border` px on all sides included; ``size``: height, width,
-    toroidal; ``closed`` (H, W): where no pixel may be jumped to. They lie at least 5 % of the exemplar, or h, from the
-    pixel itself and from one another.
+    ``closed`` (H, W): pixels that are no targets. Targets are at least 5 % of the exemplar, and h, from the pixel and
+    from one another.
     """
-    height, width, toroidal = size
-    step = px_apart(h, height, width)
+    height, width = closed.shape
+    step = px_apart(level.h, height, width)
     ys, xs = np.arange(0, height, step), np.arange(0, width, step)
     out = np.full((len(ys), len(xs), count), -1, np.int32)
     places = np.stack(np.meshgrid(ys, xs, indexing="ij"), axis=2).reshape(-1, 2).astype(np.int64)
     free = ~closed[places[:, 0], places[:, 1]]
     if count and free.any():
-        stride = width + 2 * border
-        vectors = table[(places[:, 0] + border) * stride + places[:, 1] + border]
+        at = (places[:, 0] + level.border) * level.stride + places[:, 1] + level.border
+        vectors = level.table.reshape(len(level.inner), -1)[at]
         points = _points(vectors)
-        order = np.arange(int(free.sum()))
-        own, nodes = points[free], 4 * (len(order) // kd_tree.LEAF + 1)
-        axis, cut = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
+        order, own = np.arange(int(free.sum())), points[free]
+        axis, cut = np.zeros((2, 4 * (len(order) // kd_tree.LEAF + 1)), np.int64)
         kd_tree.build(own, order, axis, cut)
         none = np.zeros((1, 1), np.int64)
         tree = kd_tree.Tree(own, order, axis, cut, none[0], none)
-        apart = max(2, round(JUMPS.apart * max(height, width)), h)
-        limits = height, width, int(toroidal), apart, JUMPS.leaves
+        limits = height, width, int(toroidal), max(2, round(APART * max(height, width)), level.h), LEAVES
         known = Similar(vectors.ravel(), np.uint64(vectors.shape[1]), places, free, limits)
-        jump_sets(tree, points, known, JUMPS.asked * count, out)
+        jump_sets(tree, points, known, ASKED * count, out)
     return np.where(out[..., None] < 0, np.int32(-1), places.astype(np.int32)[out])
 
 
 def _points(vectors: Array) -> Array:
-    """Project neighbourhoods (N, n) on their main axes: (N, D) int32."""
+    """Return neighbourhoods (N, n) projected on their principal axes: (N, D) int32."""
     some = vectors[:: max(1, len(vectors) // SAMPLE)].astype(np.float64)
     axes = principal_axes(whole_products(some) / len(some), min(AXES, some.shape[1]))[1]
     return np.asarray(np.floor(vectors @ (np.rint(axes * 4096) / 4096).T), np.int32)  # sums in 1 / 4096, exact

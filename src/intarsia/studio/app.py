@@ -1,4 +1,4 @@
-"""The routes of the studio, in one table, and what each answers."""
+"""The HTTP routes of the studio, in one table, and their handlers."""
 
 from __future__ import annotations
 
@@ -35,23 +35,26 @@ from .words import options as options_of
 
 STATIC = Path(__file__).parent / "static"
 LENGTH = re.compile("[0-9]{1,8}")
-SIDE = 4096  # px: no picture for a page is larger
+SIDE = 4096  # px: largest picture for a page
 EVENTS = "text/event-stream"
 KEPT = {"Cache-Control": "private, max-age=31536000, immutable"}
-"""What is named by its contents does not change."""
+"""For what is named by its contents, and so never changes."""
+
+ROWS = ("exemplar", "image", "job", "result")
+"""Parts of paths that are ids."""
 
 Answer = Callable[..., Any]
-"""Given a request and the parts of its path: JSON, bytes of a PNG that is named by its contents, or a response."""
+"""Handler of a request and the parts of its path: returns JSON, a PNG that is named by its contents, or a response."""
 
 
 class Whole(IntegerConvertor):
-    """A whole number in a path."""
+    """An integer in a path."""
 
     regex = "-?[0-9]{1,15}"
 
 
 class Taken(StringConvertor):
-    """What can be taken away, and brought back."""
+    """What can be removed, and restored."""
 
     regex = "exemplars|jobs"
 
@@ -61,12 +64,12 @@ register_url_convertor("taken", Taken())
 
 
 class Studio:
-    """Everything that the routes work on."""
+    """All that the routes work on."""
 
     def __init__(self, folder: str | Path) -> None:
         self.store, self.events = Store(folder), Events()
         self.looker = Process(uploads.MOST_BYTES)
-        beside = Process(nice=10)  # growing goes first
+        beside = Process(nice=10)  # synthesis has priority
         self.bin = Bin(self.store, self.events)
         self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
@@ -76,7 +79,7 @@ class Studio:
 
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
-        """Work as long as the server runs; nothing is left afterwards."""
+        """Run the queue as long as the server runs; end all processes and empty the bin afterwards."""
         self.bin.empty()
         self.jobs.begin()
         try:
@@ -116,32 +119,19 @@ class Studio:
         self.jobs.prepare(row["id"])
         return row
 
-    async def seen(self, request: Request, name: str, plane: str) -> bytes:
-        return await self.showing.exemplar(self.store.row("exemplars", name), plane, sight_of(request))
+    async def edit(self, request: Request, exemplar: Row) -> Row:
+        return self._opened(await self.showing.edited(exemplar, await said(request)))
 
-    async def edit(self, request: Request, name: str) -> Row:
-        return self._opened(await self.showing.edited(self.store.row("exemplars", name), await said(request)))
+    async def found(self, request: Request, exemplar: Row) -> Row:
+        self.jobs.prepare(exemplar["id"])
+        return await self.showing.found(exemplar)
 
-    async def found(self, request: Request, name: str) -> Row:
-        row = self.store.row("exemplars", name)
-        self.jobs.prepare(name)
-        return await self.showing.found(row)
-
-    async def overlay(self, request: Request, name: str, kind: str) -> bytes:
-        return await self.showing.overlay(self.store.row("exemplars", name), kind)
-
-    async def rim(self, request: Request, name: str, image: str) -> Response:
-        grow, data = await self.showing.rim(self.store.row("exemplars", name), self.store.row("images", image))
+    async def rim(self, request: Request, exemplar: Row, image: Row) -> Response:
+        grow, data = await self.showing.rim(exemplar, image)
         return Response(data, headers=KEPT | {"X-Grow": str(grow)}, media_type="image/png")
-
-    async def sketch(self, request: Request, name: str, method: str) -> bytes:
-        return await self.sketches.get(self.store.row("exemplars", name), method, request.is_disconnected)
 
     async def put_image(self, request: Request) -> Row:
         return await self.uploads.image(await request.body())
-
-    def image(self, request: Request, name: str) -> Response:
-        return FileResponse(self.store.place("images", self.store.row("images", name)["id"]), headers=KEPT)
 
     # jobs, and what they made
 
@@ -153,32 +143,27 @@ class Studio:
     async def put_job(self, request: Request) -> Row:
         return self.jobs.add(await said(request))
 
-    def preview(self, request: Request, name: str) -> Response:
-        number, data = self.jobs.previews.get(self.store.row("jobs", name)["id"], (0, b""))
+    def preview(self, request: Request, job: Row) -> Response:
+        number, data = self.jobs.previews.get(job["id"], (0, b""))
         return Response(data, media_type="image/png") if number else Response(status_code=204)  # it may just have ended
 
-    def file(self, request: Request, name: str, file: str) -> Response:
-        if file not in [entry["name"] for entry in self.store.row("results", name)["files"]]:
+    def file(self, request: Request, result: Row, file: str) -> Response:
+        if file not in [entry["name"] for entry in result["files"]]:
             raise HTTPException(404, "there is no such file.")
-        return FileResponse(self.store.place("results", name) / file, filename=file, headers=KEPT)
+        return FileResponse(self.store.place("results", result["id"]) / file, filename=file, headers=KEPT)
 
-    async def view(self, request: Request, name: str, kind: str) -> bytes:
-        return await self.showing.result(self.store.row("results", name), kind, sight_of(request))
-
-    async def origins(self, request: Request, name: str) -> Response:
-        width, height, data = await self.showing.origins(self.store.row("results", name), box_of(request))
+    async def origins(self, request: Request, result: Row) -> Response:
+        width, height, data = await self.showing.origins(result, box_of(request))
         headers = KEPT | {"X-Size": f"{width}x{height}"}
         return Response(data, media_type="application/octet-stream", headers=headers)
 
-    async def archive(self, request: Request, name: str) -> Response:
-        row = self.store.row("results", name)
-        path = await self.showing.archive(row)
-        called = f"{Path(row['pictures'][0]).stem if row['pictures'] else 'result'}.zip"
+    async def archive(self, request: Request, result: Row) -> Response:
+        path = await self.showing.archive(result)
+        called = f"{Path(result['pictures'][0]).stem if result['pictures'] else 'result'}.zip"
         return FileResponse(path, filename=called, background=BackgroundTask(shutil.rmtree, path.parent, True))
 
-    async def report(self, request: Request, name: str) -> Response:
-        row = self.store.row("results", name)
-        page, called = await self.showing.report(row), f"{Path(row['pictures'][0]).stem}_report.html"
+    async def report(self, request: Request, result: Row) -> Response:
+        page, called = await self.showing.report(result), f"{Path(result['pictures'][0]).stem}_report.html"
         headers = KEPT | {"Content-Disposition": f'attachment; filename="{called}"'}
         return Response(page, media_type="text/html", headers=headers)
 
@@ -188,13 +173,10 @@ class Studio:
     async def window(self, request: Request, name: str) -> Row:
         return self.weaves.window(name, await said(request))
 
-    async def tile(self, request: Request, name: str, level: int, y: int, x: int) -> bytes:
-        return await self.weaves.tile(name, [level, y, x], request.is_disconnected)
-
     @property
     def table(self) -> list[tuple[str, str, int, Answer]]:
-        """Method, path, status, and what is answered."""
-        store, jobs = self.store, self.jobs
+        """Method, path, status and handler; handlers get the request and the parts of the path, ids as rows."""
+        store, jobs, bin, showing = self.store, self.jobs, self.bin, self.showing
         return [
             ("GET", "/", 200, lambda _: FileResponse(STATIC / "index.html")),
             ("GET", "/api/schema", 200, lambda _: schema()),
@@ -202,53 +184,60 @@ class Studio:
             ("POST", "/api/exemplars", 201, self.bring),
             ("GET", "/api/{kind:taken}", 200, lambda _, kind: [jobs.now(row) for row in store.all(kind)]),
             ("GET", "/api/{kind:taken}/{name}", 200, lambda _, kind, name: jobs.now(store.row(kind, name))),
-            ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: self.bin.take(kind, name)),
-            ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: self.bin.back(kind, name)),
-            ("GET", "/api/exemplars/{name}/{plane}.png", 200, self.seen),
-            ("POST", "/api/exemplars/{name}/edit", 201, self.edit),
-            ("GET", "/api/exemplars/{name}/found", 200, self.found),
-            ("GET", "/api/exemplars/{name}/found/{kind}.png", 200, self.overlay),
-            ("GET", "/api/exemplars/{name}/rim/{image}.png", 200, self.rim),
-            ("GET", "/api/exemplars/{name}/methods/{method}.png", 200, self.sketch),
+            ("DELETE", "/api/{kind:taken}/{name}", 204, lambda _, kind, name: bin.take(kind, name)),
+            ("POST", "/api/{kind:taken}/{name}/back", 200, lambda _, kind, name: bin.back(kind, name)),
+            ("GET", "/api/exemplars/{exemplar}/{plane}.png", 200,
+             lambda request, exemplar, plane: showing.exemplar(exemplar, plane, sight_of(request))),
+            ("POST", "/api/exemplars/{exemplar}/edit", 201, self.edit),
+            ("GET", "/api/exemplars/{exemplar}/found", 200, self.found),
+            ("GET", "/api/exemplars/{exemplar}/found/{kind}.png", 200,
+             lambda _, exemplar, kind: showing.overlay(exemplar, kind)),
+            ("GET", "/api/exemplars/{exemplar}/rim/{image}.png", 200, self.rim),
+            ("GET", "/api/exemplars/{exemplar}/methods/{method}.png", 200,
+             lambda request, exemplar, method: self.sketches.get(exemplar, method, request.is_disconnected)),
             ("POST", "/api/images", 201, self.put_image),
-            ("GET", "/api/images/{name}.png", 200, self.image),
+            ("GET", "/api/images/{image}.png", 200,
+             lambda _, image: FileResponse(store.place("images", image["id"]), headers=KEPT)),
             ("GET", "/api/kept", 200, lambda _: {row["id"]: row["value"] for row in store.all("kept")}),
             ("POST", "/api/kept/{key}", 204, self.keep),
             ("POST", "/api/jobs", 202, self.put_job),
-            ("POST", "/api/jobs/{name}/cancel", 200, lambda _, name: jobs.cancel(name)),
-            ("POST", "/api/jobs/{name}/again", 202, lambda _, name: jobs.again(name)),
-            ("GET", "/api/jobs/{name}/preview.png", 200, self.preview),
+            ("POST", "/api/jobs/{job}/cancel", 200, lambda _, job: jobs.cancel(job)),
+            ("POST", "/api/jobs/{job}/again", 202, lambda _, job: jobs.again(job)),
+            ("GET", "/api/jobs/{job}/preview.png", 200, self.preview),
             ("GET", "/api/events", 200, lambda _: StreamingResponse(self.events.heard(jobs.open), media_type=EVENTS)),
-            ("GET", "/api/results/{name}", 200, lambda _, name: store.row("results", name)),
-            ("GET", "/api/results/{name}/files/{file}", 200, self.file),
-            ("GET", "/api/results/{name}/all.zip", 200, self.archive),
-            ("GET", "/api/results/{name}/report.html", 200, self.report),
-            ("GET", "/api/results/{name}/view/{kind}.png", 200, self.view),
-            ("GET", "/api/results/{name}/map.bin", 200, self.origins),
+            ("GET", "/api/results/{result}", 200, lambda _, result: result),
+            ("GET", "/api/results/{result}/files/{file}", 200, self.file),
+            ("GET", "/api/results/{result}/all.zip", 200, self.archive),
+            ("GET", "/api/results/{result}/report.html", 200, self.report),
+            ("GET", "/api/results/{result}/view/{kind}.png", 200,
+             lambda request, result, kind: showing.result(result, kind, sight_of(request))),
+            ("GET", "/api/results/{result}/map.bin", 200, self.origins),
             ("POST", "/api/weaves", 201, self.put_weave),
             ("POST", "/api/weaves/{name}/window", 200, self.window),
-            ("GET", "/api/weaves/{name}/{level:whole}/{y:whole}/{x:whole}.png", 200, self.tile),
-        ]
+            ("GET", "/api/weaves/{name}/{level:whole}/{y:whole}/{x:whole}.png", 200,
+             lambda request, name, level, y, x: self.weaves.tile(name, [level, y, x], request.is_disconnected)),
+        ]  # fmt: skip
 
+    def answered(self, answer: Answer, status: int) -> Callable[[Request], Awaitable[Response]]:
+        """Return a handler that writes what `answer` returns; an empty picture becomes status 204."""
 
-def answered(answer: Answer, status: int) -> Callable[[Request], Awaitable[Response]]:
-    """A handler that writes what is answered; an empty picture is none."""
+        async def handler(request: Request) -> Response:
+            parts = request.path_params
+            rows = {kind: self.store.row(f"{kind}s", name) for kind, name in parts.items() if kind in ROWS}
+            found = answer(request, **parts | rows)
+            if isawaitable(found):
+                found = await found
+            if isinstance(found, bytes):
+                return Response(found, status if found else 204, KEPT, "image/png")
+            if found is None:
+                return Response(status_code=status)
+            return found if isinstance(found, Response) else JSONResponse(found, status)
 
-    async def handler(request: Request) -> Response:
-        found = answer(request, **request.path_params)
-        if isawaitable(found):
-            found = await found
-        if isinstance(found, bytes):
-            return Response(found, status if found else 204, KEPT, "image/png")
-        if found is None:
-            return Response(status_code=status)
-        return found if isinstance(found, Response) else JSONResponse(found, status)
-
-    return handler
+        return handler
 
 
 async def said(request: Request) -> Row:
-    """The JSON object of a request."""
+    """Return the JSON object of a request; ParameterError if it is none."""
     try:
         given = json.loads(await request.body())
     except (ValueError, RecursionError):
@@ -259,7 +248,7 @@ async def said(request: Request) -> Row:
 
 
 def box_of(request: Request) -> list[int] | None:
-    """Which part is asked for: x, y, width, height; None: all of it."""
+    """Return the box x, y, width, height that a request asks for; None: all of the picture."""
     text = request.query_params.get("box")
     if text is None:
         return None
@@ -270,7 +259,7 @@ def box_of(request: Request) -> list[int] | None:
 
 
 def sight_of(request: Request) -> Row:
-    """What of a picture is seen: all of it, of at most `side` px, or a part of it, pixel for pixel."""
+    """Return what of a picture to send: all of it, at most `side` px, or a box at full size."""
     box, side = box_of(request), request.query_params.get("side", "1024")
     if not (LENGTH.fullmatch(side) and 1 <= int(side) <= SIDE):
         raise ParameterError(f"side: give 1 to {SIDE} px.")
@@ -278,7 +267,7 @@ def sight_of(request: Request) -> Row:
 
 
 async def refused(request: Request, e: Exception) -> Response:
-    """One line for every error; what is not meant for a client is not told."""
+    """Return one line for every error, without internals."""
     if isinstance(e, HTTPException):
         return error(e.status_code, str(e.detail))
     if not isinstance(e, IntarsiaError):
@@ -291,26 +280,28 @@ HANDLERS: dict[Any, Any] = dict.fromkeys((IntarsiaError, HTTPException, Exceptio
 
 def app_of(studio: Studio, token: str | None = None) -> Safety:
     """Return the application, with the safety layer around it."""
-    routes: list[Any] = [Route(path, answered(does, status), methods=[way]) for way, path, status, does in studio.table]
+    routes: list[Any] = [
+        Route(path, studio.answered(does, status), methods=[way]) for way, path, status, does in studio.table
+    ]
     routes.append(Mount("/static", StaticFiles(directory=STATIC)))
     return Safety(Starlette(routes=routes, exception_handlers=HANDLERS, lifespan=studio.living), token)
 
 
-FARTHEST = 1 << 40  # px from the middle
+FARTHEST = 1 << 40  # px from the origin
 WEAVES = 200
-TILE, LEVELS = 256, 4  # px of a tile; from a pixel for a pixel to one for 8 x 8
-GROWN = ("method", "seed")  # beside the method's parameters
+TILE, LEVELS = 256, 4  # px of a tile; levels from full size to 1/8
+GROWN = ("method", "seed")  # besides the method's parameters
 
 
 class Weaves:
-    """The endless canvases that pages look at, and the process that draws them."""
+    """The endless canvases of pages, and the process that draws their tiles."""
 
     def __init__(self, store: Store, pictures: Pictures) -> None:
         self.store, self.pictures, self.weaver = store, pictures, Process()
-        self._known: OrderedDict[str, tuple[Row, Row]] = OrderedDict()  # the job, and what its tiles are drawn by
+        self._known: OrderedDict[str, tuple[Row, Row]] = OrderedDict()  # the job, and what its tiles are drawn with
 
     async def begin(self, given: Row) -> Row:
-        """Begin an endless canvas; its options are those of a job, save where it lies and how large it is."""
+        """Start an endless canvas; its options are those of a job, except size and origin."""
         options, known = given.get("options", {}), options_of("weave")
         if set(given) - {"exemplar", "options"} or not isinstance(options, dict):
             raise ParameterError("give exemplar (an id) and options (an object).")
@@ -330,26 +321,27 @@ class Weaves:
         return {"id": own}
 
     def _get(self, name: str) -> tuple[Row, Row]:
-        """What was asked for under this id, while it is known."""
+        """Return the job of an id and what its tiles are drawn with; HTTPException 404 if it is unknown."""
         if name not in self._known:
             raise HTTPException(404, "there is no such endless canvas; begin one with POST /api/weaves.")
         self._known.move_to_end(name)
         return self._known[name]
 
     async def tile(self, name: str, place: list[int], gone: Gone) -> bytes:
-        """Draw a tile (level, row, column) as PNG, unless nobody waits for it any more."""
+        """Return a tile (level, row, column) as PNG, unless its client has gone."""
         level, y, x = place
         _, drawn = self._get(name)
         if not 0 <= level < LEVELS or (max(abs(y), abs(x)) + 1) * (TILE << level) > FARTHEST:
             raise InputError(f"there is no such tile; levels are 0 to {LEVELS - 1}, and 2**40 px is as far as it goes.")
-        key = ("tile", name, *place)
-        found = self.pictures.get(key)
-        while not found:
-            _, found = await self.weaver.ask("tile", within=WITHIN, gone=gone, place=place, **drawn)
-        return self.pictures.keep(key, found)
+
+        async def draw() -> bytes | None:
+            _, data = await self.weaver.ask("tile", within=WITHIN, gone=gone, place=place, **drawn)
+            return data or None
+
+        return await self.pictures.get(("tile", name, *place), draw)
 
     def window(self, name: str, given: Row) -> Row:
-        """The job that makes a part of a canvas, of a size from an origin on, and its command."""
+        """Return the job for a part of a canvas, of a size from an origin on, and its command."""
         job, _ = self._get(name)
         if set(given) != {"size", "origin"}:
             raise ParameterError("give size (WIDTHxHEIGHT) and origin (X,Y) in px, and nothing else.")

@@ -1,4 +1,4 @@
-"""The queue: one job after another goes to the worker, what takes minutes to its own; states, cancel, restart."""
+"""The job queue: states, progress, cancelling and restart of jobs; slow methods run in a process of their own."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ from starlette.exceptions import HTTPException
 from ..foundation import IntarsiaError, ParameterError
 from .processes import FailedError, Process
 from .store import OPEN, Events, Row, Store, digest
-from .words import LIMITS, Words, exemplar_words, plain, result_of, words_of
+from .words import LIMITS, Words, plain, result_of, words_of
 
-PREPARED = 1 << 20  # px: larger exemplars are looked at when they are grown
+PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
 SLOW = ("efros-leung",)
-"""Methods that take minutes where others take seconds: their jobs begin when no other is there, and hold up none."""
+"""Methods that take minutes where others take seconds: their jobs start when no other waits, and delay none."""
 
 CANCELLED = 130  # exit code
 LOOKING = "the exemplar is looked at"
-PATIENCE = 3.0  # s: a worker that does not stop within them is ended
+PATIENCE = 3.0  # s after which a worker that does not stop is killed
 
 
 class Jobs:
-    """All jobs, and the processes that carry them out."""
+    """All jobs, and the worker processes that run them."""
 
     def __init__(self, store: Store, events: Events, worker: Process, slow: Process, beside: Process) -> None:
         self.store, self.events, self.worker, self.slow, self.beside = store, events, worker, slow, beside
         self.previews: dict[str, tuple[int, bytes]] = {}
-        self.warmth: dict[str, Any] = {"done": 0, "total": 1}
+        self.warmth: Row = {"done": 0, "total": 1}
         self._running: dict[str, Process] = {}
-        self._live: dict[str, Row] = {}  # how far the jobs are that run: told, not written
+        self._live: dict[str, Row] = {}  # progress of running jobs, which is not stored
         self._cancelled: set[str] = set()
         self._to_prepare: str | None = None
         self._preparing: str | None = None
-        self._warming = self._hurry = False  # whether a job came meanwhile
-        self._warmed: int | None = 0  # the process that is as warm as it gets
-        self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker knows, as many as it keeps
+        self._warming = self._hurry = False  # hurry: a job came meanwhile
+        self._warmed: int | None = 0  # pid of the process that has all kernels
+        self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker has analysed, as many as it keeps
         self._wake, self._wake_slow = asyncio.Event(), asyncio.Event()
         self._tasks = list[asyncio.Task[Any]]()
         self._to_score: asyncio.Queue[str] = asyncio.Queue()
 
-    # what the server asks for
+    # for the routes
 
     def begin(self) -> None:
-        """Begin to work."""
+        """Start the tasks that run and score jobs."""
         self._tasks = [asyncio.create_task(each) for each in (self._work(), self._work_slowly(), self._score())]
 
     async def end(self) -> None:
-        """Stop at once; what ran is interrupted at the next start."""
+        """Stop at once; running jobs become interrupted at the next start."""
         for task in self._tasks:
             task.cancel()
         for task in self._tasks:
@@ -61,8 +61,8 @@ class Jobs:
         for process in (self.worker, self.slow, self.beside):
             await process.end()
 
-    def add(self, given: dict[str, Any]) -> Row:
-        """Check a job and queue it."""
+    def add(self, given: Row) -> Row:
+        """Check a job and queue it; ParameterError if it is malformed, status 429 if the queue is full."""
         verb, exemplars, options = given.get("verb"), given.get("exemplars", []), given.get("options", {})
         whole = isinstance(exemplars, list) and isinstance(options, dict)
         if set(given) - {"verb", "exemplars", "options"} or not whole:
@@ -73,34 +73,34 @@ class Jobs:
         words_of(asked, self.store)
         names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
         empty = dict.fromkeys(("error", "began", "ended", "result", "score"))
-        stage = LOOKING if self._preparing and not _is_slow(asked) else None
+        slow = _is_slow(asked)
         job = {
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
-            "label": " ".join([str(verb), *names]), "stage": stage,
+            "label": " ".join([str(verb), *names]), "stage": LOOKING if self._preparing and not slow else None,
         }  # fmt: skip
-        if not _is_slow(job):
+        if not slow:
             self._go_first(job)
         return self._tell(job)
 
     def prepare(self, name: str) -> None:
-        """Have the worker look at an exemplar, once it has nothing else to do, for it will be grown soon."""
+        """Have the worker analyse an exemplar as soon as it is idle."""
         row = self.store.get("exemplars", name)
         if row is not None and row["width"] * row["height"] <= PREPARED and name not in self._prepared:
             self._to_prepare = name
             self._wake.set()
 
     def now(self, row: Row) -> Row:
-        """A row, of a job that runs with how far it is."""
+        """Return a row; of a running job with its progress."""
         return row | self._live.get(row["id"], {})
 
     @property
     def busy(self) -> bool:
-        """Whether the worker has a job, or gets warm; what takes minutes beside it is nothing to wait for."""
+        """Whether the worker runs a job or precompiles; slow methods in their own process do not count."""
         return self._hurry or self.worker in self._running.values() or self.warmth["done"] < self.warmth["total"]
 
-    def cancel(self, name: str) -> Row:
-        """Stop a job that waits or runs."""
-        job = self.store.row("jobs", name)
+    def cancel(self, job: Row) -> Row:
+        """Cancel a job that is queued or running; status 409 for others."""
+        name = job["id"]
         if job["state"] == "queued":
             return self._tell(job | {"state": "cancelled", "ended": time.time()})
         if job["state"] != "running":
@@ -111,13 +111,12 @@ class Jobs:
             asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
         return self.now(job)
 
-    def again(self, name: str) -> Row:
-        """Queue the same job anew."""
-        job = self.store.row("jobs", name)
+    def again(self, job: Row) -> Row:
+        """Queue the same job once more."""
         return self.add({key: job[key] for key in ("verb", "exemplars", "options")})
 
     def open(self) -> list[tuple[str, Any]]:
-        """How things are, for one who begins to listen."""
+        """Return the events that tell a new listener the current state."""
         jobs = [("job", self.now(job)) for job in self.store.all("jobs") if job["state"] in OPEN]
         return [("warm", self.warmth), *jobs]
 
@@ -131,7 +130,7 @@ class Jobs:
         return job
 
     def _go_first(self, job: Row) -> None:
-        """Have the worker leave what nobody asked for, at once or, where it serves this job, at its next step."""
+        """Cancel preparatory work; if it does not stop in time, kill the worker, unless it prepares for this job."""
         self._hurry = True
         if self._preparing or self._warming:
             self.worker.cancel()
@@ -147,9 +146,9 @@ class Jobs:
             self._tasks.append(asyncio.create_task(self._running[name].end()))
 
     async def warm(self) -> None:
-        """Have the worker load or compile what growing needs, until it is needed itself."""
+        """Have the worker load or compile kernels, until a job comes."""
 
-        def heard(said: dict[str, Any], data: bytes) -> None:
+        def heard(said: Row, data: bytes) -> None:
             if "warm" in said:
                 self.warmth = dict(zip(("done", "total"), said["warm"], strict=True))
                 self.events.tell("warm", self.warmth)
@@ -173,7 +172,7 @@ class Jobs:
         return [job for job in self.store.all("jobs") if job["state"] == "queued" and _is_slow(job) == slow]
 
     async def _work_slowly(self) -> None:
-        """Carry out what takes minutes, while the worker is free for others."""
+        """Run the jobs of slow methods while no other job waits."""
         while True:
             self._wake_slow.clear()
             waiting = self._waiting(slow=True)
@@ -200,21 +199,20 @@ class Jobs:
     async def _prepare(self, name: str) -> None:
         self._to_prepare, self._preparing = None, name
         try:
-            with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # then growing it tells why
-                words = exemplar_words(name, Words(), self.store)
-                await self.worker.ask("prepare", words=words, folder=str(folder))
+            with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # its job will report why
+                await self.worker.ask("prepare", words=Words(self.store).exemplar(name), folder=str(folder))
                 self._prepared.append(name)
         finally:
             self._preparing = None
 
     async def _carry_out(self, job: Row, process: Process) -> None:
-        """Do a job: its state tells how it ended."""
+        """Run a job and write how it ended."""
         name = job["id"]
         self._running[name], self._live[name] = process, {}
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
-        failed: dict[str, Any]
-        words = Words()
+        failed: Row
+        words = Words(self.store)
         try:
             words = words_of(job, self.store)
             with self.store.under_way("results") as folder:
@@ -237,10 +235,10 @@ class Jobs:
             self._to_score.put_nowait(name)
 
     def _hearing(self, job: Row) -> Any:
-        """What to do with what the worker tells of a job."""
+        """Return a function that handles what the worker reports of a job."""
         name = job["id"]
 
-        def heard(said: dict[str, Any], data: bytes) -> None:
+        def heard(said: Row, data: bytes) -> None:
             if said.get("preview"):
                 number = self.previews.get(name, (0, b""))[0] + 1
                 self.previews[name] = (number, data)
@@ -253,23 +251,23 @@ class Jobs:
 
         return heard
 
-    def _keep(self, job: Row, words: Words, answer: dict[str, Any], folder: Path) -> Row:
-        """Keep what a job made, under the digest of its files."""
+    def _keep(self, job: Row, words: Words, answer: Row, folder: Path) -> Row:
+        """Store what a job made, under the digest of its files."""
         files = [p for p in folder.iterdir() if p.is_file()]
         name = digest(files)
         return self.store.keep("results", folder, result_of(name, job, words, answer, files))
 
     async def _score(self) -> None:
-        """Score one result after another, beside the work."""
+        """Score one result after another in the background."""
         while True:
             name = await self._to_score.get()
             job = self.store.get("jobs", name)
             row = None if job is None else self.store.get("results", job["result"])
             if job is None or row is None or row["score_words"] is None:
                 continue
-            place = self.store.folder / "results" / row["id"]
+            place = str(self.store.place("results", row["id"]))
             with suppress(FailedError):
-                answer, _ = await self.beside.ask("command", within=120, words=row["score_words"], folder=str(place))
+                answer, _ = await self.beside.ask("command", within=120, words=row["score_words"], folder=place)
                 row = self.store.get("results", row["id"])
                 job = self.store.get("jobs", name)
                 if row is not None and job is not None:

@@ -1,4 +1,4 @@
-"""The server's end of a process beside: asked one thing at a time, ended and begun anew where it no longer answers."""
+"""The server's end of a worker process: one request at a time; killed and restarted if it no longer answers."""
 
 from __future__ import annotations
 
@@ -8,20 +8,22 @@ import os
 import sys
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from ..foundation import IntarsiaError
 
-Heard = Callable[[dict[str, Any], bytes], None]
+Json = dict[str, Any]
+Heard = Callable[[Json, bytes], None]
 
 Gone = Callable[[], Awaitable[bool]]
-"""Whether nobody waits for an answer any more."""
+"""Whether the client no longer waits for an answer."""
 
 LONGEST = 1 << 28  # bytes of a line
 
 
 class FailedError(IntarsiaError):
-    """What was asked of a process was refused, or went wrong: one line, and the exit code that a shell would see."""
+    """A request to a worker process failed: one line, and the exit code that a shell would get."""
 
     def __init__(self, line: str, code: int = 1) -> None:
         super().__init__(line)
@@ -29,9 +31,9 @@ class FailedError(IntarsiaError):
 
 
 class Process:
-    """A process that does the work of `worker.py`, started when it is first asked.
+    """A process that runs `worker.py`, started at the first request.
 
-    It takes `limit` bytes of address space at most, 0: as many as there are; `nice` says how far others go first.
+    ``limit``: bytes of address space at most, 0: no limit; ``nice``: how far its priority is lowered.
     """
 
     def __init__(self, limit: int = 0, nice: int = 0) -> None:
@@ -41,31 +43,31 @@ class Process:
 
     @property
     def pid(self) -> int | None:
-        """The number of the process, while there is one."""
+        """The number of the process, or None."""
         return None if self._process is None else self._process.pid
 
     async def ask(
         self, do: str, heard: Heard | None = None, within: float | None = None, gone: Gone | None = None,
         **given: Any,
     ) -> tuple[Any, bytes]:  # fmt: skip
-        """Have it do something: what it answers, as (JSON, bytes). FailedError where that fails.
+        """Return what the process answers, as (JSON, bytes); FailedError if that fails.
 
-        `heard` is called with what it tells meanwhile; after `within` seconds it is ended, and that is a failure.
-        When its turn comes, nothing is done that nobody waits for (`gone`).
+        `heard` is called with what it reports meanwhile. After `within` seconds the process is killed, which is a
+        failure. A request whose client has `gone` when its turn comes is not sent, and fails.
         """
         async with self._turn:
             if gone is not None and await gone():
-                raise FailedError("nobody waits for this any more.", 1)
+                raise FailedError("nobody waits for this any more.")
             try:
                 return await asyncio.wait_for(self._ask(do, heard, given), within)
             except TimeoutError:
                 await self.end()
-                raise FailedError(f"this took longer than {within:.0f} s and was stopped.", 1) from None
+                raise FailedError(f"this took longer than {within:.0f} s and was stopped.") from None
             except asyncio.CancelledError:
                 await self.end()
                 raise
 
-    async def _ask(self, do: str, heard: Heard | None, given: dict[str, Any]) -> tuple[Any, bytes]:
+    async def _ask(self, do: str, heard: Heard | None, given: Json) -> tuple[Any, bytes]:
         process = await self._started()
         self._number += 1
         assert process.stdin is not None
@@ -83,18 +85,18 @@ class Process:
                 if heard is not None:
                     heard(said, data)
         except (OSError, asyncio.IncompleteReadError):
-            with suppress(TimeoutError):  # to kill one that has just ended would lose its exit code
+            with suppress(TimeoutError):  # killing one that has just ended would lose its exit code
                 await asyncio.wait_for(process.wait(), 1)
             code = await self.end()
             why = "out of memory, mostly" if code in (-9, 137, -11) else f"code {code}"
-            raise FailedError(f"the process that did the work ended early ({why}); ask again.", 1) from None
+            raise FailedError(f"the process that did the work ended early ({why}); ask again.") from None
 
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is not None and self._process.returncode is None:
             return self._process
         pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.beside.worker", *self._words]
-        home = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-        found = os.environ | {"PYTHONPATH": os.pathsep.join([home, *filter(None, [os.environ.get("PYTHONPATH")])])}
+        home = Path(__file__).absolute().parents[2]
+        found = os.environ | {"PYTHONPATH": os.pathsep.join([str(home), *filter(None, [os.environ.get("PYTHONPATH")])])}
         self._process = await asyncio.create_subprocess_exec(
             *words, stdin=pipe, stdout=pipe, stderr=asyncio.subprocess.DEVNULL, limit=LONGEST, env=found,
             start_new_session=True,
@@ -102,19 +104,19 @@ class Process:
         await self._frame(self._process)
         return self._process
 
-    async def _frame(self, process: asyncio.subprocess.Process) -> tuple[dict[str, Any], bytes]:
+    async def _frame(self, process: asyncio.subprocess.Process) -> tuple[Json, bytes]:
         assert process.stdout is not None
         said = json.loads(await process.stdout.readuntil(b"\n"))
         return said, await process.stdout.readexactly(said["bytes"])
 
     def cancel(self) -> None:
-        """Ask it to stop what it does."""
+        """Ask the process to stop its current work."""
         if self._process is not None and self._process.stdin is not None:
             with suppress(OSError, RuntimeError):
                 self._process.stdin.write(json.dumps({"do": "cancel", "number": self._number}).encode() + b"\n")
 
     async def end(self) -> int | None:
-        """End it now; return its exit code."""
+        """Kill the process; return its exit code."""
         process, self._process = self._process, None
         if process is None:
             return None

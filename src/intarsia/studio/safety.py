@@ -1,4 +1,4 @@
-"""One layer around all routes: only the studio's own page comes in, and who has its token, and nothing too large."""
+"""Security layer around all routes: host, origin, token and cookie checks, and limits on what is received."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ ENTERED = """<!doctype html><title>intarsia</title><link rel="icon" href="data:,
 """
 READS = ("GET", "HEAD")
 TOO_LARGE = "this is too large."
-SLOWEST = 20.0  # s between two parts of what comes in
+SLOWEST = 20.0  # s between two parts of a body
 LARGE = {"/api/exemplars": LIMITS["upload"], "/api/images": LIMITS["image"]}
 
 
 class Safety:
-    """Refuses what does not come from the studio's own page, or from a program that knows the token."""
+    """Refuses requests that come neither from the studio's own page nor from a program with the token."""
 
     def __init__(self, app: App, token: str | None = None) -> None:
         self.app, self.token = app, token or os.urandom(16).hex()
         self.host, self.port = "127.0.0.1", 0
-        self._cookie = os.urandom(16).hex()  # not the token: a browser shows it to other ports of the same host
+        self._cookie = os.urandom(16).hex()  # not the token: a browser sends it to other ports of the same host
         self._entrances: dict[str, Callable[[], object]] = {}
 
     @property
     def cookie(self) -> str:
-        """The name of the cookie: cookies do not know ports."""
+        """The name of the cookie, with the port, as cookies are shared by all ports."""
         return f"intarsia-{self.port}"
 
     def entrance(self, used: Callable[[], object]) -> str:
@@ -79,7 +79,7 @@ class Safety:
         await self.app(scope, self._limited(scope, receive), sent)
 
     def _refusal(self, scope: Any) -> Any:
-        """Return what a request is answered that does not come in; None for one that does."""
+        """Return the answer to a request that is refused; None if it is let in."""
         headers = Headers(scope=scope)
         if "content-length" in headers and "transfer-encoding" in headers:
             return error(400, "this tells its length in two ways; send Content-Length or Transfer-Encoding.")
@@ -89,11 +89,12 @@ class Safety:
         origin, site = headers.get("origin"), headers.get("sec-fetch-site")
         if origin is not None and origin not in {f"http://{host}" for host in own}:
             return error(403, "requests from other pages are not served.")
-        entering = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"  # by a link, on whatever page
+        entering = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"  # by a link on any page
         if site not in (None, "same-origin") and (scope["method"] not in READS or not (site == "none" or entering)):
             return error(403, "requests from other pages are not served.")
-        if scope["path"] == "/" and scope["method"] == "GET" and (code := _code(scope)) is not None:
-            return self._entered(code, headers)
+        query = QueryParams(scope["query_string"])
+        if scope["path"] == "/" and scope["method"] == "GET" and "enter" in query:
+            return self._entered(query["enter"], headers)
         if not self._known(headers):
             return _not_known(scope["path"])
         if scope["method"] not in READS and headers.get("x-intarsia") != "1":
@@ -101,18 +102,18 @@ class Safety:
         return None
 
     def _known(self, headers: Headers) -> bool:
-        """Whether a request carries the token as `Authorization: Bearer`, or comes from the page with its cookie."""
+        """Return whether a request has the token as `Authorization: Bearer`, or comes from the page with its cookie."""
         if (bearer := headers.get("authorization", "")).startswith("Bearer "):
             return hmac.compare_digest(bearer[7:].encode(), self.token.encode())
         given = cookie_parser(headers.get("cookie", "")).get(self.cookie, "")
-        own = headers.get("sec-fetch-site") in ("same-origin", "none")  # browsers say it, and let no page say it
+        own = headers.get("sec-fetch-site") in ("same-origin", "none")  # set by browsers; no page can forge it
         return own and hmac.compare_digest(given.encode(), self._cookie.encode())
 
     def _entered(self, code: str, headers: Headers) -> Any:
         """Let a browser in whose code is good, or that is in already.
 
-        It goes on to the page by itself: where it was sent here by a file, the browser would not send the cookie along
-        with a redirect.
+        It loads the page by itself: if it was sent here by a file, the browser would not send the cookie with a
+        redirect.
         """
         used = self._entrances.pop(code, None)
         if used is None and not self._known(headers):
@@ -124,7 +125,7 @@ class Safety:
         return answer
 
     def _limited(self, scope: Any, receive: Receive) -> Receive:
-        """Count what comes in, and stop where it is too much."""
+        """Return `receive` with limits on size and time."""
         most, got = LARGE.get(scope["path"], LIMITS["json"]), 0
         length = Headers(scope=scope).get("content-length", "")
         announced, whole = int(length) if length.isdigit() else 0, False
@@ -133,7 +134,7 @@ class Safety:
             nonlocal got, whole
             if announced > most:
                 raise HTTPException(413, TOO_LARGE)
-            if whole:  # what comes after a body tells only that the client went away
+            if whole:  # after a body only a disconnect follows
                 return await receive()
             try:
                 message = await asyncio.wait_for(receive(), SLOWEST)
@@ -146,10 +147,6 @@ class Safety:
             return message
 
         return limited
-
-
-def _code(scope: Any) -> str | None:
-    return QueryParams(scope["query_string"]).get("enter")
 
 
 def _not_known(path: str) -> Any:

@@ -1,4 +1,4 @@
-"""The server: on loopback alone, with a token; it opens the browser and leaves nothing behind."""
+"""The HTTP server: loopback only, with a token; opens the browser, and removes its temporary files at the end."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from .store import AUTHORIZATION
 
 SOON = 10.0  # s for all headers of a request, from the beginning of the connection or from the answer before
 LAX = re.compile(rb"(?<!\r)\n|\n[ \t]")  # in the header of a request
-QUIET = 256  # connections at once on which nothing is asked; a browser has six
+QUIET = 256  # idle connections at once; a browser has six
 
 
 class Connection(H11Protocol):
-    """A connection of the server."""
+    """A connection of the server, with stricter parsing and limits on idle ones."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin; the one that was quiet longest ends where there are too many."""
+        """Accept a connection; close the one that was idle longest if there are too many."""
         super().connection_made(transport)
         self._wait()
         quiet = [other for other in self.connections if isinstance(other, Connection) and other.is_quiet()]
@@ -44,14 +44,14 @@ class Connection(H11Protocol):
         super().on_response_complete()
 
     def handle_events(self) -> None:
-        """Refuse lines that h11 reads and others read in another way: that end without CR, or go on in the next one."""
+        """Refuse header lines that parsers read differently: that end without CR, or continue on the next line."""
         head = self.conn.trailing_data[0].lstrip().partition(b"\r\n\r\n")[0]
         if self.conn.their_state is h11.IDLE and LAX.search(head):
             return self.send_400_response("Lines of a header end in CR and LF, and none goes on in the next one.")
         return super().handle_events()
 
     def is_quiet(self) -> bool:
-        """Whether nothing was asked, or all is answered."""
+        """Return whether no request is being answered."""
         return not self.transport.is_closing() and (self.cycle is None or self.cycle.response_complete)
 
     def _wait(self) -> None:
@@ -59,7 +59,7 @@ class Connection(H11Protocol):
         self.loop.call_later(SOON, lambda: self.transport.close() if self.cycle is before else None)
 
     def send_400_response(self, msg: str) -> None:
-        """Refuse what is no HTTP, with the headers of every answer."""
+        """Answer what is no HTTP, with the headers of every answer."""
         headers = {**HEADERS, "Content-Type": "text/plain", "Content-Length": str(len(msg)), "Connection": "close"}
         lines = ["HTTP/1.1 400 Bad Request", *(f"{name}: {value}" for name, value in headers.items()), "", msg]
         self.transport.write("\r\n".join(lines).encode("ascii"))
@@ -67,7 +67,7 @@ class Connection(H11Protocol):
 
 
 class Server(uvicorn.Server):
-    """A server that says when it is there."""
+    """A server that calls a function once it listens."""
 
     def __init__(self, config: uvicorn.Config, there: Callable[[], None]) -> None:
         super().__init__(config)
@@ -83,7 +83,7 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
     """Serve the studio until it is stopped; `files` become exemplars."""
     given = [(Path(path).name, _read(path)) for path in files if not path.startswith("sample:")]
     samples = [path.partition(":")[2] for path in files if path.startswith("sample:")]
-    os.umask(0o077)  # what is opened and made here is nobody else's, also what the processes beside write
+    os.umask(0o077)  # files are private, also those that the worker processes write
     studio = Studio(folder)
     app = app_of(studio)
     config = uvicorn.Config(
@@ -94,17 +94,20 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
     app.host, app.port = listening.getsockname()
 
     async def take() -> None:
-        for name in samples:
-            await studio.uploads.sample(name)
-        for name, data in given:
-            await studio.uploads.exemplar([(name, data)])
+        try:
+            for name in samples:
+                await studio.uploads.sample(name)
+            for name, data in given:
+                await studio.uploads.exemplar([(name, data)])
+        except Exception as e:
+            say(f"intarsia: {e}")
 
     tasks = []
 
     def there() -> None:
         say(f"the studio is at {app.entrance(entered)} (Ctrl-C ends it); its folder is {printable(folder)}")
         if files:
-            tasks.append(asyncio.get_running_loop().create_task(_told(take(), say)))
+            tasks.append(asyncio.get_running_loop().create_task(take()))
         if opening is not None:
             _open(app, opening)
 
@@ -126,9 +129,9 @@ def serve(files: Sequence[str], folder: str, port: int, browser: bool, say: Call
 
 
 def _listening(config: uvicorn.Config, home: tuple[str, int], port: int) -> Any:
-    """Listen at a loopback address of the folder's own, if the system has more than one; at its usual port if it can.
+    """Return a socket at a loopback address of the folder's own, if possible, and at its usual port.
 
-    A browser sends cookies to all ports of a host, so no other server on this machine shall have the same.
+    A browser sends cookies to all ports of a host, so no other server on this machine should share its address.
     """
     for host in (home[0], "127.0.0.1"):
         for number in (port or home[1], port):
@@ -139,18 +142,10 @@ def _listening(config: uvicorn.Config, home: tuple[str, int], port: int) -> Any:
 
 
 def _open(app: Safety, folder: Path) -> None:
-    """Open the page by a file that sends the browser on, since everybody can read what a program is started with."""
+    """Open the page by a file that redirects, since command lines of programs can be read by everybody."""
     page, address = folder / "open.html", app.entrance(lambda: shutil.rmtree(folder, ignore_errors=True))
     page.write_text(f'<!doctype html><title>intarsia</title><meta http-equiv="refresh" content="0;url={address}">')
-    threading.Thread(target=webbrowser.open, args=[page.as_uri()], daemon=True).start()  # some wait for their end
-
-
-async def _told(work: Any, say: Callable[[str], None]) -> None:
-    """Do some work beside; its error is told."""
-    try:
-        await work
-    except Exception as e:
-        say(f"intarsia: {e}")
+    threading.Thread(target=webbrowser.open, args=[page.as_uri()], daemon=True).start()  # some browsers block
 
 
 def _read(path: str) -> bytes:

@@ -1,4 +1,4 @@
-"""What the routes answer that show: views, what was found, sketches, archives; what is drawn is kept a while."""
+"""Pictures for the page, drawn by worker processes and cached: views, findings, sketches, reports and archives."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import asyncio
 import shutil
 import zipfile
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,61 +21,57 @@ from .words import MAP, words_of
 VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
-HELD = 64 << 20  # bytes of pictures that are kept
-AGAIN = 0.1  # s between two looks whether there is something else to do
-IDLE = 60.0  # s after which the process ends that nobody asks
+HELD = 64 << 20  # bytes of cached pictures
+AGAIN = 0.1  # s between two checks for other work
+IDLE = 60.0  # s after which an idle process ends
 
 
 class Pictures:
-    """Pictures that were drawn lately, by what they are of."""
+    """An LRU cache of pictures, limited in bytes."""
 
     def __init__(self, most: int = HELD) -> None:
         self._held: OrderedDict[tuple[Any, ...], bytes] = OrderedDict()
         self._most, self._size = most, 0
 
-    def get(self, key: tuple[Any, ...]) -> bytes | None:
-        """Return a picture, if it is kept."""
-        if key in self._held:
-            self._held.move_to_end(key)
-        return self._held.get(key)
-
-    def keep(self, key: tuple[Any, ...], data: bytes) -> bytes:
-        """Keep a picture; those that were asked for longest ago give way."""
-        self._size += len(data) - len(self._held.pop(key, b""))
-        self._held[key] = data
+    async def get(self, key: tuple[Any, ...], draw: Callable[[], Awaitable[bytes | None]]) -> bytes:
+        """Return a cached picture, or draw it, again until it is not None; the least recently used ones are dropped."""
+        found = self._held.get(key)
+        while found is None:
+            found = await draw()
+        self._size += len(found) - len(self._held.pop(key, b""))
+        self._held[key] = found
         while self._size > self._most:
             self._size -= len(self._held.popitem(last=False)[1])
-        return data
+        return found
 
 
 class Showing:
-    """Draws, in the processes beside, what is asked for, and keeps it a while."""
+    """Has worker processes draw what is requested, and caches it."""
 
     def __init__(self, store: Store, uploads: Uploads, beside: Process) -> None:
         self.store, self.uploads, self.beside, self.pictures = store, uploads, beside, Pictures()
 
     async def _drawn(self, process: Process, do: str, **given: Any) -> bytes:
-        key = (do, str(given))  # files are named by their contents
-        found = self.pictures.get(key)
-        if found is None:
+        async def draw() -> bytes:
             _, data = await process.ask(do, within=WITHIN, **given)
-            found = self.pictures.keep(key, data)
-        return found
+            return data
+
+        return await self.pictures.get((do, str(given)), draw)  # files are named by their contents
 
     # exemplars
 
     async def exemplar(self, row: Row, plane: str, sight: Row) -> bytes:
-        """What can be seen of a plane of an exemplar."""
+        """Return a plane of an exemplar as PNG."""
         if plane not in [known["name"] for known in row["planes"]]:
             raise InputError(f"this exemplar has no plane {said(plane)}.")
         return await self.seen(self.uploads.paths_of(row), plane, sight)
 
     async def seen(self, paths: list[str], plane: str, sight: Row) -> bytes:
-        """What can be seen of a plane, if the files have it."""
+        """Return a plane of files as PNG."""
         return await self._drawn(self.uploads.looker, "see", paths=paths, plane=plane, **sight)
 
     async def found(self, row: Row) -> Row:
-        """What was found in an exemplar; kept, as looking for it takes long."""
+        """Return the findings of an exemplar, stored because the analysis is slow."""
         known = self.store.get("found", row["id"])
         if known is None:
             answer, _ = await self.beside.ask("find", within=WITHIN, paths=self.uploads.paths_of(row))
@@ -83,17 +79,17 @@ class Showing:
         return known
 
     async def overlay(self, row: Row, kind: str) -> bytes:
-        """What was found, as a picture to lay over the exemplar."""
+        """Return findings as a picture to overlay on the exemplar."""
         return await self._drawn(self.beside, "overlay", paths=self.uploads.paths_of(row), kind=kind)
 
     async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
-        """By how many px a hole would grow to cover a rim of the defect, and what that is, to lay over the exemplar."""
+        """Return by how many px a hole would grow to cover the rim of a defect, and that area as an overlay."""
         paths, mask = self.uploads.paths_of(row), str(self.store.place("images", image["id"]))
         told, data = await self.beside.ask("rim", within=WITHIN, paths=paths, mask=mask)
         return told["grow"], data
 
-    async def edited(self, row: Row, given: dict[str, Any]) -> Row:
-        """Cut, straighten or flatten an exemplar: a new one. All but `straighten` is what the command `grow` has."""
+    async def edited(self, row: Row, given: Row) -> Row:
+        """Crop, straighten or flatten an exemplar into a new one. All but `straighten` is as in the command `grow`."""
         straighten = given.get("straighten", False)
         if set(given) - {"crop", "straighten", "flatten"} or not isinstance(straighten, bool):
             raise ParameterError("give crop (x, y, width, height), straighten and flatten (true or false).")
@@ -102,27 +98,23 @@ class Showing:
             raise ParameterError("nothing is asked for; give crop, straighten or flatten.")
         does = {"crop": asked.crop, "flatten": asked.flatten, "straighten": straighten}
 
-        async def write(folder: Path) -> list[str]:
-            paths, stem = self.uploads.paths_of(row), row["name"]
-            given = {"paths": paths, "stem": stem, "folder": str(folder), **does}
+        with self.uploads.folder("exemplars") as folder:
+            given = {"paths": self.uploads.paths_of(row), "stem": row["name"], "folder": str(folder), **does}
             answer, _ = await self.beside.ask("edit", within=WITHIN, **given)
-            names: list[str] = answer["names"]
-            return names
-
-        return await self.uploads.made(write)
+            return await self.uploads.kept(folder, answer["names"])
 
     # results
 
     async def result(self, row: Row, kind: str, sight: Row) -> bytes:
-        """What can be seen of a result: a plane, or a part of it, or a view of its map."""
-        place = self.store.folder / "results" / row["id"]
+        """Return a plane of a result, or a part of it, or a view of its map."""
+        place = self.store.place("results", row["id"])
         planes = {e["holds"]: e["name"] for e in row["files"] if e["name"] in row["pictures"]}
         if kind in planes:
             paths = [str(place / name) for name in row["pictures"]]
             return await self.seen(paths, kind, sight)
         if "box" in sight or kind not in VIEWS or not (place / MAP).is_file():
             raise InputError(f"this result has no view {said(kind)}.")
-        given: dict[str, Any] = {"map": str(place / MAP), "kind": kind, **sight}
+        given: Row = {"map": str(place / MAP), "kind": kind, **sight}
         if kind == "seams":
             if row["score_words"] is None:
                 raise InputError("this result cannot be judged.")
@@ -131,34 +123,34 @@ class Showing:
         return await self._drawn(self.beside, "view", **given)
 
     async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
-        """Where each pixel of a part comes from; with the width and height of the whole."""
-        path = self.store.folder / "results" / row["id"] / MAP
+        """Return width and height of a map, and where each pixel of a box comes from."""
+        path = self.store.place("results", row["id"]) / MAP
         if not path.is_file():
             raise InputError("this result has no map.")
         told, data = await self.uploads.looker.ask("origins", within=WITHIN, map=str(path), box=box)
         return told["width"], told["height"], data
 
     async def report(self, row: Row) -> bytes:
-        """The page that the command `score` writes with --report on a result."""
+        """Return the page that `score --report` writes for a result."""
         if row["score_words"] is None:
             raise InputError("this result cannot be judged.")
-        key = ("report", row["id"])
-        found = self.pictures.get(key)
-        if found is not None:
-            return found
-        called, place = words_of(row, self.store), self.store.folder / "results" / row["id"]
-        with self.store.under_way("results") as folder:
-            words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
-            await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
-            text = (folder / REPORT).read_text(encoding="utf-8")
-            return self.pictures.keep(key, called.cleaned(text).encode())
+
+        async def draw() -> bytes:
+            called, place = words_of(row, self.store), self.store.place("results", row["id"])
+            with self.store.under_way("results") as folder:
+                words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
+                await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
+                text: str = called.cleaned((folder / REPORT).read_text(encoding="utf-8"))
+                return text.encode()
+
+        return await self.pictures.get(("report", row["id"]), draw)
 
     async def archive(self, row: Row) -> Path:
-        """Write the command, what it needs, and all files of a result into one archive; whoever asked takes it away.
+        """Write the command, its inputs and all files of a result into an archive; the caller removes it.
 
-        The command writes beside what it needs, so what was made lies in a folder of its own.
+        The command writes beside its inputs, so the files that were made are in a folder of their own.
         """
-        folder, place = self.store.begun("results"), self.store.folder / "results" / row["id"]
+        folder, place = self.store.begun("results"), self.store.place("results", row["id"])
 
         def pack() -> Path:
             path = folder / "all.zip"
@@ -179,7 +171,7 @@ class Showing:
 
 
 class Sketches:
-    """Grows sketches in a process of its own, which gives way to jobs at once, and ends when it is not asked."""
+    """Grows small previews of methods in a process of its own, which yields to jobs and ends when idle."""
 
     def __init__(self, uploads: Uploads, pictures: Pictures, busy: Callable[[], bool]) -> None:
         self.uploads, self.pictures, self.busy = uploads, pictures, busy
@@ -188,18 +180,13 @@ class Sketches:
         self._rest: asyncio.TimerHandle | None = None
 
     async def get(self, row: Row, method: str, gone: Gone) -> bytes:
-        """Return the sketch of a method as PNG, empty where it cannot serve this exemplar.
+        """Return the sketch of a method as PNG, empty if it cannot serve this exemplar.
 
-        FailedError where nobody waits for it any more.
+        FailedError if the client has gone.
         """
         if method not in (AUTO_METHOD, *METHODS):
             raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
-        key = ("sketch", row["id"], method)
-        while (found := self.pictures.get(key)) is None:
-            grown = await self._grown(row, method, gone)
-            if grown is not None:
-                return self.pictures.keep(key, grown)
-        return found
+        return await self.pictures.get(("sketch", row["id"], method), lambda: self._grown(row, method, gone))
 
     async def end(self) -> None:
         """Stop at once."""
@@ -208,11 +195,11 @@ class Sketches:
         await self.process.end()
 
     async def _grown(self, row: Row, method: str, gone: Gone) -> bytes | None:
-        """A sketch; none where it gave way to something else, which may have ended since."""
+        """Return a sketch, or None if it gave way to a job."""
         watch: list[asyncio.Task[None]] = []
 
         async def in_vain() -> bool:
-            """Whether nobody waits for it, once there is nothing else to do."""
+            """Wait while there is other work; return whether the client has gone."""
             while self.busy() and not await gone():
                 await asyncio.sleep(AGAIN)
             watch.append(asyncio.create_task(self._give_way()))

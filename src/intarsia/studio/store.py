@@ -1,7 +1,6 @@
-"""The studio's folder: exemplars, images, results as files named by content, a note beside each, and a table of all.
+"""The studio's folder: files named by content with a JSON note beside each, and a table of rows in SQLite.
 
-What is taken away from it can be brought back for a while; then, or when the studio ends, it goes for ever. And whoever
-listens hears what happens there.
+What is removed can be restored for a while. Listeners get an event for every change.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from ..foundation import ParameterError, ResourceError, printable
 Row = dict[str, Any]
 
 FILED = ("exemplars", "images", "results")
-"""What is files; jobs, what is kept for the page, and what was found in exemplars, are rows alone."""
+"""Kinds with files; jobs, state of the page and findings are rows alone."""
 
 KINDS = (*FILED, "jobs", "kept", "found")
 MARKER = ".intarsia-studio"
@@ -40,13 +39,13 @@ ID = re.compile("[0-9a-f]{16}")
 HIDDEN = ".under-way-"
 UNDER_WAY = re.compile(re.escape(HIDDEN) + ID.pattern)
 TOLD = ".told.json"
-"""The note beside files: their row, so that a table which lost them finds them again."""
+"""The note beside files: their row, from which a lost table is restored."""
 
 OPEN = ("queued", "running")
 
-WHILE = 60.0  # s: the page offers it for ten, and once more for all when another thing is taken away
-MOST = 1000  # events that wait for a listener; one that is further behind begins anew
-BREATH = 10.0  # s without an event, after which a line says that the server is there
+WHILE = 60.0  # s to restore: the page offers it for ten, and again for all when another thing is removed
+MOST = 1000  # events queued for a listener; one that is further behind is disconnected
+BREATH = 10.0  # s without an event after which a comment keeps the connection alive
 
 
 class Store:
@@ -58,7 +57,7 @@ class Store:
             self._claim()
             self._lock()
             self._rows = sqlite3.connect(self.folder / TABLE, isolation_level=None, check_same_thread=False)
-            self._rows.execute("PRAGMA journal_mode=DELETE")  # so the file is all of the table, whoever copies it
+            self._rows.execute("PRAGMA journal_mode=DELETE")  # so that a copy of the file is complete
             for kind in KINDS:
                 columns = "number INTEGER PRIMARY KEY AUTOINCREMENT, id TEXT UNIQUE NOT NULL, about TEXT NOT NULL"
                 self._rows.execute(f"CREATE TABLE IF NOT EXISTS {kind} ({columns})")
@@ -72,7 +71,7 @@ class Store:
         self._reconcile()
 
     def _claim(self) -> None:
-        """Make the folder the studio's own; refuse one that holds other files and is not."""
+        """Make the folder the studio's own; refuse one that holds other files."""
         self.folder.mkdir(parents=True, exist_ok=True)
         if not (self.folder / MARKER).is_file():
             if any(self.folder.iterdir()) and not _is_table(self.folder / TABLE):
@@ -86,15 +85,15 @@ class Store:
             (self.folder / kind).mkdir(exist_ok=True)
 
     def _keep_to_oneself(self) -> None:
-        """Let nobody else on this machine read what lies here."""
+        """Make the folder private."""
         for kind in FILED:
             (self.folder / kind).chmod(0o700)
         (self.folder / TABLE).chmod(0o600)
-        if {path.name for path in self.folder.iterdir()} <= OWN:  # one from before may lie among other files
+        if {path.name for path in self.folder.iterdir()} <= OWN:  # an older one may contain other files
             self.folder.chmod(0o700)
 
     def _lock(self) -> None:
-        """Refuse a folder in which another studio works."""
+        """Refuse a folder that another studio uses."""
         try:
             import fcntl
         except ImportError:  # Windows
@@ -109,7 +108,7 @@ class Store:
 
     @property
     def home(self) -> tuple[str, int]:
-        """The loopback address and the port of this folder: they follow from its marker, so browsers know it again."""
+        """The loopback address and port of this folder, derived from its marker, so that browsers know it again."""
         drawn = hashlib.sha256((self.folder / MARKER).read_bytes()).digest()
         return f"127.{drawn[0]}.{drawn[1]}.{drawn[2] % 254 + 1}", 20_000 + int.from_bytes(drawn[3:5]) % 10_000
 
@@ -122,7 +121,7 @@ class Store:
     # rows
 
     def put(self, kind: str, row: Row) -> Row:
-        """Keep a row, in place of one with the same id, and the note beside its files."""
+        """Write a row, replacing one of the same id, and the note beside its files."""
         note, fresh = self._note(kind, row["id"]), self._fresh(kind)
         if kind in FILED and note.parent.is_dir():
             fresh.write_text(json.dumps(row), encoding="utf-8")
@@ -134,27 +133,27 @@ class Store:
         return row
 
     def get(self, kind: str, name: str, gone: bool = False) -> Row | None:
-        """Return the row of this id, or None; one that was taken away only where that is meant."""
+        """Return the row of an id, or None; with `gone` only removed rows, else only others."""
         found = self._rows.execute(f"SELECT about FROM {kind} WHERE id = ?", (name,)).fetchone()
         row: Row | None = None if found is None else json.loads(found[0])
         return row if row is not None and ("gone" in row) == gone else None
 
     def row(self, kind: str, name: str) -> Row:
-        """Return the row of this id, which a client named."""
+        """Return the row of an id that a client gave; HTTPException 404 if there is none."""
         row = self.get(kind, name)
         if row is None:
             raise HTTPException(404, f"there is no such {kind[:-1]}.")
         return row
 
     def all(self, kind: str, gone: bool = False) -> list[Row]:
-        """Return all rows, in the order in which they came; or those that were taken away."""
+        """Return all rows in order of creation; with `gone` the removed ones."""
         rows = [json.loads(about) for (about,) in self._rows.execute(f"SELECT about FROM {kind} ORDER BY number")]
         return [row for row in rows if ("gone" in row) == gone]
 
     def drop(self, kind: str, name: str) -> None:
-        """Take a row and its files away: the files first, by a new name, so that no note brings half of them back.
+        """Delete a row and its files: files are renamed first, so that no note restores half of them.
 
-        Nothing else in the studio removes what is kept; what has not the studio's form of an id and its note stays.
+        Nothing else deletes stored files; what lacks an id and a note of the studio's form is left.
         """
         if kind in FILED and ID.fullmatch(name) and self._note(kind, name).is_file():
             for path in (self.place(kind, name), self._note(kind, name)):
@@ -163,31 +162,31 @@ class Store:
         self.drop_row(kind, name)
 
     def drop_row(self, kind: str, name: str) -> None:
-        """Take a row away, and leave its files."""
+        """Delete a row, and leave its files."""
         self._rows.execute(f"DELETE FROM {kind} WHERE id = ?", (name,))
 
     # files
 
     def place(self, kind: str, name: str) -> Path:
-        """Where the files of this id lie: a folder; an image is one file."""
+        """Return the path of the files of an id: a folder; an image is one file."""
         return self.folder / kind / (f"{name}.png" if kind == "images" else name)
 
     def _note(self, kind: str, name: str) -> Path:
         return self.folder / kind / (f"{name}{TOLD}" if kind == "images" else f"{name}/{TOLD}")
 
     def _fresh(self, kind: str) -> Path:
-        """A name that nothing has, for what is in the making or goes."""
+        """Return an unused path for temporary files."""
         return self.folder / kind / f"{HIDDEN}{os.urandom(8).hex()}"
 
     def begun(self, kind: str) -> Path:
-        """Make a folder for files in the making; it becomes one of `kind` by `keep`, or goes at the next start."""
+        """Make a folder for new files; `keep` moves it to its place, else the next start removes it."""
         path = self._fresh(kind)
         path.mkdir()
         return path
 
     @contextmanager
     def under_way(self, kind: str) -> Iterator[Path]:
-        """The same for a while: what is not kept by then goes."""
+        """Yield such a folder, and remove it afterwards if it was not kept."""
         path = self.begun(kind)
         try:
             yield path
@@ -195,7 +194,7 @@ class Store:
             shutil.rmtree(path, ignore_errors=True)
 
     def keep(self, kind: str, path: Path, row: Row) -> Row:
-        """Move files that are whole to the folder of their id, with their note, then write their row."""
+        """Move complete files with their note to the place of their id, then write their row."""
         place = self.place(kind, row["id"])
         if place.exists():
             shutil.rmtree(path, ignore_errors=True)
@@ -205,14 +204,14 @@ class Store:
         return self.put(kind, row)
 
     def _reconcile(self) -> None:
-        """Rows without files go, files with a note get their row again, what ran is interrupted."""
+        """Delete rows without files, restore rows from notes, and mark running jobs as interrupted."""
         for kind in FILED:
             known = {row["id"]: row for row in self.all(kind)}
             for path in (self.folder / kind).iterdir():
                 if UNDER_WAY.fullmatch(path.name):
                     _remove(path)
             for name, row in known.items():
-                if row.get("sample"):  # of a studio from before, which made no folder for it
+                if row.get("sample"):  # of an older studio, which made no folder for it
                     self.place(kind, name).mkdir(exist_ok=True)
                 if not self.place(kind, name).exists():
                     self.drop(kind, name)
@@ -228,7 +227,7 @@ class Store:
                 self.put("jobs", job | {"state": "interrupted", "result": None, "error": None, "ended": ended})
 
     def _told(self, kind: str, name: str) -> Row | None:
-        """What the note beside files says, if they are there."""
+        """Return the row in the note beside files, if both are valid."""
         with suppress(OSError, ValueError, KeyError, TypeError):
             row: Row = json.loads(self._note(kind, name).read_text(encoding="utf-8"))
             whole = kind != "results" or {"job", "made"} <= row.keys()
@@ -237,7 +236,7 @@ class Store:
         return None
 
     def _adopt(self, kind: str, row: Row) -> None:
-        """Write a row that the table lost, or that its server was killed before it could write; and its job's."""
+        """Restore a row that the table lost, or that was not written before a crash, and its job's."""
         self.put(kind, row)
         if kind == "results":
             total = (row.get("score") or {}).get("total")
@@ -248,7 +247,7 @@ class Store:
 
 
 def _is_table(path: Path) -> bool:
-    """Whether a file is the table of a studio; one whose rows were in a log that was lost counts, too."""
+    """Return whether a file is the table of a studio; one whose rows were in a lost log counts."""
     try:
         with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as rows:
             found = rows.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
@@ -258,7 +257,7 @@ def _is_table(path: Path) -> bool:
 
 
 def _remove(path: Path) -> None:
-    """Remove what was in the making or goes; of a link only the link."""
+    """Remove temporary or deleted files; of a link only the link."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:
@@ -266,7 +265,7 @@ def _remove(path: Path) -> None:
 
 
 def digest(files: Iterable[Path], *more: str) -> str:
-    """The id of files: 16 hex digits of the SHA-256 of their names and contents."""
+    """Return the id of files: 16 hexadecimal digits of the SHA-256 of their names and contents."""
     whole = hashlib.sha256()
     for path in sorted(files):
         with path.open("rb") as f:
@@ -277,13 +276,13 @@ def digest(files: Iterable[Path], *more: str) -> str:
 
 
 class Bin:
-    """Jobs with what they made, and exemplars, that were taken away."""
+    """Removed jobs with their results, and removed exemplars."""
 
     def __init__(self, store: Store, events: Events) -> None:
         self.store, self.events = store, events
 
     def take(self, kind: str, name: str) -> None:
-        """Take a job or an exemplar away, unless it is needed just now."""
+        """Remove a job or an exemplar; status 409 if it is in use."""
         row = self.store.row(kind, name)
         if kind == "jobs" and row["state"] in OPEN:
             raise HTTPException(409, f"this job is {row['state']}; cancel it first.")
@@ -295,7 +294,7 @@ class Bin:
         asyncio.get_running_loop().call_later(WHILE, self._forget, kind, gone)
 
     def back(self, kind: str, name: str) -> Row:
-        """Bring back what was taken away."""
+        """Restore what was removed."""
         row = self.store.get(kind, name, gone=True)
         if row is None:
             raise HTTPException(404, f"no such {kind[:-1]} was taken away a moment ago.")
@@ -304,15 +303,15 @@ class Bin:
         return self.store.put(kind, row)
 
     def empty(self) -> None:
-        """Let everything go that is in here."""
+        """Delete all that is removed."""
         for kind in ("jobs", "exemplars"):
             for row in self.store.all(kind, gone=True):
                 self._forget(kind, row)
 
     def _forget(self, kind: str, row: Row) -> None:
-        """Remove the files, and what a job made unless another one made the same; the row last."""
+        """Delete the files, and a job's result unless another job has the same; the row last."""
         name = row["id"]
-        if self.store.get(kind, name, gone=True) != row:  # it was brought back, and perhaps taken away once more
+        if self.store.get(kind, name, gone=True) != row:  # it was restored, and perhaps removed again
             return
         if kind == "exemplars":
             self.store.drop(kind, name)
@@ -325,13 +324,13 @@ class Bin:
 
 
 class Events:
-    """Who listens, and what they are told."""
+    """Listeners, and the events sent to them."""
 
     def __init__(self) -> None:
         self._ears: set[asyncio.Queue[bytes | None]] = set()
 
     def tell(self, kind: str, said: Any) -> None:
-        """Tell everybody."""
+        """Send an event to all listeners."""
         line = written(kind, said)
         for ear in list(self._ears):
             if ear.qsize() >= MOST:
@@ -341,13 +340,13 @@ class Events:
                 ear.put_nowait(line)
 
     def close(self) -> None:
-        """Let everybody go."""
+        """Disconnect all listeners."""
         for ear in self._ears:
             ear.put_nowait(None)
         self._ears.clear()
 
     async def heard(self, first: Callable[[], list[tuple[str, Any]]]) -> AsyncIterator[bytes]:
-        """What a listener hears: how things are, then each event."""
+        """Yield what a listener gets: the current state, then each event."""
         ear: asyncio.Queue[bytes | None] = asyncio.Queue()
         self._ears.add(ear)
         try:
@@ -367,5 +366,5 @@ class Events:
 
 
 def written(kind: str, said: Any) -> bytes:
-    """An event as it is sent."""
+    """Return an event in the form of server-sent events."""
     return f"event: {kind}\ndata: {json.dumps(said)}\n\n".encode()

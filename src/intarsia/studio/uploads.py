@@ -1,11 +1,11 @@
-"""Files in: limits before decoding, names made here, decoding in a process with limits; what can be seen of them."""
+"""Uploads: limits before decoding, sanitised names, and decoding in a process with limited memory."""
 
 from __future__ import annotations
 
 import asyncio
 import re
 import time
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,29 +14,29 @@ from ..foundation import SAMPLES, InputError, said
 from .processes import FailedError, Process
 from .store import Row, Store, digest
 
-MOST_BYTES = 3 << 30  # address space of the process that decodes
-WITHIN = 30.0  # s for it to look at an exemplar
+MOST_BYTES = 3 << 30  # of address space of the decoding process
+WITHIN = 30.0  # s to decode an exemplar
 
 MAGIC = {
-    "png": ((b"\x89PNG\r\n\x1a\n",), (".png",)),
-    "jpeg": ((b"\xff\xd8\xff",), (".jpg", ".jpeg")),
-    "tiff": ((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), (".tif", ".tiff")),
-    "exr": ((b"v/1\x01",), (".exr",)),
-    "hdr": ((b"#?RADIANCE", b"#?RGBE"), (".hdr",)),
-    "gif": ((b"GIF87a", b"GIF89a"), (".gif",)),
-    "webp": ((b"RIFF",), (".webp",)),
-    "bmp": ((b"BM",), (".bmp",)),
-    "ppm": ((b"P3", b"P6"), (".ppm",)),
-    "pgm": ((b"P2", b"P5"), (".pgm",)),
-    "pfm": ((b"PF", b"Pf"), (".pfm",)),
+    b"\x89PNG\r\n\x1a\n": (".png",),
+    b"\xff\xd8\xff": (".jpg", ".jpeg"),
+    **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), (".tif", ".tiff")),
+    b"v/1\x01": (".exr",),
+    **dict.fromkeys((b"#?RADIANCE", b"#?RGBE"), (".hdr",)),
+    **dict.fromkeys((b"GIF87a", b"GIF89a"), (".gif",)),
+    b"RIFF": (".webp",),
+    b"BM": (".bmp",),
+    **dict.fromkeys((b"P3", b"P6"), (".ppm",)),
+    **dict.fromkeys((b"P2", b"P5"), (".pgm",)),
+    **dict.fromkeys((b"PF", b"Pf"), (".pfm",)),
 }
-"""Formats that may come in: their first bytes, and what their names end in."""
+"""First bytes of the accepted formats, and the endings of their names."""
 
 
 def ending_of(data: bytes, name: str) -> str:
-    """Return what the name of a file shall end in, by its first bytes. InputError where they are of no known format."""
-    for format, (marks, endings) in MAGIC.items():
-        if data.startswith(marks) and (format != "webp" or data[8:12] == b"WEBP"):
+    """Return the ending for a file by its first bytes; InputError if they are of no known format."""
+    for mark, endings in MAGIC.items():
+        if data.startswith(mark) and (mark != b"RIFF" or data[8:12] == b"WEBP"):
             own = Path(name).suffix.lower()
             return own if own in endings else endings[0]
     raise InputError("this is no picture in a format that is read here; send PNG, JPEG, TIFF, EXR, HDR, WebP or BMP.")
@@ -51,15 +51,14 @@ def stem_of(name: str) -> str:
 
 
 class Uploads:
-    """What comes in, and the process that looks at it."""
+    """Exemplars and images that come in, and the process that decodes them."""
 
     def __init__(self, store: Store, looker: Process) -> None:
         self.store, self.looker = store, looker
 
     async def exemplar(self, parts: Sequence[tuple[str, bytes]]) -> Row:
-        """Keep the files of one exemplar, given as (name, contents)."""
-
-        async def write(folder: Path) -> list[str]:
+        """Store the files of one exemplar, given as (name, contents)."""
+        with self.folder("exemplars") as folder:
             names = list[str]()
             for name, data in parts:
                 own = stem_of(name) + ending_of(data[:32], name)
@@ -67,12 +66,10 @@ class Uploads:
                     raise InputError(f"two files are called {own}; rename one.")
                 names.append(own)
                 await asyncio.to_thread((folder / own).write_bytes, data)
-            return names
-
-        return await self.made(write)
+            return await self.kept(folder, names)
 
     async def sample(self, name: Any) -> Row:
-        """Take a built-in exemplar."""
+        """Add a built-in exemplar."""
         if name not in SAMPLES:
             raise InputError(f"{said(name)} is no built-in exemplar; give one of {', '.join(SAMPLES)}.")
         row = await self._looked([f"sample:{name}"])
@@ -80,11 +77,11 @@ class Uploads:
         return self.store.keep("exemplars", self.store.begun("exemplars"), row)
 
     async def result(self, name: Any) -> Row:
-        """Take a result as an exemplar; normals whose green points down stay so, which the name of their file tells."""
+        """Add a result as an exemplar; normals of DirectX convention keep it, by the names of their files."""
         row = self.store.get("results", name) if isinstance(name, str) else None
         if row is None:
             raise InputError(f"{said(name)} is not the id of a result.")
-        place = self.store.folder / "results" / row["id"]
+        place = self.store.place("results", row["id"])
         source = self.store.get("exemplars", row["exemplars"][0]) if row["exemplars"] else None
         down = source is not None and any(plane["normals"] == "dx" for plane in source["planes"])
         normals = [entry["name"] for entry in row["files"] if down and entry["holds"] == "normal"]
@@ -96,29 +93,27 @@ class Uploads:
         return {**seen, "created": time.time()}
 
     async def image(self, data: bytes) -> Row:
-        """Keep a picture of numbers: labels, a mask."""
+        """Store a picture of numbers: labels, a mask."""
         if ending_of(data[:32], "x.png") != ".png":
             raise InputError("the image is no PNG; save it so, with one channel of 8 bits.")
-        with self._folder("images") as folder:
+        with self.folder("images") as folder:
             path = folder / "image.png"
             path.write_bytes(data)
             await self.looker.ask("labels", within=WITHIN, path=str(path))
             row = {"id": digest([path])}
-            self.store.put("images", row)  # first, as an image without a note is nobody's
+            self.store.put("images", row)  # first, as an image without a note has no owner
             path.replace(self.store.place("images", row["id"]))
             return row
 
-    async def made(self, write: Callable[[Path], Awaitable[list[str]]]) -> Row:
-        """Keep an exemplar whose files are written into a folder; `write` does that, and returns their names."""
-        with self._folder("exemplars") as folder:
-            names = await write(folder)
-            row = await self._looked([str(folder / name) for name in names])
-            row |= {"id": digest(folder.iterdir()), "files": names}
-            return self.store.keep("exemplars", folder, row)
+    async def kept(self, folder: Path, names: list[str]) -> Row:
+        """Store an exemplar whose files were written into a folder."""
+        row = await self._looked([str(folder / name) for name in names])
+        row |= {"id": digest(folder.iterdir()), "files": names}
+        return self.store.keep("exemplars", folder, row)
 
     @contextmanager
-    def _folder(self, kind: str) -> Iterator[Path]:
-        """A folder for files in the making, of which no error tells."""
+    def folder(self, kind: str) -> Iterator[Path]:
+        """Yield a temporary folder whose path is removed from errors."""
         with self.store.under_way(kind) as folder:
             try:
                 yield folder
@@ -126,6 +121,6 @@ class Uploads:
                 raise FailedError(str(e).replace(f"{folder}/", ""), e.exit_code) from None
 
     def paths_of(self, row: Row) -> list[str]:
-        """The files of an exemplar."""
-        place = self.store.folder / "exemplars" / row["id"]
+        """Return the files of an exemplar."""
+        place = self.store.place("exemplars", row["id"])
         return [f"sample:{row['sample']}"] if row.get("sample") else [str(place / name) for name in row["files"]]

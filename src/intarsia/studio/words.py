@@ -1,10 +1,10 @@
-"""What may be asked, as the table of the request has it; from a job to its request; and what is told of a result."""
+"""Jobs as requests of the command line: the options offered, the request of a job, and the row of its result."""
 
 from __future__ import annotations
 
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
@@ -30,33 +30,30 @@ LIMITS = {
     "json": 1 << 20,
     "queue": 1000,
 }
-"""Most pixels of a picture; bytes of an upload, files in it, bytes of an image and of JSON; jobs that wait."""
+"""Most pixels of a picture; bytes of an upload, files in it, bytes of an image and of JSON; queued jobs."""
 
 LONGEST, MOST = 10_000, 100  # characters of a value, values of an option
 MAP = "map.npz"
 """The file of a result that holds its map."""
 
 
-Option = dict[str, Any]
-
-
 @cache
-def options(verb: str) -> dict[str, Option]:
-    """The options of a verb by name: the fields of a job, and the parameters of methods."""
+def options(verb: str) -> dict[str, Row]:
+    """Return the options of a verb by name: the fields of a job, and the parameters of methods."""
     fields = [_of_field(f) for f in fields_of_verb(verb) if not f.local and f.flags and f.kind.name != "written"]
     own = [p.as_dict() | {"parameter": True, "image": p.kind in OVER} for p, _ in parameters_of_verb(verb).values()]
     return {option["name"]: option for option in [*fields, *own]}
 
 
 @cache
-def schema() -> dict[str, Any]:
-    """What the page asks with, as JSON: the fields of verbs, and methods with their parameters."""
+def schema() -> Row:
+    """Return what the page offers, as JSON: the fields of verbs, and methods with their parameters."""
     verbs = {v: [option for option in options(v).values() if not option["parameter"]] for v in VERBS}
     return {"verbs": verbs, "methods": entries(), "samples": list(SAMPLES)}
 
 
-def _of_field(f: Field) -> Option:
-    """What is told of a field."""
+def _of_field(f: Field) -> Row:
+    """Return a field as JSON."""
     default = f.default if isinstance(f.default, str | int | float) else None
     if default is None and (f.kind.choices or f.default is not None) and not f.many and f.kind.name != "choice":
         default = f.kind.text(f.default)
@@ -69,18 +66,19 @@ def _of_field(f: Field) -> Option:
 
 @dataclass
 class Words:
-    """The request of a job as the worker gets it, and how people call the files that it names."""
+    """The request of a job as the worker gets it, and the file names that users see."""
 
+    store: Store
     request: Request = field(default_factory=lambda: Request("grow"))
     called: dict[str, str] = field(default_factory=dict)
 
     @property
     def said(self) -> list[str]:
-        """The request as words of a command, each option with its value in one."""
+        """The request as words of a command, each option joined with its value."""
         return to_argv(self.request, joined=True)
 
     def name(self, path: str, name: str) -> str:
-        """Call a file by a name of its own."""
+        """Give a file a unique name for users."""
         stem, dot, ending = name.rpartition(".")
         taken, n = set(self.called.values()) - {self.called.get(path)}, 2
         own = name
@@ -90,7 +88,7 @@ class Words:
         return path
 
     def cleaned(self, told: Any) -> Any:
-        """Return JSON or a text with files called as people call them."""
+        """Return JSON or a text with paths replaced by the names for users."""
         if isinstance(told, dict):
             return {key: self.cleaned(value) for key, value in told.items()}
         if isinstance(told, (list, tuple)):
@@ -101,24 +99,71 @@ class Words:
         return told
 
     def asked(self, out: str) -> Request:
-        """The request with files called as people call them, for a result that is called `out`."""
+        """Return the request with the names for users, for a result called `out`."""
         named = {f.name: self.cleaned(getattr(self.request, f.name)) for f in fields(self.request)}
         return Request(**named | {"out": out, "save_map": None, "as_json": False})
 
+    def exemplar(self, name: str) -> list[str]:
+        """Return the files of an exemplar, relative to the working folder of a job."""
+        row = self._row("exemplars", name, "an exemplar")
+        if row.get("sample"):
+            return [f"sample:{row['sample']}"]
+        return [self.name(f"../../exemplars/{name}/{file}", file) for file in row["files"]]
 
-def words_of(job: Mapping[str, Any], store: Store) -> Words:
+    def saved_map(self, name: Any) -> str:
+        """Return the map of a result."""
+        row = self._row("results", name, "a result; the option map needs one")
+        if not (self.store.place("results", row["id"]) / MAP).is_file():
+            raise InputError("this result has no map.")
+        return self.name(f"../{row['id']}/{MAP}", MAP)
+
+    def value(self, option: Row, value: Any) -> Any:
+        """Return the value of an option, or its values, as texts; files in place of ids."""
+        if option["kind"] == "flag":
+            return value
+        many = option.get("multiple")
+        values = value if many and isinstance(value, list) else [value]
+        if len(values) > MOST:
+            raise ParameterError(f"{option['name']} has {len(values)} values; at most {MOST}.")
+        found = list[str]()
+        for one in values:
+            if option["kind"] == "exemplar":
+                found += self.exemplar(one)
+            elif option["kind"] == "image" or (option["image"] and isinstance(one, str) and ID.fullmatch(one)):
+                found.append(self._image(option, one))
+            else:
+                found.append(_text(option, one))
+        return found if many else found[0]
+
+    def _image(self, option: Row, value: Any) -> str:
+        if value in option["choices"]:
+            return str(value)
+        row = self._row("images", value, f"an image; {option['name']} needs one")
+        return self.name(f"../../images/{row['id']}.png", f"{option['name']}.png")
+
+    def _row(self, kind: str, name: Any, what: str) -> Row:
+        row = self.store.get(kind, name) if isinstance(name, str) and ID.fullmatch(name) else None
+        if row is None:
+            raise InputError(f"{said(name)} is not the id of {what}.")
+        return row
+
+
+def words_of(job: Row, store: Store) -> Words:
     """Return the request of a job, checked as the command checks it; ParameterError in one line."""
-    verb, given = job["verb"], dict(job["options"])
+    verb, exemplars, given = job["verb"], job["exemplars"], dict(job["options"])
     if verb not in VERBS:
         raise ParameterError(f"{said(verb)} is no verb; give one of {', '.join(VERBS)}.")
-    words, known, more = Words(), options(verb), dict[str, Any]()
+    words, known, more = Words(store), options(verb), Row()
     if verb == "render":
-        more["saved"] = words.name(_map_of(given.pop("map", None), store), MAP)
-    more["files"] = _exemplars(words, verb, job["exemplars"], store)
+        more["saved"] = words.saved_map(given.pop("map", None))
+    most = 64 if verb in ("render", "grow", "paint") else 1
+    if not 1 <= len(exemplars) <= most and not (verb == "render" and not exemplars):
+        raise ParameterError(f"{verb} takes {'one picture' if most == 1 else 'at least one exemplar'}.")
+    more["files"] = tuple(path for name in exemplars for path in words.exemplar(name))
     for name in given:
         if name not in known:
             raise ParameterError(f"{verb} has no option {said(name)} here; GET /api/schema tells which there are.")
-    told = {name: _value(known[name], value, words, store) for name, value in given.items() if value is not None}
+    told = {name: words.value(known[name], value) for name, value in given.items() if value is not None}
     if verb == "render":
         more["out"] = f"{usual(job, store)}_rendered.png"
     elif verb != "weave":
@@ -127,61 +172,14 @@ def words_of(job: Mapping[str, Any], store: Store) -> Words:
     return words
 
 
-def usual(job: Mapping[str, Any], store: Store) -> str:
+def usual(job: Row, store: Store) -> str:
+    """Return the name of the first exemplar, from which results are named."""
     row = store.get("exemplars", job["exemplars"][0]) if job["exemplars"] else None
     return "map" if row is None else str(row["name"])
 
 
-def _exemplars(words: Words, verb: str, exemplars: Sequence[str], store: Store) -> tuple[str, ...]:
-    most = {"render": 64, "grow": 64, "paint": 64}.get(verb, 1)
-    if not 1 <= len(exemplars) <= most and not (verb == "render" and not exemplars):
-        raise ParameterError(f"{verb} takes {'one picture' if most == 1 else 'at least one exemplar'}.")
-    return tuple(path for name in exemplars for path in exemplar_words(name, words, store))
-
-
-def exemplar_words(name: str, words: Words, store: Store) -> list[str]:
-    """Return the files of an exemplar, as the working folder of a job sees them."""
-    row = _row("exemplars", name, "an exemplar", store)
-    if row.get("sample"):
-        return [f"sample:{row['sample']}"]
-    return [words.name(f"../../exemplars/{name}/{file}", file) for file in row["files"]]
-
-
-def _row(kind: str, name: Any, what: str, store: Store) -> Row:
-    row = store.get(kind, name) if isinstance(name, str) and ID.fullmatch(name) else None
-    if row is None:
-        raise InputError(f"{said(name)} is not the id of {what}.")
-    return row
-
-
-def _map_of(name: Any, store: Store) -> str:
-    row = _row("results", name, "a result; the option map needs one", store)
-    if not (store.folder / "results" / row["id"] / MAP).is_file():
-        raise InputError("this result has no map.")
-    return f"../{row['id']}/{MAP}"
-
-
-def _value(option: Option, value: Any, words: Words, store: Store) -> Any:
-    """The value of an option, or its values, as texts; files in place of ids."""
-    if option["kind"] == "flag":
-        return value
-    many = option.get("multiple")
-    values = value if many and isinstance(value, list) else [value]
-    if len(values) > MOST:
-        raise ParameterError(f"{option['name']} has {len(values)} values; at most {MOST}.")
-    found = list[str]()
-    for one in values:
-        if option["kind"] == "exemplar":
-            found += exemplar_words(one, words, store)
-        elif option["kind"] == "image" or (option["image"] and isinstance(one, str) and ID.fullmatch(one)):
-            found.append(_image(option, one, words, store))
-        else:
-            found.append(_text(option, one))
-    return found if many else found[0]
-
-
 def score_words(words: Words, picture: str) -> list[str]:
-    """The words that score the picture of a result in its folder."""
+    """Return the words that score the picture of a result in its folder."""
     asked = words.request
     shared = {f.name: getattr(asked, f.name) for f in fields_of_verb("score") if f.of_exemplars}
     saved = None if asked.save_map is None else MAP
@@ -189,15 +187,8 @@ def score_words(words: Words, picture: str) -> list[str]:
     return to_argv(scored, joined=True)
 
 
-def _image(option: Option, value: Any, words: Words, store: Store) -> str:
-    if value in option["choices"]:
-        return str(value)
-    row = _row("images", value, f"an image; {option['name']} needs one", store)
-    return words.name(f"../../images/{row['id']}.png", f"{option['name']}.png")
-
-
-def _text(option: Option, value: Any) -> str:
-    """A value as a command reads it; what would be the name of a file is refused."""
+def _text(option: Row, value: Any) -> str:
+    """Return a value as a command reads it; ParameterError for what could name a file."""
     name, parts = option["name"], value if isinstance(value, list) else [value]
     if not parts or not all(isinstance(v, int | float | str) and not isinstance(v, bool) for v in parts):
         raise ParameterError(f"{name}={said(value)} is not allowed; give a number or a text.")
@@ -213,12 +204,12 @@ def _text(option: Option, value: Any) -> str:
 
 
 def plain(line: str) -> str:
-    """An error of the command, said of the option by the name that it has here."""
+    """Return an error of the command with the option named as in a job."""
     return re.sub(r"^Invalid value for '--([a-z-]+)'[^:]*", lambda found: found[1].replace("-", "_"), line)
 
 
-def result_of(name: str, job: Row, words: Words, answer: dict[str, Any], files: Sequence[Path]) -> Row:
-    """Return the row of a result: what the command told, without a path."""
+def result_of(name: str, job: Row, words: Words, answer: Row, files: Sequence[Path]) -> Row:
+    """Return the row of a result: what the command reported, without paths."""
     holds = {Path(entry["path"]).name: entry["holds"] for entry in answer.get("files", [])}
     holds.setdefault(MAP, "map")
     entries = [{"name": p.name, "holds": holds.get(p.name, "recipe"), "bytes": p.stat().st_size} for p in sorted(files)]

@@ -90,9 +90,8 @@ def advect(
     stacked = stack.exemplar_stack(exemplar, stack.Look.of(mender))
     closed = (smap.wrap.y, smap.wrap.x)
     lot = (made.recipe.get("seed", 0), made.recipe.get("advected", NONE)["frames"])
-    yx, torn = advected.carried(smap.yx, steps, closed, exemplar, stacked.home, lot)
-    mending = advected.TornPlaces(stacked, descent.Corrections.of(mender), closed)
-    yx = mending.mended(yx, torn, coarsest.bit_length() - 1, run)
+    flowing = advected.TornPlaces(stacked, descent.Corrections.of(mender), closed)
+    yx = flowing.mended(*flowing.carried(smap.yx, steps, lot), coarsest.bit_length() - 1, run)
     moved = replace(smap, yx=yx, which=None, pose=None)
     return replace(made, map=moved, recipe=made.recipe | {"advected": _as_recipe(made, steps, coarsest, mender)})
 

@@ -1,1 +1,1 @@
-"""The processes beside the server: warm, and at work on one thing after another; pictures are touched here alone."""
+"""The worker processes of the studio: one request after another; pictures are decoded and drawn here alone."""

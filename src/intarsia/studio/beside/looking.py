@@ -1,4 +1,4 @@
-"""In the process beside: what came in is looked at, and seen. Whatever can go wrong with a file goes wrong here."""
+"""Worker process: decode uploads, and show planes and maps. Errors of files arise here."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ...foundation.arrays import UInt8
 from ...model import Exemplar
 from ...model.image import Kind, Plane, Transfer, looked_at
 from ...model.sourcemap import SourceMap
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
-WIDEST = 1 << 24  # px of a map that is sent whole
+WIDEST = 1 << 24  # px of a map that is sent at once
 
 Pixels = UInt8
 
 
 def seen(plane: Plane) -> Pixels:
-    """Return what can be seen of a plane: (H, W, 3 or 4) of 8 bits; normals with a sign become (n + 1) / 2."""
+    """Return a plane as displayed: (H, W, 3 or 4) of 8 bits; signed normals become (n + 1) / 2."""
     pixels = plane.pixels
     if plane.kind is Kind.NORMAL and plane.is_float and bool((pixels < 0).any()):
         pixels = (pixels + 1) / 2
@@ -47,11 +47,11 @@ def reduced(pixels: Pixels, side: int) -> Pixels:
 
 
 png = partial(encode_png, level=1)
-"""Pixels (H, W, C) as a PNG that is made quickly."""
+"""Return pixels (H, W, C) as PNG, compressed quickly."""
 
 
 def coloured(smap: SourceMap, first: int, step: int, colours: Callable[[int, Any, Any], Any]) -> Pixels:
-    """Each `step`th pixel of a map in a colour that follows from exemplar, rows and columns; clear in holes: RGBA."""
+    """Return every `step`-th pixel of a map in a colour of its exemplar, rows and columns; clear in holes: RGBA."""
     which, yx = smap.numbers[first::step, first::step], smap.yx[first::step, first::step]
     out = np.zeros((*which.shape, 4), np.uint8)
     for number, source in enumerate(smap.sources):
@@ -62,8 +62,8 @@ def coloured(smap: SourceMap, first: int, step: int, colours: Callable[[int, Any
     return out
 
 
-def see(said: dict[str, Any], tell: Tell) -> Answer:
-    """Return a plane as PNG, of 8 bits and at most `side` px, or a part of it, pixel for pixel."""
+def see(said: Json, tell: Tell) -> Answer:
+    """Return a plane as PNG of 8 bits, at most `side` px, or a box at full size."""
     pixels = _seen(tuple(said["paths"]), said["plane"])
     if "side" in said:
         return {}, png(reduced(pixels, said["side"]))
@@ -76,7 +76,7 @@ def see(said: dict[str, Any], tell: Tell) -> Answer:
 
 @lru_cache(maxsize=1)
 def _seen(paths: tuple[str, ...], name: str) -> Pixels:
-    """What can be seen of a plane; the last one is kept, as large ones are asked for part by part."""
+    """Return a plane as displayed; the last one is cached, as large ones are requested part by part."""
     found = _group(list(paths))
     if name not in found:
         raise InputError(f"there is no plane {name}.")
@@ -85,7 +85,7 @@ def _seen(paths: tuple[str, ...], name: str) -> Pixels:
 
 
 def _group(paths: list[str]) -> dict[str, str]:
-    """The files of one exemplar by plane."""
+    """Return the files of one exemplar by plane; InputError if they are several."""
     if paths[0].startswith("sample:"):
         own = {name: os.fspath(path) for name, path in files.sets.layered(paths[0]).items()}
         return own or {"albedo": paths[0]}
@@ -101,8 +101,8 @@ def exemplar_of(paths: list[str]) -> Exemplar:
     return files.read_set(_group(paths))
 
 
-def look(said: dict[str, Any], tell: Tell) -> Answer:
-    """Read the files of one exemplar; return what they are."""
+def look(said: Json, tell: Tell) -> Answer:
+    """Read the files of one exemplar; return its name, size, depth and planes."""
     paths = said["paths"]
     exemplar = exemplar_of(paths)
     base, planes = exemplar.base, [{"name": n, "normals": p.meta.get("normals")} for n, p in exemplar.planes.items()]
@@ -113,7 +113,7 @@ def look(said: dict[str, Any], tell: Tell) -> Answer:
     return {**own, "depth": depth, "planes": planes}, b""
 
 
-def labels(said: dict[str, Any], tell: Tell) -> Answer:
+def labels(said: Json, tell: Tell) -> Answer:
     """Check a picture of numbers: one channel, 8 bits."""
     plane = files.read_plane(said["path"], "label")
     if plane.channels != 1 or plane.pixels.dtype != np.uint8:
@@ -121,7 +121,7 @@ def labels(said: dict[str, Any], tell: Tell) -> Answer:
     return {}, b""
 
 
-def origins(said: dict[str, Any], tell: Tell) -> Answer:
+def origins(said: Json, tell: Tell) -> Answer:
     """Return where every pixel of a box comes from: uint16, little-endian, (H, W, 3): exemplar, row, column.
 
     65535: from nowhere. Without a box: of all of the map.
@@ -140,7 +140,7 @@ def origins(said: dict[str, Any], tell: Tell) -> Answer:
 
 @lru_cache(maxsize=1)
 def _map(path: str) -> SourceMap:
-    """The map that was asked for last: a pointer goes over it part by part."""
+    """Return a map; the last one is cached, as it is requested part by part."""
     return SourceMap.load(path)
 
 

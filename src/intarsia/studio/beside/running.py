@@ -1,4 +1,4 @@
-"""In the process beside: commands, told of as they go; getting warm; and small sketches of methods to choose by."""
+"""Worker process: run commands with progress and previews, precompile kernels, and grow sketches of methods."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ from ...rendering.magnification import cut_out
 from ...synthesis import synthesize
 from ...tasks import warming
 from .looking import coloured, exemplar_of, png, reduced, seen
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
-FIRST, MORE = 20.0, 5.0  # s that compiling takes: of all that a first command runs, and of what a later one adds
-STEPS = 50  # of what is told while this process gets ready
+FIRST, MORE = 20.0, 5.0  # s of compiling in a first command, and in a later one
+STEPS = 50  # of progress reported while precompiling
 
-PREVIEW = 512  # px: a preview is no larger
+PREVIEW = 512  # px: largest preview
 APART = 0.25  # s between two previews
-SHARE = 0.03  # of the time goes into previews, at most
+SHARE = 0.03  # of the time at most is spent on previews
 
-LARGEST = 320  # px a side of an exemplar: larger ones are reduced, so that all of it is seen
-SIDE = 192  # px of what is grown of it
-SLOW = {"efros-leung": (112, 96)}  # compares every pixel with all: of how much of the exemplar, and how much is grown
+LARGEST = 320  # px a side: larger exemplars are reduced
+SIDE = 192  # px of a sketch
+SLOW = {"efros-leung": (112, 96)}  # compares every pixel with all: px of the exemplar, and of the sketch
 
-_grown: list[bool] = []  # whether a command was carried out here
+_grown: list[bool] = []  # not empty once a command ran here
 
 
-def command(said: dict[str, Any], tell: Tell) -> Answer:
-    """Carry out the words of a command in a folder; return what it printed as JSON.
+def command(said: Json, tell: Tell) -> Answer:
+    """Run the words of a command in a folder; return what it printed as JSON.
 
-    Once it must compile, it tells about how many seconds that takes, fewer where one grew before.
+    If it must compile, report about how many seconds that takes, fewer if this process ran a command before.
     """
 
     def announce() -> None:
@@ -61,19 +61,19 @@ def command(said: dict[str, Any], tell: Tell) -> Answer:
         no_longer(announce)
 
 
-def prepare(said: dict[str, Any], tell: Tell) -> Answer:
-    """Grow an exemplar once, so that what growing needs to know of it is known to this process; nothing is kept."""
+def prepare(said: Json, tell: Tell) -> Answer:
+    """Grow an exemplar once, so that its analysis is cached in this process; nothing is kept."""
     return command(said | {"words": ["grow", *said["words"], "--size=512", "--output=out.png", "--json"]}, tell)
 
 
 @cache
 def _hold() -> None:
-    """Keep exemplars between the commands of this process."""
+    """Cache exemplars between the commands of this process."""
     hold(Held())
 
 
-def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any]:
-    """Run a command as a shell would, but here: what it tells as JSON, or its error."""
+def invoked(words: list[str], drafting: Drafting | None = None) -> Json:
+    """Run a command in this process; return what it prints as JSON, or raise its error."""
     _hold()
     told, aside = io.StringIO(), io.StringIO()
     listen(drafting)
@@ -82,14 +82,14 @@ def invoked(words: list[str], drafting: Drafting | None = None) -> dict[str, Any
             cli.invoke(ctx)
     finally:
         listen(None)
-    answer: dict[str, Any] = json.loads(told.getvalue().strip() or "{}")
+    answer: Json = json.loads(told.getvalue().strip() or "{}")
     return answer
 
 
-def warm(said: dict[str, Any], tell: Tell) -> Answer:
-    """Grow what makes this process ready, and one tiny picture by a command; tell how far that is.
+def warm(said: Json, tell: Tell) -> Answer:
+    """Precompile all kernels, and grow one tiny picture by a command; report the progress.
 
-    Where it is cancelled it ends after the kernel that is being compiled, and what was made until then stays.
+    If cancelled it ends after the kernel that is being compiled; finished kernels stay.
     """
     told = [-1]
 
@@ -110,7 +110,7 @@ def warm(said: dict[str, Any], tell: Tell) -> Answer:
 
 
 class Drafting:
-    """Hears each step of the work; tells the fraction, the stage, and a preview now and then."""
+    """Listener of the steps of the work; reports the fraction, the stage, and a preview now and then."""
 
     def __init__(self, tell: Tell) -> None:
         self._tell, self._next, self._told = tell, 0.0, (-1.0, "")
@@ -130,7 +130,7 @@ class Drafting:
 
 
 def drawn(smap: SourceMap, exemplars: Exemplars) -> bytes | None:
-    """Return a PNG of a map: copied pixels, clear where nothing is yet; None of nothing."""
+    """Return a PNG of a map: copied pixels, clear where nothing is yet; None if all is clear."""
     step = max(-(-max(smap.height, smap.width) // PREVIEW), 1)
 
     def copied(number: int, y: Any, x: Any) -> Any:
@@ -141,8 +141,8 @@ def drawn(smap: SourceMap, exemplars: Exemplars) -> bytes | None:
     return png(out) if out[..., 3].any() else None
 
 
-def sketch(said: dict[str, Any], tell: Tell) -> Answer:
-    """Grow a small picture with the usual parameters of a method; nothing, where it cannot serve."""
+def sketch(said: Json, tell: Tell) -> Answer:
+    """Return a small picture of a method with its default parameters; empty if it cannot serve."""
     try:
         part, side = SLOW.get(said["method"], (LARGEST, SIDE))
         whole = _reduced(*said["paths"])
@@ -156,7 +156,7 @@ def sketch(said: dict[str, Any], tell: Tell) -> Answer:
 
 @lru_cache(maxsize=4)
 def _reduced(*paths: str) -> Exemplar:
-    """The colours of an exemplar, as they are seen, at most LARGEST px a side."""
+    """Return the colours of an exemplar, as displayed, at most LARGEST px a side."""
     whole = exemplar_of(list(paths))
     pixels = np.ascontiguousarray(reduced(seen(whole.base), LARGEST)[:, :, :3])
     step = -(-max(whole.height, whole.width) // LARGEST)

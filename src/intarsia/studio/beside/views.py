@@ -1,4 +1,4 @@
-"""In the process beside: what was found in an exemplar, and views of a result as it was made; exemplars edited."""
+"""Worker process: findings as overlays, views of results and their maps, and edits of exemplars."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pie
 from ...tasks.inspection import Findings, analyze
 from ...tasks.scoring import Outcome, outcome_of
 from .looking import Pixels, coloured, exemplar_of, png
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
 LABELS = 6  # that the page paints with
-STRONG = 4  # times as much as usual: what is drawn as striking
-FILL = 70  # of 255: how much of a tint is seen
-AROUND = 9  # px of the exemplar over which it is told how often it is shown
+STRONG = 4  # times the usual saliency: what is drawn
+FILL = 70  # opacity of tints, of 255
+AROUND = 9  # px of the exemplar over which usage is averaged
 
 
-def find(said: dict[str, Any], tell: Tell) -> Answer:
-    """Look at an exemplar: what `intarsia analyze --json` tells, and which overlays there are."""
+def find(said: Json, tell: Tell) -> Answer:
+    """Analyse an exemplar; return what `intarsia analyze --json` prints, and which overlays there are."""
     found = _findings(*said["paths"])
     masonry = _facts(found.exemplar).masonry
     more = {
@@ -51,8 +51,8 @@ def find(said: dict[str, Any], tell: Tell) -> Answer:
     return found.as_dict() | more, b""
 
 
-def overlay(said: dict[str, Any], tell: Tell) -> Answer:
-    """Draw what was found, on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
+def overlay(said: Json, tell: Tell) -> Answer:
+    """Return an overlay on a clear ground: PNG of the exemplar's size; `labels` are numbers, of one channel."""
     draw = DRAWN.get(said["kind"])
     drawn = draw and draw(_findings(*said["paths"]))
     if drawn is None:
@@ -60,8 +60,8 @@ def overlay(said: dict[str, Any], tell: Tell) -> Answer:
     return {}, png(drawn)
 
 
-def rim(said: dict[str, Any], tell: Tell) -> Answer:
-    """See by how many px `heal --grow auto` would enlarge a hole, and draw what of the picture that is: PNG."""
+def rim(said: Json, tell: Tell) -> Answer:
+    """Return by how many px `heal --grow auto` would enlarge a hole, and that area as PNG."""
     exemplar = exemplar_of(said["paths"])
     hole = files.read_mask(said["mask"], exemplar.base, exemplar.name)
     scene = healed_scene(exemplar, hole, (), Wrap.NONE, None)
@@ -71,8 +71,8 @@ def rim(said: dict[str, Any], tell: Tell) -> Answer:
     return {"grow": scene.recipe["heal"]["grow"]}, png(drawn)
 
 
-def edit(said: dict[str, Any], tell: Tell) -> Answer:
-    """Cut, straighten and flatten an exemplar; write it into a folder and tell the names of its files."""
+def edit(said: Json, tell: Tell) -> Answer:
+    """Crop, straighten and flatten an exemplar; write it into a folder and return the names of its files."""
     exemplar, done = exemplar_of(said["paths"]), []
     if said["crop"] is not None:
         exemplar, done = cropped(exemplar, tuple(said["crop"])), ["cropped"]
@@ -108,7 +108,7 @@ def _clear(exemplar: Exemplar) -> Pixels:
 
 
 def _lattice(found: Findings) -> Pixels | None:
-    """The lines of the lattice, taken out of the picture that has them over the exemplar."""
+    """Return the lines of the lattice, extracted from the overlay that has them over the exemplar."""
     if found.lattice is None:
         return None
     out, drawn = _clear(found.exemplar), found.overlay("lattice").pixels
@@ -118,7 +118,7 @@ def _lattice(found: Findings) -> Pixels | None:
 
 
 def _courses(found: Findings) -> Pixels | None:
-    """The lines between courses, and the joints of stones where they are clear."""
+    """Return the lines between courses, and the head joints where they are clear."""
     facts = _facts(found.exemplar)
     lines, masonry = facts.courses, facts.masonry
     if lines is None:
@@ -135,7 +135,7 @@ def _courses(found: Findings) -> Pixels | None:
 
 
 def _draw_lines(out: Array, rows: Array) -> None:
-    """Draw lines two px thick; `rows`: of every line the row in every column."""
+    """Draw lines two px thick; `rows`: the row of every line in every column."""
     columns = np.arange(out.shape[1])
     for line in np.asarray(rows, np.int64):
         for off in (0, 1):
@@ -153,7 +153,7 @@ def _draw_joints(out: Array, work: Any) -> None:
 
 
 def _striking(found: Findings) -> Pixels | None:
-    """What strikes most, which costs five times as much to show again as the rest, under a tint, with its border."""
+    """Return the most salient regions, tinted and outlined."""
     exemplar, made, out = found.exemplar, features([found.exemplar]), _clear(found.exemplar)
     strikes = lambda: popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)  # noqa: E731
     most = exemplar.memo("strikes", strikes) > STRONG * USUAL
@@ -163,7 +163,7 @@ def _striking(found: Findings) -> Pixels | None:
 
 
 def _segments(found: Findings) -> Pixels | None:
-    """Each group in its tint, the one that was chosen in orange, with their borders."""
+    """Return each group in its tint, the chosen one in orange, with their borders."""
     segments = found.segments
     if not len(segments.groups):
         return None
@@ -176,12 +176,12 @@ def _segments(found: Findings) -> Pixels | None:
 
 
 def _labels(found: Findings) -> Pixels | None:
-    """Labels to paint with, proposed from the groups of segments: 0 the largest, then those up to LABELS; (H, W, 1)."""
+    """Return labels proposed from the groups of segments: 0 the largest, then up to LABELS; (H, W, 1)."""
     if not len(found.segments.groups):
         return None
     group = found.segments.group_map
     areas = np.bincount(group[group >= 0])
-    number = np.zeros(len(areas) + 1, np.uint8)  # the last: what does not count
+    number = np.zeros(len(areas) + 1, np.uint8)  # the last: in no group
     number[np.argsort(-areas, kind="stable")[:LABELS]] = np.arange(min(LABELS, len(areas)))
     return number[group][:, :, None]
 
@@ -190,11 +190,11 @@ DRAWN = {
     "lattice": _lattice, "courses": _courses, "striking": _striking, "segments": _segments,
     "labels": _labels,
 }  # fmt: skip
-"""What there is to draw of what was found, in the order in which the page lists it; None where it was not found."""
+"""Overlays in the order in which the page lists them; they return None where nothing was found."""
 
 
-def view(said: dict[str, Any], tell: Tell) -> Answer:
-    """Draw a kind of view over a result, at most `side` px a side: PNG with opacity."""
+def view(said: Json, tell: Tell) -> Answer:
+    """Return a view of a result, at most `side` px a side: PNG with opacity."""
     smap = SourceMap.load(said["map"])
     step = max(-(-max(smap.height, smap.width) // said["side"]), 1)
     if said["kind"] == "seams":
@@ -208,14 +208,14 @@ def _pieces(smap: SourceMap, step: int) -> Pixels:
 
 
 def _usage(smap: SourceMap, step: int) -> Pixels:
-    """Each pixel in the colour of how often its place of the exemplar is shown: white MANY times the mean or more."""
+    """Return each pixel coloured by how often its place of the exemplar is used: white from MANY times the mean on."""
     counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     return coloured(smap, 0, step, lambda number, y, x: used(counts[number][y, x] / max(mean, 1e-9)))
 
 
 def _provenance(smap: SourceMap, step: int) -> Pixels:
-    """Each pixel in the colour of its place in the exemplar: red to the right, green downwards, blue by exemplar."""
+    """Return each pixel coloured by its place in the exemplar: red by column, green by row, blue by exemplar."""
 
     def places(number: int, y: Array, x: Array) -> Array:
         tall, wide = (max(n - 1, 1) for n in (smap.sources[number].height, smap.sources[number].width))
@@ -224,8 +224,8 @@ def _provenance(smap: SourceMap, step: int) -> Pixels:
     return coloured(smap, 0, step, places)
 
 
-def _joins(said: dict[str, Any], smap: SourceMap, step: int) -> Pixels:
-    """What judging found, over the result: the redder, the more a join costs."""
+def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:
+    """Return the costs of joins over the result: the redder, the higher."""
     outcome = _outcome(said["map"], said["picture"], *said["words"])
     size = (smap.height, smap.width)
     shape = tuple(-(-n // step) for n in size)
@@ -238,7 +238,7 @@ def _joins(said: dict[str, Any], smap: SourceMap, step: int) -> Pixels:
 
 @lru_cache(maxsize=1)
 def _outcome(saved: str, picture: str, *words: str) -> Outcome:
-    """Judge a result as the command `score` does, once."""
+    """Score a result as the command `score` does, once."""
     asked, quiet = read_argv(list(words)), Report(quiet=True)
     exemplars = Shelf(sets_of(asked, quiet), asked, quiet).exemplars
     return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=SourceMap.load(saved))

@@ -1,4 +1,4 @@
-"""In the process beside: windows of an endless texture, as tiles."""
+"""Worker process: windows of an endless texture, as tiles."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ...methods.parallel_controllable import ParallelControllable
 from ...model import Exemplar
 from ...model.image import Plane
 from .looking import Pixels, exemplar_of, png, reduced, seen
-from .worker import Answer, Tell
+from .worker import Answer, Json, Tell
 
 SIDE = 256  # px of a tile
-TEXTURES, TILES = 8, 400  # that are kept
-SLICE = 0.1  # s that are drawn at a time: then whoever waits for something else has a turn
+TEXTURES, TILES = 8, 400  # that are cached
+SLICE = 0.1  # s of drawing at a time, after which other requests have a turn
 
 _tiles: dict[tuple[Any, ...], Pixels] = {}
 
@@ -34,17 +34,17 @@ class MoreError(Exception):
     """There is more to draw than one turn has time for."""
 
 
-def begin(said: dict[str, Any], tell: Tell) -> Answer:
-    """Decide how an endless texture is made, or tell why it cannot be."""
+def begin(said: Json, tell: Tell) -> Answer:
+    """Prepare an endless texture; InputError if it cannot be made."""
     try:
         _texture(said["folder"], said["seed"], *said["words"])
-    except MethodError as e:  # that is how the exemplar is, and no fault of the server
+    except MethodError as e:  # a fault of the input, not of the server
         raise InputError(str(e)) from e
     return {}, b""
 
 
-def tile(said: dict[str, Any], tell: Tell) -> Answer:
-    """Draw a tile (level, row, column), counted from the middle of nowhere: PNG; nothing where it is begun, ask again.
+def tile(said: Json, tell: Tell) -> Answer:
+    """Return a tile (level, row, column), counted from the origin: PNG; empty if its time is up: ask again.
 
     Its side is 256 px times 2**level.
     """
@@ -56,7 +56,7 @@ def tile(said: dict[str, Any], tell: Tell) -> Answer:
 
 
 def _tile(texture: Weave, level: int, y: int, x: int, until: float) -> Pixels:
-    """The pixels of a tile, (256, 256, C) of 8 bits; each level is the one below it, averaged, or a method's own."""
+    """Return a tile, (256, 256, C) of 8 bits; each level is the one below it, averaged, or a method's own."""
     key = (texture, level, y, x)
     found = _tiles.get(key)
     if found is None and level:
@@ -76,7 +76,7 @@ def _tile(texture: Weave, level: int, y: int, x: int, until: float) -> Pixels:
 
 
 def _coarse(texture: Weave, level: int, y: int, x: int) -> Pixels | None:
-    """A tile as the coarse levels of a method have it, where it has any: each pixel averaged over its square."""
+    """Return a tile of the coarse levels of a method, or None; each pixel is averaged over its square."""
     method, exemplar = texture.method, texture.exemplars[0]
     if not isinstance(method, ParallelControllable) or texture.scale != (1, 1):
         return None
@@ -91,20 +91,20 @@ def _coarse(texture: Weave, level: int, y: int, x: int) -> Pixels | None:
 
 
 def _means(exemplar: Exemplar, like: Plane, side: int) -> Pixels:
-    """What can be seen of a plane, each pixel averaged over a square of so many px around it."""
+    """Return a plane as displayed, each pixel averaged over a square of so many px around it."""
     mode: Any = "wrap" if exemplar.toroidal else "reflect"
     return np.rint(uniform_filter(seen(like).astype(float), (side, side, 1), mode=mode)).astype(np.uint8)
 
 
 @lru_cache(maxsize=TEXTURES)
 def _texture(folder: str, seed: int, *words: str) -> Weave:
-    """The endless texture that the words of a command say; what is analysed for it is shared by all seeds."""
+    """Return the endless texture of the words of a command; its analysis is shared by all seeds."""
     return replace(_analysed(folder, *words), seed=seed)
 
 
 @lru_cache(maxsize=TEXTURES)
 def _analysed(folder: str, *words: str) -> Weave:
-    """The same of no seed yet, read in a folder."""
+    """Return the same without a seed, read in a folder."""
     asked = read_argv(list(words))
     with chdir(folder):
         return weave(exemplar_of(list(asked.files)), asked.chosen)

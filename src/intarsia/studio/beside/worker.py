@@ -1,7 +1,7 @@
-"""The process beside the server: it is warm, and does what it is told, one thing after another.
+"""A worker process of the studio: runs requests, one after another.
 
-It reads lines of JSON from its standard input and answers with frames on what was its standard output: a line of JSON
-that tells how many bytes follow. It ends when its input does, so that none outlives its server.
+It reads lines of JSON from its standard input and answers with frames on its original standard output: a line of JSON
+that gives the number of bytes that follow. It ends when its input does, so that none outlives its server.
 """
 
 from __future__ import annotations
@@ -15,29 +15,30 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, BinaryIO
 
-Answer = tuple[dict[str, Any], bytes]
+Json = dict[str, Any]
+Answer = tuple[Json, bytes]
 Tell = Callable[..., None]
-"""Sends what is known so far: fields of JSON, and `data` as bytes."""
+"""Sends progress: fields of JSON, and `data` as bytes."""
 
 WORK = {
     "running": ("command", "prepare", "warm", "sketch"),
     "looking": ("look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "rim", "edit"),
-    "weaving": ("begin", "tile", "painted"),
+    "weaving": ("begin", "tile"),
 }
-"""The modules of this room, and what can be asked of each: functions, given what was said, and how to tell more."""
+"""The modules of this package and their requests: functions of the request and of a function that reports progress."""
 
 _cancelled: set[int] = set()
 
 
 class Channel:
-    """Frames out, lines in."""
+    """Writes frames."""
 
     def __init__(self, out: BinaryIO) -> None:
         self._out, self._lock = out, threading.Lock()
 
-    def send(self, said: dict[str, Any], data: bytes = b"") -> None:
-        """Send a frame; a server that is gone ends this process."""
+    def send(self, said: Json, data: bytes = b"") -> None:
+        """Send a frame; end this process if the server is gone."""
         line = json.dumps({**said, "bytes": len(data)}).encode()
         try:
             with self._lock:
@@ -47,25 +48,25 @@ class Channel:
             os._exit(1)
 
 
-def main(limit: int = 0, nice: int = 0) -> None:
-    """Work until the input ends; `limit` is the most address space in bytes, 0: as much as there is.
+def main(limit: int, nice: int) -> None:
+    """Run requests until the input ends.
 
-    `nice`: how far others go first.
+    `limit`: bytes of address space at most, 0: no limit; `nice`: how far the priority is lowered.
     """
     if limit:
         _limit(limit)
     if nice and hasattr(os, "nice"):
         os.nice(nice)
     channel = Channel(os.fdopen(os.dup(1), "wb"))
-    os.dup2(2, 1)  # whatever a library prints is no frame
-    os.chdir(os.path.dirname(os.path.abspath(__file__)))  # a place that nobody takes away
+    os.dup2(2, 1)  # what libraries print is no frame
+    os.chdir(os.path.dirname(os.path.abspath(__file__)))  # a folder that is never removed
     import warnings
 
     warnings.simplefilter("ignore")
     from ...disk import make_room
 
     make_room()
-    todo: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    todo: queue.SimpleQueue[Json] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, todo), daemon=True).start()
     channel.send({"ready": os.getpid()})
     while True:
@@ -73,7 +74,7 @@ def main(limit: int = 0, nice: int = 0) -> None:
 
 
 def _limit(limit: int) -> None:
-    """Take no more address space than this, and leave no core dump."""
+    """Limit the address space, and disable core dumps."""
     try:
         import resource
     except ImportError:  # Windows
@@ -84,8 +85,8 @@ def _limit(limit: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
-    """Hand on what is asked for; a cancel is heard at once."""
+def _read(lines: BinaryIO, todo: queue.SimpleQueue[Json]) -> None:
+    """Queue requests; a cancel takes effect at once."""
     from ...cli import CANCEL
 
     for line in lines:
@@ -98,8 +99,8 @@ def _read(lines: BinaryIO, todo: queue.SimpleQueue[dict[str, Any]]) -> None:
     os._exit(0)
 
 
-def _do(said: dict[str, Any], channel: Channel) -> None:
-    """Do one thing, and answer: what came of it, or why it failed, in one line."""
+def _do(said: Json, channel: Channel) -> None:
+    """Run one request, and send its result, or its error in one line."""
     from ...cli import CANCEL, judge
 
     number = said["number"]
