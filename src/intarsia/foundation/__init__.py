@@ -37,6 +37,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from scipy import ndimage as ndimage
 
+Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
+
 LONGEST = 100  # letters of something that was given, in a message
 MOST_MARKS = 4
 """So many accents and the like may stand on one letter; more of them climb over the lines above."""
@@ -201,7 +203,7 @@ def whole_within(name: str, value: Any, low: int, high: int | None = None, unit:
     return number
 
 
-def pair(value: Any) -> tuple[int, int]:
+def pair(value: Any) -> Pair:
     """Return (rows, columns) of a size: one whole number is a square; ValueError for all else."""
     if isinstance(value, (tuple, list)) or getattr(value, "shape", None) == (2,):
         rows, columns = (whole(n) for n in value)
@@ -210,7 +212,7 @@ def pair(value: Any) -> tuple[int, int]:
     return side, side
 
 
-def size_of(value: Any) -> tuple[int, int]:
+def size_of(value: Any) -> Pair:
     """Return (height, width) as callers give it, one number for a square; ParameterError for all else."""
     try:
         return pair(value)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import InputError, IntarsiaError, said
+from . import Pair as Pair
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
@@ -20,9 +21,8 @@ Int32 = NDArray[np.int32]
 Int64 = NDArray[np.int64]
 Float32 = NDArray[np.float32]
 Floats = NDArray[np.float64]
-Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
 
-Laid = tuple[NDArray[np.int32], NDArray[np.uint8] | None, NDArray[Any]]
+Laid = tuple[Int32, UInt8 | None, Array]
 """A window as far as it is laid: exemplar pixels (H, W, 2), their poses (H, W), None: upright; which are there."""
 
 CONVERTED = {
@@ -59,7 +59,7 @@ def pixels_of(given: Any, labels: bool = False) -> Array:
         raise InputError(f"{type(given).__name__} is no array of pixels ({said(e)}); give (height, width).") from None
 
 
-def masked_pixels(given: Any) -> NDArray[np.bool_] | None:
+def masked_pixels(given: Any) -> Mask | None:
     """Return which pixels of an array (H, W[, C]) are masked, in any channel: bool (H, W); None where none are."""
     if not isinstance(given, np.ma.MaskedArray):
         return None
@@ -68,7 +68,7 @@ def masked_pixels(given: Any) -> NDArray[np.bool_] | None:
     return masked if masked.any() else None
 
 
-def marks(given: Any, what: str) -> NDArray[np.bool_]:
+def marks(given: Any, what: str) -> Mask:
     """Return which pixels a mask marks, bool (H, W): all that are not black, nor wholly transparent.
 
     `given`: an array (H, W) of truth values or of numbers of any type, or a gray or RGB picture with or without

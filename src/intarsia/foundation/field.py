@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from . import InputError, IntarsiaError, lazy, said
+from . import InputError, IntarsiaError, Pair, lazy, said
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
+
+    from .arrays import Array, Floats, Int64
 else:  # the command line makes methods before any work
     np = lazy("numpy")
 arrays = lazy("intarsia.foundation.arrays")
@@ -47,7 +48,7 @@ class Field:
         where numbers are NaN, infinite or out of range, or the array is no picture.
     """
 
-    value: float | NDArray[Any] | Callable[[Any, Any], Any]
+    value: float | Array | Callable[[Any, Any], Any]
     low: float | None = None
     high: float | None = None
 
@@ -83,14 +84,10 @@ class Field:
         return f"<field: {self.as_recipe}>"
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Field):
-            return NotImplemented
-        if self.is_function or other.is_function:
-            return self.value is other.value and (self.low, self.high) == (other.low, other.high)
-        return self._key == other._key
+        return isinstance(other, Field) and self._key == other._key
 
     def __hash__(self) -> int:
-        return hash((id(self.value), self.low, self.high) if self.is_function else self._key)
+        return hash(self._key)
 
     @property
     def is_function(self) -> bool:
@@ -103,7 +100,7 @@ class Field:
         return self.value if isinstance(self.value, float) else None
 
     @property
-    def size(self) -> tuple[int, int] | None:
+    def size(self) -> Pair | None:
         """Height and width of a picture in px; else None."""
         return None if callable(self.value) or isinstance(self.value, float) else self.value.shape[:2]
 
@@ -116,7 +113,7 @@ class Field:
                 raise InputError(f"the field goes from {self.low} to {self.high}, {low} to {high} is allowed.")
         return self
 
-    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64], around: bool = False) -> NDArray[np.float64]:
+    def at(self, rows: Int64, columns: Int64, around: bool = False) -> Floats:
         """Return the numbers at places of px, rows (n,) and columns (m,): float64 (n, m).
 
         A function is asked for places beside the output, too, so numbers of its that are not allowed become the nearest
@@ -158,13 +155,13 @@ class Field:
 
     @property
     def _key(self) -> tuple[Any, ...]:
-        return (self.number, self.size, self.digest)
+        return (id(self.value), self.low, self.high) if self.is_function else (self.digest,)
 
     @property
     def _name(self) -> str:
         return function_name(self.value)
 
-    def _asked(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _asked(self, rows: Int64, columns: Int64) -> Floats:
         assert callable(self.value)
         y, x = rows.astype(np.float64)[:, None], columns.astype(np.float64)[None, :]
         try:
@@ -177,7 +174,7 @@ class Field:
                 f"the function {self._name} gives no numbers for rows (n, 1) and columns (1, m): {said(e)}"
             ) from e
 
-    def _stretched(self, numbers: NDArray[Any]) -> NDArray[np.float64]:
+    def _stretched(self, numbers: Array) -> Floats:
         full = FULL.get(numbers.dtype.name)
         if full is None:
             return numbers.astype(np.float64)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
+from . import Pair
+
 UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 
 
@@ -59,14 +61,14 @@ class Isometry:
 
     id: int
     name: str
-    j: tuple[tuple[int, int], tuple[int, int]]
+    j: tuple[Pair, Pair]
 
     @property
     def swaps(self) -> bool:
         """True where rows become columns, so that only square patches fit."""
         return self.j[0][0] == 0
 
-    def start(self, height: int, width: int) -> tuple[int, int]:
+    def start(self, height: int, width: int) -> Pair:
         """Return the exemplar pixel shown at (0, 0) when all of a height x width picture is laid down."""
         (a, b), (c, d) = self.j
         return (height - 1 if a < 0 or b < 0 else 0), (width - 1 if c < 0 or d < 0 else 0)
@@ -121,7 +123,7 @@ def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = 
     return list(range(-hangs * overlap, max(length - overlap, 1 - hangs * overlap), patch - overlap)), patch
 
 
-def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[int, int]:
+def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> Pair:
     """Return the least and the most px that neighbours share where patches are :func:`laid`."""
     starts, side = laid(length, patch, overlap, wrap, hangs)
     after = [*starts[1:], starts[0] + length] if wrap else starts[1:]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import InputError, ParameterError, lazy, said, whole
+from . import InputError, Pair, ParameterError, lazy, said, whole
 from .geometry import ISOMETRY_SETS
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ MOST_LEVELS = 20
 NAMED_POSES = (*ISOMETRY_SETS, "auto")
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
-Extent = int | tuple[int, int] | None  # one side, or rows and columns, px
+Extent = int | Pair | None  # one side, or rows and columns, px
 Weights = tuple[float, ...] | None  # how much each channel counts
 Poses = str | tuple[int, ...]  # isometries, by the name of a set of them or by their numbers
 Steps = tuple[tuple[float, float], ...]  # by which a texture repeats: one vector or two, (x, y) px
@@ -116,12 +116,12 @@ def parse(p: Parameter, text: str) -> Any:
         raise ParameterError(f"{p.name}={text} is not allowed; give {p.allowed()}.") from None
 
 
-def extent(value: int | tuple[int, int]) -> tuple[int, int]:
+def extent(value: int | Pair) -> Pair:
     """Return an extent as (rows, columns)."""
     return value if isinstance(value, tuple) else (value, value)
 
 
-def words(value: int | tuple[int, int] | None) -> str:
+def words(value: Extent) -> str:
     """Write an extent as the command line does: one number, or WIDTHxHEIGHT."""
     rows, columns = extent(value or 0)
     return f"{rows}" if rows == columns else f"{columns}x{rows}"
@@ -291,7 +291,7 @@ KINDS = {
 """All that is known of the kinds of parameters."""
 
 
-def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] | None) -> None:
+def check_sizes(method: Any, exemplar: Pair, canvas: Pair | None) -> None:
     """Refuse pictures of a method's parameters that do not lie on what they are for.
 
     ``exemplar`` and ``canvas`` are (height, width); a canvas without end (None) takes pictures of any size, which

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from . import CancelledError, ParameterError, called, whole
+from . import CancelledError, Pair, ParameterError, called, whole, whole_within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-Step = Callable[[int, int, Callable[[], Any] | None], object]
+Draft = Callable[[], Any] | None
+Step = Callable[[int, int, Draft], object]
 PART = 1000  # steps of a part of the work: however many its own are, those of the whole go on evenly
 
 
@@ -74,13 +75,9 @@ class Run:
     _crew: ThreadPoolExecutor | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        try:
-            threads = None if self.threads is None else whole(self.threads)
-        except ValueError:
-            threads = 0
-        if threads is not None and not 1 <= threads <= 1024:
-            raise ParameterError(f"threads={called(self.threads)}: give 1 to 1024, or leave it out for one a core.")
-        object.__setattr__(self, "threads", threads)
+        if self.threads is not None:
+            unit = "threads, or leave it out for one a core"
+            object.__setattr__(self, "threads", whole_within("threads", self.threads, 1, 1024, unit))
         if self.step is not None and not callable(self.step):
             raise ParameterError(f"step is {called(self.step)}; give a function of (done, total, draft).")
         if self.cancel is not None and not hasattr(self.cancel, "is_set"):
@@ -91,7 +88,7 @@ class Run:
         """The number of threads to use."""
         return self.threads or cores()
 
-    def tick(self, done: int, total: int, draft: Callable[[], Any] | None = None) -> None:
+    def tick(self, done: int, total: int, draft: Draft = None) -> None:
         """Report progress, and stop here if the caller asked for it."""
         if self.step is not None:
             self.step(done, total, draft)
@@ -99,25 +96,20 @@ class Run:
 
     def part(self, number: int, parts: int) -> Run:
         """Return the run of a part of the work, of so many that take as long: it counts to PART, in the whole."""
-        step = self.step
-        if step is None:
-            return self
-
-        def counted(done: int, total: int, draft: Callable[[], Any] | None) -> None:
-            step(number * PART + PART * done // max(total, 1), parts * PART, draft)
-
-        return replace(self, step=counted)
+        return self._stepping(
+            lambda done, total, draft: (number * PART + PART * done // max(total, 1), parts * PART, draft)
+        )
 
     def drafting(self, make: Callable[[Any], Any]) -> Run:
         """Return the run of a part of the work that drafts something else, of which `make` makes a map."""
+        return self._stepping(
+            lambda done, total, draft: (done, total, None if draft is None else lambda: make(draft()))
+        )
+
+    def _stepping(self, change: Callable[[int, int, Draft], tuple[int, int, Draft]]) -> Run:
+        """Return the run that reports its steps changed."""
         step = self.step
-        if step is None:
-            return self
-
-        def made(done: int, total: int, draft: Callable[[], Any] | None) -> None:
-            step(done, total, None if draft is None else lambda: make(draft()))
-
-        return replace(self, step=made)
+        return self if step is None else replace(self, step=lambda *reported: step(*change(*reported)))
 
     def check(self) -> None:
         """Stop here if the caller asked for it: between parts of a unit, which are no progress to speak of."""
@@ -128,7 +120,7 @@ class Run:
     def pool(self) -> Iterator[Callable[[Callable[[T], Any], Iterable[T]], list[Any]]]:
         """Yield ``each(function, items)``: what the function makes of every item, in order, in parallel if allowed."""
         if self.workers == 1:
-            yield _in_turn
+            yield lambda function, items: list(map(function, items))
             return
         with nullcontext(self._crew) if self._crew else ThreadPoolExecutor(self.workers - 1) as others:
             yield lambda function, items: _shared(function, list(items), others, self.workers - 1)
@@ -145,10 +137,6 @@ def run_of(run: Run | None) -> Run:
     if run is not None and not isinstance(run, Run):
         raise ParameterError(f"run is {called(run)}; give a Run, such as Run(threads=2).")
     return run or Run()
-
-
-def _in_turn(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
-    return [function(item) for item in items]
 
 
 def _shared(function: Callable[[T], Any], items: list[T], others: ThreadPoolExecutor, most: int) -> list[Any]:
@@ -185,7 +173,7 @@ def draw(seed: int, stage: int, level: int = 0, y: int = 0, x: int = 0) -> int:
     return state
 
 
-def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]] | NDArray[np.int64]) -> list[int]:
+def draw_many(seed: int, stage: int, level: int, at: Sequence[Pair] | NDArray[np.int64]) -> list[int]:
     """Return ``draw(seed, stage, level, y, x)`` for many places (y, x) at once."""
     import numpy as np
 

@@ -17,8 +17,10 @@ from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..rendering.render import check_alike
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
-from .picture import SIDE, Picture, box_of, check_memory, sides_of
-from .stream import STORES, ExecutorLike, array_of, stream
+from .exports import TiffStore, TileStore
+from .picture import SIDE, Picture, box_of, check_memory
+from .stream import ExecutorLike, array_of, stream
+from .zarrays import ZarrStore
 
 __all__ = ["Weave", "weave"]
 
@@ -69,7 +71,7 @@ class Weave(Picture):
         origin : (y, x)
             The pixel of the endless plane that comes first.
         """
-        return array_of(self, sides_of(shape), chunks, origin)
+        return array_of(self, shape, chunks, origin)
 
     def to_zarr(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
@@ -103,7 +105,7 @@ class Weave(Picture):
         ResourceError
             where the disk is full; the same call later goes on.
         """
-        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+        stream(ZarrStore.of(self, path, shape, origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
@@ -114,7 +116,7 @@ class Weave(Picture):
         `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
         replaces what is there.
         """
-        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(TiffStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
 
     def to_tiles(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
@@ -125,7 +127,7 @@ class Weave(Picture):
         Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
         pixels mean.
         """
-        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(TileStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
 
 
 def weave(

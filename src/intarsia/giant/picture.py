@@ -20,7 +20,7 @@ import numpy as np
 
 from ..disk import free_memory
 from ..disk.whole import PathLike
-from ..foundation import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole
+from ..foundation import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole_within
 from ..foundation.arrays import Array, Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import Box
@@ -203,12 +203,12 @@ class Picture:
         """The shape of the array of a window."""
         return (height, width) if self.like.pixels.ndim == 2 else (height, width, self.channels)
 
-    def draw(self, box: Box, run: Run | None = None) -> Array:
+    def draw(self, box: Box) -> Array:
         """Return the pixels (h, w[, C]) of a box; at most 2048 x 2048 px of the map are held at a time."""
         step = max(2 * SIDE // self.scale[1], 1)
         if max(box.height, box.width) <= step:
-            return self._drawn(box, run or Run(1))
-        return self._filled(box, step, lambda part: self._drawn(part, run or Run(1)), map)
+            return self._drawn(box)
+        return self._filled(box, step, self._drawn, map)
 
     def _filled(self, box: Box, side: int, draw: Callable[[Box], Array], each: Callable[..., Iterable[Any]]) -> Array:
         """Draw a box in pieces of `side` px, the first alone, as it prepares what the others share."""
@@ -224,13 +224,13 @@ class Picture:
             pass
         return out
 
-    def _drawn(self, box: Box, run: Run) -> Array:
+    def _drawn(self, box: Box) -> Array:
         """Draw a box in one piece: its map with the margin that feather and finish reach, then the rendering."""
         inner, (grow, shrink) = self.map_box(box), self.scale
         outer = self._around(inner)
         reach = inner.y0 - outer.y0
         part = Box(reach, reach, reach + inner.height, reach + inner.width)
-        pixels = render(self.exemplars, self.map(outer, run), self.name, self.blend, part, run).pixels
+        pixels = render(self.exemplars, self.map(outer), self.name, self.blend, part, Run(1)).pixels
         dy, dx = box.y0 - inner.y0 * grow // shrink, box.x0 - inner.x0 * grow // shrink
         return pixels[dy : dy + box.height, dx : dx + box.width]
 
@@ -240,9 +240,9 @@ class Picture:
         reach = -(-reach // self.scale[1]) * self.scale[1]
         return Box(inner.y0 - reach, inner.x0 - reach, inner.y1 + reach, inner.x1 + reach)
 
-    def map(self, box: Box, run: Run | None = None) -> SourceMap:
+    def map(self, box: Box) -> SourceMap:
         """Return which exemplar pixel every pixel of a box is; px of the map, which larger planes show larger."""
-        return self.method.window(self.exemplars, box, self.seed, run or Run(1))
+        return self.method.window(self.exemplars, box, self.seed, Run(1))
 
     def map_box(self, box: Box) -> Box:
         """The box of the map that a box of the plane shows; ParameterError where it lies too far away."""
@@ -306,10 +306,11 @@ class Store(ABC):
 
     @classmethod
     def of(
-        cls, texture: Picture, path: PathLike, sides: Pair, origin: Any, side: int, force: bool
+        cls, texture: Picture, path: PathLike, shape: Any, origin: Any, side: int, force: bool
     ) -> Self:
         """Plan a store with chunks or tiles of `side` px; nothing is written yet."""
         expect_path(path)
+        sides = sides_of(shape)
         first = checked(texture, sides, origin)
         grid, packer = cls.cut(texture, path, sides, side)  # refuses much before functions are asked for all of it
         recipe = texture.recipe_over(Box(*first, first[0] + sides[0], first[1] + sides[1]))
@@ -364,13 +365,10 @@ def checked(texture: Picture, sides: Pair, origin: Any) -> Pair:
 
 def check_side(name: str, side: Any, most: int, multiple: int = 1) -> int:
     """Refuse a side of chunks or tiles that cannot be."""
-    try:
-        number = whole(side)
-    except ValueError:
-        number = 0
-    if not LEAST <= number <= most or number % multiple:
-        step = "" if multiple == 1 else f", a multiple of {multiple}"
-        raise ParameterError(f"{name}={called(side)} is not allowed; give {LEAST} to {most} px{step}.")
+    step = "" if multiple == 1 else f", a multiple of {multiple}"
+    number = whole_within(name, side, LEAST, most, f"px{step}")
+    if number % multiple:
+        raise ParameterError(f"{name}={number} is not allowed; give {LEAST} to {most} px{step}.")
     return number
 
 

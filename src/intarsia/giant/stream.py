@@ -37,7 +37,7 @@ from ..foundation.params import functions_of
 from ..foundation.run import Run
 from ..methods import Method, traits
 from .exports import HeldStore, TiffStore, TileStore
-from .picture import Cell, Packer, Picture, Results, Store, checked, extra
+from .picture import Cell, Packer, Picture, Results, Store, checked, extra, sides_of
 from .zarrays import ZarrStore
 
 Task = Callable[[Cell], list[bytes]]
@@ -53,70 +53,56 @@ DEATHS = 3  # of workers one after another, without a result between them
 PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
 
 
-@dataclass(frozen=True)
-class Threads:
-    """Threads of this process."""
-
-    workers: int
-
-    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        todo = iter(cells)
-        for cell in todo if self.workers == 1 else islice(todo, 1):  # the first prepares what the others share
-            yield cell, task(cell)
-        if self.workers > 1:
-            pool = ThreadPoolExecutor(self.workers)
-            try:
-                yield from _windowed(todo, AHEAD * self.workers, lambda cell: pool.submit(task, cell))
-            finally:
-                pool.shutdown(cancel_futures=True)
+def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
+    """Draw cells by threads of this process."""
+    todo = iter(cells)
+    for cell in todo if workers == 1 else islice(todo, 1):  # the first prepares what the others share
+        yield cell, task(cell)
+    if workers > 1:
+        pool = ThreadPoolExecutor(workers)
+        try:
+            yield from _windowed(todo, AHEAD * workers, lambda cell: pool.submit(task, cell))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
-@dataclass(frozen=True)
-class Processes:
-    """Processes of this machine; one that dies is replaced, and its cells are drawn again."""
+def by_processes(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
+    """Draw cells by processes of this machine; one that dies is replaced, and its cells are drawn again."""
 
-    workers: int
+    @contextmanager
+    def begun() -> Iterator[Submit]:
+        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _hold, (task,))
+        try:
+            yield partial(pool.submit, _held)  # type: ignore[call-arg]
+        finally:
+            pool.shutdown(cancel_futures=True)
 
-    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        @contextmanager
-        def begun() -> Iterator[Submit]:
-            pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), _hold, (task,))
-            try:
-                yield partial(pool.submit, _held)  # type: ignore[call-arg]
-            finally:
-                pool.shutdown(cancel_futures=True)
-
-        return _drawn_again(
-            cells, self.workers, begun, BrokenProcessPool,
-            f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script with "
-            "if __name__ == '__main__'.",
-        )  # fmt: skip
+    return _drawn_again(
+        cells, workers, begun, BrokenProcessPool,
+        f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script with "
+        "if __name__ == '__main__'.",
+    )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """The workers of a dask cluster, by a client of it; what dies with a worker is sent and drawn again."""
+def by_cluster(client: Any, task: Task, cells: Iterable[Cell]) -> Results:
+    """Draw cells by the workers of a dask cluster; what dies with a worker is sent and drawn again."""
 
-    client: Any
+    @contextmanager
+    def begun() -> Iterator[Submit]:
+        try:
+            sent = client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
+        except TimeoutError:
+            raise ResourceError(
+                f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
+            ) from None
+        yield partial(client.submit, operator.call, sent, pure=False, retries=DEATHS)
 
-    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        @contextmanager
-        def begun() -> Iterator[Submit]:
-            try:
-                sent = self.client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
-            except TimeoutError:
-                raise ResourceError(
-                    f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
-                ) from None
-            yield partial(self.client.submit, operator.call, sent, pure=False, retries=DEATHS)
-
-        distributed = extra("distributed")
-        lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
-        died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
-        # dask hands cells to other workers itself, until none holds the task
-        why = "the workers of the cluster died again and again ({}); look at their logs."
-        workers = max(sum(int(n) for n in self.client.nthreads().values()), 1)
-        return _drawn_again(cells, workers, begun, died, why)
+    distributed = extra("distributed")
+    lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
+    died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
+    # dask hands cells to other workers itself, until none holds the task
+    why = "the workers of the cluster died again and again ({}); look at their logs."
+    return _drawn_again(cells, max(sum(client.nthreads().values()), 1), begun, died, why)
 
 
 def _drawn_again(
@@ -153,9 +139,10 @@ def check_executor(given: ExecutorLike) -> None:
 
 def check_sendable(method: Method, given: ExecutorLike) -> None:
     """Refuse, before any work, functions that other processes of this machine could not find."""
-    for name, field in functions_of(method).items() if isinstance(given, str) and given == "processes" else ():
+    sent = functions_of(method) if isinstance(given, str) and given == "processes" else {}
+    for name, function in sent.items():
         try:
-            ForkingPickler.dumps(field.value)
+            ForkingPickler.dumps(function.value)
         except Exception as e:  # whatever the function holds may fail in its own way
             raise ParameterError(
                 f"the function {name} cannot be sent to other processes ({said(e)}); define it at the top of a module, "
@@ -164,18 +151,18 @@ def check_sendable(method: Method, given: ExecutorLike) -> None:
 
 
 @contextmanager
-def executor_of(given: ExecutorLike, run: Run) -> Iterator[Threads | Processes | Cluster]:
+def executor_of(given: ExecutorLike, run: Run) -> Iterator[Callable[[Task, Iterable[Cell]], Results]]:
     """Understand who is to draw; what is started here is ended here."""
     check_executor(given)
     if given is None or given == "threads":
-        yield Threads(run.workers)
+        yield partial(by_threads, run.workers)
     elif given == "processes":
-        yield Processes(run.workers)
+        yield partial(by_processes, run.workers)
     elif isinstance(given, str):
         with _started(extra("distributed"), given, run) as client:
-            yield Cluster(client)
+            yield partial(by_cluster, client)
     else:
-        yield Cluster(given)
+        yield partial(by_cluster, given)
 
 
 @contextmanager
@@ -242,9 +229,10 @@ def _held(cell: Cell) -> list[bytes]:
     return _task[0](cell)
 
 
-def array_of(texture: Picture, sides: Pair, chunks: Any, origin: Any) -> Any:
+def array_of(texture: Picture, size: Any, chunks: Any, origin: Any) -> Any:
     """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
     dask, arrays = extra("dask"), extra("dask.array")
+    sides = sides_of(size)
     y, x = checked(texture, sides, origin)
     shape = texture.shape_of(*sides)
     wanted = chunks if isinstance(chunks, (tuple, list)) else (chunks, chunks)
@@ -341,7 +329,7 @@ def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
     with legible(store):
         store.look()
         check_sendable(store.texture.method, executor)
-        with executor_of(executor, run) as workers:
+        with executor_of(executor, run) as drawn:
             missing = list(store.open())
             run.tick(total - len(missing), total)
             task = DrawnAndPacked(store.texture, store.origin, store.packer)
@@ -351,7 +339,7 @@ def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
                     yield result
                     run.tick(done, total)
 
-            with closing(workers.in_order(task, map(store.grid.cell, missing))) as results:
+            with closing(drawn(task, map(store.grid.cell, missing))) as results:
                 store.fill(counted(results), run)
 
 

@@ -41,13 +41,29 @@ class Ability(StrEnum):
     WINDOW = "window"  # any window of an endless canvas, alone
 
 
+def abilities(*names: str) -> frozenset[Ability]:
+    """Return the abilities of these names."""
+    return frozenset(map(Ability, names))
+
+
 class Method(Protocol):
     """A published way to grow a texture: a frozen dataclass of its parameters, and one verb."""
 
-    slug: ClassVar[str]
-    paper: ClassVar[str]
-    summary: ClassVar[str]
-    supports: ClassVar[frozenset[Ability]]
+    @property
+    def slug(self) -> str:
+        """Its name in listings and recipes."""
+
+    @property
+    def paper(self) -> str:
+        """The papers that it follows."""
+
+    @property
+    def summary(self) -> str:
+        """What it does, in a few words."""
+
+    @property
+    def supports(self) -> frozenset[Ability]:
+        """What it can be asked for."""
 
     @property
     def blend(self) -> Blend:

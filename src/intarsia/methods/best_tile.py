@@ -13,28 +13,26 @@ Cost: one difference image for each vector, running sums over it, and a division
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
-from ..foundation.params import param
-from . import Ability, EndlessBase
+from ..foundation.params import Steps, Weights, param
 
 
 @dataclass(frozen=True)
-class BestTile(EndlessBase):
+class BestTile(methods.EndlessBase):
     """Repeat the one period of the exemplar whose opposite borders agree most."""
 
-    slug: ClassVar[str] = "best-tile"
-    paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
-    summary: ClassVar[str] = "one period of a regular texture, again and again"
-    engine: ClassVar[str] = "intarsia.regular.best_tile"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+    slug = "best-tile"
+    paper = "Lopez Recas, Hilsmann and Eisert 2011"
+    summary = "one period of a regular texture, again and again"
+    engine = "intarsia.regular.best_tile"
+    supports = methods.abilities("wrap", "mask", "window")
 
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
+    lattice: Steps | None = methods.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
     )
     band: int = param(
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()

@@ -17,11 +17,9 @@ and one over all of it; about 1.2 N_out / pitch^2 of them. For each piece one ov
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
-from ..foundation.params import AUTO, param
-from . import Ability
+from ..foundation.params import AUTO, Extent, Poses, Steps, Weights, param
 
 LARGEST = 1 << 16  # px, of a window
 
@@ -30,21 +28,19 @@ LARGEST = 1 << 16  # px, of a window
 class Graphcut(methods.CutSquares):
     """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
 
-    slug: ClassVar[str] = "graphcut"
-    paper: ClassVar[str] = "Kwatra et al. 2003"
-    summary: ClassVar[str] = "patches of free shape, which grow over each other"
-    engine: ClassVar[str] = "intarsia.seams.sewing"
-    measures: ClassVar[bool] = True
-    supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
-    )
+    slug = "graphcut"
+    paper = "Kwatra et al. 2003"
+    summary = "patches of free shape, which grow over each other"
+    engine = "intarsia.seams.sewing"
+    measures = True
+    supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 
-    patch: int | tuple[int, int] | None = param(
+    patch: Extent = param(
         AUTO, "extent", "side of a window; automatic: about one element of the texture, half as large again with a "
         "lattice or a start",
         low=1, high=LARGEST, unit="px",
     )  # fmt: skip
-    overlap: int | tuple[int, int] | None = param(
+    overlap: Extent = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
@@ -57,13 +53,13 @@ class Graphcut(methods.CutSquares):
         low=0, high=1000,
     )  # fmt: skip
     seam: str = methods.cut_cost("sharp")
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()
     structure: float = methods.structure_weight()
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
+    lattice: Steps | None = methods.lattice_vectors(
         "two steps by which the texture repeats, or the one between its rows: patches are laid whole steps from the "
         "first, give or take 3 px, by one vector 1 px; automatic: anywhere"
     )
-    isometries: str | tuple[int, ...] = methods.poses()
+    isometries: Poses = methods.poses()
     usage: float = methods.usage_price()
     evenness: float = param(
         0.25, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "

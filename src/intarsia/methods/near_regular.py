@@ -16,25 +16,23 @@ Cost: for every second block a comparison of all its positions on the pixels aro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
 from ..foundation.blend import Blend
-from ..foundation.params import AUTO, param
-from . import Ability, EndlessBase
+from ..foundation.params import AUTO, Steps, Weights, param
 
 
 @dataclass(frozen=True)
-class NearRegular(EndlessBase):
+class NearRegular(methods.EndlessBase):
     """Lay blocks of whole periods at random places of the lattice, and fill the gaps between them to fit."""
 
-    slug: ClassVar[str] = "near-regular"
-    paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
-    summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
-    engine: ClassVar[str] = "intarsia.regular.near_regular"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.WINDOW})
+    slug = "near-regular"
+    paper = "Lopez Recas, Hilsmann and Eisert 2011"
+    summary = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
+    engine = "intarsia.regular.near_regular"
+    supports = methods.abilities("wrap", "start", "mask", "window")
 
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
+    lattice: Steps | None = methods.lattice_vectors(
         "by which steps the texture repeats; automatic: found in the exemplar"
     )
     block: int | None = param(
@@ -55,7 +53,7 @@ class NearRegular(EndlessBase):
         "repeat much better, not with given vectors; on: wherever courses of bricks are not; vectors hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()
 
     @property
     def blend(self) -> Blend:

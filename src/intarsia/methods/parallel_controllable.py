@@ -18,13 +18,12 @@ Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from .. import methods
 from ..foundation import ParameterError
 from ..foundation.field import Field
-from ..foundation.params import AUTO, functions_of, param
-from . import Ability, EndlessBase, engine_of
+from ..foundation.params import AUTO, Steps, Weights, functions_of, param
 
 if TYPE_CHECKING:
     from ..foundation.geometry import Box
@@ -33,14 +32,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ParallelControllable(EndlessBase):
+class ParallelControllable(methods.EndlessBase):
     """Refine an endless map of the exemplar from coarse to fine, moving pixels at random and mending what broke."""
 
-    slug: ClassVar[str] = "parallel-controllable"
-    paper: ClassVar[str] = "Lefebvre and Hoppe 2005, 2006"
-    summary: ClassVar[str] = "coarse to fine, endless: any window alone, randomness set for each scale"
-    engine: ClassVar[str] = "intarsia.corrections.parallel_controllable"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.GUIDE, Ability.WINDOW})
+    slug = "parallel-controllable"
+    paper = "Lefebvre and Hoppe 2005, 2006"
+    summary = "coarse to fine, endless: any window alone, randomness set for each scale"
+    engine = "intarsia.corrections.parallel_controllable"
+    supports = methods.abilities("wrap", "mask", "guide", "window")
 
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
@@ -48,11 +47,11 @@ class ParallelControllable(EndlessBase):
         "element (of clouds, and with snap, feature, angle or zoom: on all), then 0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
-    jitter_output: Field | float | None = param(  # noqa: RUF009
+    jitter_output: Field | float | None = param(
         AUTO, "field", "what part of the jitter holds where in the output, black none, white all of it; automatic: all",
         low=0, high=1, over="output",
     )  # fmt: skip
-    jitter_exemplar: Field | float | None = param(  # noqa: RUF009
+    jitter_exemplar: Field | float | None = param(
         AUTO, "field", "what part of the jitter holds for pixels that come from where in the exemplar, so that black "
         "parts stay as they are; automatic: all", low=0, high=1, over="exemplar",
     )  # fmt: skip
@@ -61,7 +60,7 @@ class ParallelControllable(EndlessBase):
         "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
+    lattice: Steps | None = methods.lattice_vectors(
         "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar"
     )
     kappa: float | str = param(
@@ -70,7 +69,7 @@ class ParallelControllable(EndlessBase):
         low=1, high=1000,
     )  # fmt: skip
     passes: int = param(2, "int", "how often every pixel of a level is corrected", low=0, high=8)
-    feature: Field | str | None = param(  # noqa: RUF009
+    feature: Field | str | None = param(
         AUTO, "picture", "outlines to keep: the edges of the picture, or those of what is white in a mask of yours; "
         "how far they are is compared as well; automatic: none",
         low=0, high=1, over="exemplar", choices=("edges",),
@@ -83,15 +82,15 @@ class ParallelControllable(EndlessBase):
         AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
         "automatic: nothing", low=-(1 << 40), high=1 << 40, unit="px",
     )  # fmt: skip
-    angle: Field | float = param(  # noqa: RUF009
+    angle: Field | float = param(
         0, "field", "how far the texture lies turned, to the left as seen; pixels are then read between pixels",
         low=-180, high=180, unit="degrees", over="output",
     )  # fmt: skip
-    zoom: Field | float = param(  # noqa: RUF009
+    zoom: Field | float = param(
         1, "field", "how many times larger the texture is shown; pixels are then read between pixels",
         low=0.25, high=4, over="output",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -105,5 +104,5 @@ class ParallelControllable(EndlessBase):
 
     def asked(self, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
         """Return a hash of what each function among the parameters says at all places that a picture asks it for."""
-        found: dict[str, str] = engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
+        found: dict[str, str] = methods.engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
         return found
