@@ -290,13 +290,16 @@ class Facts:
         return self.side / max(self.element.size, 1)
 
 
+Fact = tuple[Any, float, str]  # its value as JSON holds it, a confidence from 0 to 1, and what it means
+
+
 def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     """Return every fact: its value as JSON holds it, a confidence from 0 to 1, and what it means in a few words."""
     e, s, light, border, kept = f.element, f.structure, f.light, f.border, list(f.symmetry)
     looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
-    rows: dict[str, tuple[Any, float, str]] = {
+    rows: dict[str, Fact] = {
         "lattice": _lattice(f),
         "variation": _variation(f),
         "elements": (
@@ -330,7 +333,7 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     }
 
 
-def _lattice(f: Facts) -> tuple[Any, float, str]:
+def _lattice(f: Facts) -> Fact:
     tie = _lattice_tie(f)
     if f.lattice is None:
         best = max((one.confidence for one in f.lattices.ranked), default=0.0)
@@ -361,14 +364,14 @@ def _lattice_tie(f: Facts) -> str:
     return "" if sure is None else _tie(sure.share, 1.0, f"it has {sure.share:.2f} of the confidence that makes one")
 
 
-def _variation(f: Facts) -> tuple[Any, float, str]:
+def _variation(f: Facts) -> Fact:
     if f.two is None:
         return (None, 1.0, "no periods to compare")
     said = f"periods differ by {100 * f.variation:.0f} % of the contrast; cuts in joints cost {f.joints:.2f} of others"
     return (round(f.variation, 4), min(1.0, f.two.confidence / SURE), said)
 
 
-def _outlines(f: Facts) -> tuple[Any, float, str]:
+def _outlines(f: Facts) -> Fact:
     far = abs(f.outlines - OUTLINED)
     kept = "joints or lines that must be kept" if f.outlines >= OUTLINED else "no outline that must be kept"
     tie = f", but {OUTLINED} parts the two: nearly a tie" if far < NEAR else ""
@@ -376,7 +379,7 @@ def _outlines(f: Facts) -> tuple[Any, float, str]:
     return (round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
 
 
-def _courses(f: Facts) -> tuple[Any, float, str]:
+def _courses(f: Facts) -> Fact:
     lines = f.courses
     if lines is None:
         return (None, 0.5, "no lines across it that part courses")
@@ -384,7 +387,7 @@ def _courses(f: Facts) -> tuple[Any, float, str]:
     return (value, min(1.0, lines.clear / (2 * CLEAR)), lines.told)
 
 
-def _kind(f: Facts) -> tuple[Any, float, str]:
+def _kind(f: Facts) -> Fact:
     base = f.exemplar.base
     kind = "names" if f.names else base.kind.value
     said = {"names": "a few exact colours in patches", Kind.NORMAL.value: "directions"}.get(kind, kind)

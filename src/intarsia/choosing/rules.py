@@ -13,6 +13,7 @@ from typing import Any
 
 from ..foundation.geometry import Wrap
 from ..lattice import vectors_of
+from ..lattice.verdict import Lattice
 from .facts import JOINTED, ONE_PICTURE, OUTLINED, STEPPED, Facts
 
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
@@ -55,19 +56,14 @@ def _closes(f: Facts) -> bool:
     return all(bool(border.all()) for border in meet)
 
 
+def _by(lattice: Lattice | None, **more: Any) -> dict[str, Any]:
+    """Return the vectors of a lattice as a parameter, and what else is given."""
+    assert lattice is not None
+    return {"lattice": vectors_of(lattice), **more}
+
+
 def _lattice(f: Facts) -> dict[str, Any]:
-    assert f.lattice is not None
-    return {"lattice": vectors_of(f.lattice)}
-
-
-def _steps(f: Facts) -> dict[str, Any]:
-    assert f.about is not None
-    return {"lattice": vectors_of(f.about), "evenness": STEPPED}
-
-
-def _straight_lattice(f: Facts) -> dict[str, Any]:
-    assert f.straight is not None
-    return {"lattice": vectors_of(f.straight[1]), "straighten": "on"}
+    return _by(f.lattice)
 
 
 def _in_step(f: Facts) -> bool:
@@ -144,7 +140,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "bent-courses", "near-regular", "courses that converge or bow, with a surer lattice once they are straight",
-        lambda f: f.straight is not None, _straight_lattice,
+        lambda f: f.straight is not None, lambda f: _by(f.straight and f.straight[1], straighten="on"),
         lambda f: ("Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight.",),
     ),
     ChoiceRule(
@@ -156,7 +152,7 @@ RULES: tuple[ChoiceRule, ...] = (
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
         f"between lines, and a canvas of at most {VAST >> 20} million px; where that does not wrap, no clear joints of "
         "outlined periods",
-        _in_step, _steps,
+        _in_step, lambda f: _by(f.about, evenness=STEPPED),
         lambda f: (
             _differ(f) if f.two is not None else "Its elements lie about a lattice, though it does not repeat by it.",
             "Patches of free shape, whole steps of it apart, keep in step and go around what crosses.",

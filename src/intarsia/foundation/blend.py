@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any, ClassVar
 
 from . import FEATHER, ParameterError, called, chosen, whole_within
-from .params import check, param, parameters
+from .params import check, param, values_of
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Levelling:
     @property
     def as_recipe(self) -> dict[str, Any]:
         """A finish as maps and recipes hold it."""
-        return {"name": self.name, **{p.name: getattr(self, p.name) for p in parameters(self)}}
+        return {"name": self.name, **values_of(self)}
 
 
 Finish = Levelling

@@ -28,6 +28,11 @@ class Wrap(StrEnum):
         """True where the last column continues in the first."""
         return self in (Wrap.X, Wrap.BOTH)
 
+    @property
+    def closed(self) -> tuple[bool, bool]:
+        """Whether it closes along columns of pixels (y), and along rows (x)."""
+        return self.y, self.x
+
 
 @dataclass(frozen=True, order=True)
 class Box:
@@ -131,7 +136,7 @@ def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None 
     return min(found), max(found)
 
 
-def apart(a: int, b: int, length: int, wrap: bool) -> int:
+def apart(a: float, b: float, length: int, wrap: bool) -> float:
     """How far two coordinates are apart, the short way round if the canvas wraps."""
     away = abs(a - b)
     return min(away % length, -away % length) if wrap else away

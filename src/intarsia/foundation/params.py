@@ -86,10 +86,14 @@ def parameters(method: Any) -> list[Parameter]:
     ]
 
 
+def values_of(method: Any) -> dict[str, Any]:
+    """Return the values of the parameters of a method, by name."""
+    return {p.name: getattr(method, p.name) for p in parameters(method)}
+
+
 def functions_of(method: Any) -> dict[str, Any]:
     """The functions among the parameters of a method, by name."""
-    values = {p.name: getattr(method, p.name) for p in parameters(method) if p.kind in OVER}
-    return {name: value for name, value in values.items() if isinstance(value, field.Field) and value.is_function}
+    return {k: v for k, v in values_of(method).items() if isinstance(v, field.Field) and v.is_function}
 
 
 def check(method: Any) -> None:

@@ -31,7 +31,7 @@ from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from ..model.image import Kind, Plane
 from ..rendering.mixing import averaged
-from .picture import SIDE, Cell, Grid, Packer, Picture, Results, Store, check_side, extra
+from .picture import SIDE, Cell, Cut, Grid, Picture, Results, Store, check_side, extra
 
 _N = "(0|[1-9][0-9]*)"
 FILES = re.compile(rf"zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi(\.recipe\.json)?|image_files/{_N}/{_N}_{_N}\.png")
@@ -165,7 +165,7 @@ class TiffStore(Export):
     @classmethod
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
-    ) -> tuple[Grid, Packer]:
+    ) -> Cut:
         """Decide on rows of tiles; ParameterError for sides that TIFF does not hold."""
         extra("tifffile")
         tile = check_side("tile", side, 4096, 16)
@@ -271,7 +271,7 @@ class TileStore(Export):
             f'<Size Width="{self.grid.width}" Height="{self.grid.height}"/></Image>\n'
         )
         whole.fill(staged / "image.dzi", text.encode())
-        whole.fill(recipe_path(staged / "image.dzi"), json.dumps(self.recipe, sort_keys=True).encode())
+        whole.fill(recipe_path(staged / "image.dzi"), self.text.encode())
         getattr(os, "sync", lambda: None)()  # many small files at once are quicker than one by one
 
     def finish(self) -> None:
@@ -312,7 +312,7 @@ class HeldStore(Export):
     @classmethod
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
-    ) -> tuple[Grid, Packer]:
+    ) -> Cut:
         """Decide on cells; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
         if side:
             raise ParameterError(f"{path}: a picture in one piece has no chunks; drop --chunk, or name a .zarr.")
@@ -331,7 +331,7 @@ class HeldStore(Export):
     def look(self) -> None:
         """Refuse, before any work, a place where no file can be written, or one lies; writes nothing."""
         super().look()
-        if not holds_recipe(format_of(self.path), self._text):
+        if not holds_recipe(format_of(self.path), self.text):
             check_writable(recipe_path(self.path), self.force)
 
     def packing(self, cell: Cell, pieces: list[bytes]) -> float:
@@ -345,7 +345,7 @@ class HeldStore(Export):
         pixels = np.empty((self.grid.height, self.grid.width, self.texture.channels), self.texture.dtype)
         for cell, pieces in results:
             pixels[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] = self._part(cell, pieces)
-        write(self._stage(), self.texture.like.like(pixels), recipe=self._text, run=run)
+        write(self._stage(), self.texture.like.like(pixels), recipe=self.text, run=run)
 
     def _part(self, cell: Cell, pieces: list[bytes]) -> Array:
         return np.frombuffer(pieces[0], self.texture.dtype).reshape(cell.box.height, cell.box.width, -1)
@@ -353,7 +353,3 @@ class HeldStore(Export):
     @property
     def _format(self) -> str:
         return format_of(self.path).name
-
-    @property
-    def _text(self) -> str:
-        return json.dumps(self.recipe, sort_keys=True)

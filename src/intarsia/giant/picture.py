@@ -285,6 +285,9 @@ class Picture:
 Packer = Callable[[Array, Cell], list[bytes]]
 """Turns the pixels of a cell into the bytes that a store holds; sent to the workers."""
 
+Cut = tuple[Grid, Packer]
+"""How a picture is cut into cells, and what packs them."""
+
 Results = Generator[tuple[Cell, list[bytes]], None, None]
 """Cells with their pieces, in order, as they are drawn."""
 
@@ -321,8 +324,13 @@ class Store(ABC):
     @abstractmethod
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
-    ) -> tuple[Grid, Packer]:
+    ) -> Cut:
         """Decide on cells, and on what packs them; ParameterError for what such a store cannot hold."""
+
+    @property
+    def text(self) -> str:
+        """The recipe as JSON."""
+        return json.dumps(self.recipe, sort_keys=True)
 
     @property
     def held(self) -> int:

@@ -20,7 +20,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -159,32 +159,25 @@ def executor_of(given: ExecutorLike, run: Run) -> Iterator[Callable[[Task, Itera
     elif given == "processes":
         yield partial(by_processes, run.workers)
     elif isinstance(given, str):
-        with _started(extra("distributed"), given, run) as client:
-            yield partial(by_cluster, client)
+        with ExitStack() as stack:
+            where = given
+            if given == "local":
+                kind = extra("distributed").LocalCluster
+                options = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
+                where = stack.enter_context(kind(n_workers=run.workers, **options))
+            yield partial(by_cluster, stack.enter_context(_client_at(where)))
     else:
         yield partial(by_cluster, given)
 
 
-@contextmanager
-def _started(distributed: Any, where: str, run: Run) -> Iterator[Any]:
-    """A client of a cluster on this machine, or of one at an address."""
-    if where == "local":
-        with (
-            distributed.LocalCluster(
-                n_workers=run.workers, threads_per_worker=1, processes=True, dashboard_address=None
-            ) as cluster,
-            distributed.Client(cluster) as client,
-        ):
-            yield client
-        return
+def _client_at(where: Any) -> Any:
+    """Return a client of a dask cluster, or of the one at an address."""
     try:
-        client = distributed.Client(where, timeout=5)
+        return extra("distributed").Client(where, timeout=5)
     except (OSError, ValueError) as e:
         raise InputError(
             f"no dask scheduler answers at {where} ({type(e).__name__}); start one with: dask scheduler"
         ) from None
-    with client:
-        yield client
 
 
 def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ from ..analysis import block_sums, factor_for, window_sums
 from ..analysis.features import features
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array, Int16, Pair
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import Wrap, apart
 from ..model import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
 from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_side
@@ -127,9 +128,9 @@ class Judged:
     factor: int
 
     @property
-    def alone(self) -> Judged:
-        """The score, without what was seen."""
-        return Judged(self.score, (), self.factor)
+    def finest(self) -> list[Sources]:
+        """What the smallest windows of each part of the output show; of outputs that hold one."""
+        return [look.sources[0] for look in self.looks if look.sources]
 
 
 def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
@@ -208,14 +209,11 @@ def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
 
 def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
     """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
-    around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
+    around = [(0, AROUND if closed else 0) for closed in wrap.closed]
     output = np.pad(output, (*around, (0, 0)), "wrap")
     short = 2 * CORNER + AROUND
-    ends = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
-    spans = list(ends)
-    return [
-        ((rows.start or 0, columns.start or 0), output[rows, columns]) for rows in spans[0] for columns in spans[1]
-    ]
+    spans = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
+    return [((rows.start or 0, columns.start or 0), output[rows, columns]) for rows, columns in product(*spans)]
 
 
 SIZES = 2  # of windows by which joins are told: the smallest
@@ -268,7 +266,7 @@ def joins_at(judged: Judged, size: Pair) -> Array:
 
 def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Often, ...]:
     """Look for the places of the exemplars that are shown far more often than others, the most used first."""
-    first = [look.sources[0] for look in judged.looks if look.sources]
+    first = judged.finest
     if not first:
         return ()
     table = first[0].level.windows.table
@@ -295,7 +293,7 @@ def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
 
     Where a map is known, it tells this exactly. The rest of an exemplar that is looked at reduced counts as 0.
     """
-    first = [look.sources[0] for look in judged.looks if look.sources]
+    first = judged.finest
     out = [np.zeros(size) for size in exemplars]
     if not first:
         return out
@@ -358,11 +356,6 @@ def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
             y, x = (
                 (b + float(m) * judged.factor) % n for b, m, n in zip(look.begin, middle, output, strict=True)
             )
-            if all(max(_apart(y, s.y, output[0]), _apart(x, s.x, output[1])) > radius for s in out):
+            if all(max(apart(y, s.y, output[0], True), apart(x, s.x, output[1], True)) > radius for s in out):
                 out.append(Spot(y, x, radius))
     return out
-
-
-def _apart(a: float, b: float, length: int) -> float:
-    """How far two places are along an axis that may be closed: seen twice where it is."""
-    return min(abs(a - b), length - abs(a - b))

@@ -194,9 +194,8 @@ def _blurred(reference: Reference, picture: Array) -> float:
 
 def _lattice(reference: Reference, picture: Array) -> float:
     """By how much more the output differs from itself a period on; 0 where the exemplar has none."""
-    if reference.periods is None:
-        return 0.0
-    return max(0.0, reference.periods.lost(picture, reference.pictures[0], reference.usable[0]))
+    periods = reference.periods
+    return max(0.0, periods.lost(picture, reference.pictures[0], reference.usable[0])) if periods else 0.0
 
 
 # Halved and doubled on 143 textures; what is seen then stands in docs/design/012.
@@ -231,17 +230,13 @@ def _far(sources: Sources) -> float:
 
 
 def _far_turned(sources: Sources) -> float:
-    some = _flat(sources)[:: -(-sources.number.size // TURNED)]
+    some = sources.flat[:: -(-sources.number.size // TURNED)]
     least = np.min([sources.level.windows.nearest(waves)[0] for waves in poses(some)], axis=0)
     return CHANCE * float(least.mean()) / _usual(sources)
 
 
 def _usual(sources: Sources) -> float:
     return float(sources.level.own.mean()) + PLAIN * sources.level.unrelated
-
-
-def _flat(sources: Sources) -> Array:
-    return sources.waves.reshape(-1, sources.waves.shape[2])
 
 
 def _begun(sources: Sources) -> float:
@@ -254,11 +249,11 @@ def _begun(sources: Sources) -> float:
 
 
 def _differs(sources: Sources) -> float:
-    return _off(_flat(sources), sources.level.windows.waves)
+    return _off(sources.flat, sources.level.windows.waves)
 
 
 def _differs_turned(sources: Sources) -> float:
-    return _off(*(np.concatenate(poses(waves)) for waves in (_flat(sources), sources.level.windows.waves)))
+    return _off(*(np.concatenate(poses(waves)) for waves in (sources.flat, sources.level.windows.waves)))
 
 
 def _off(some: Array, others: Array) -> float:

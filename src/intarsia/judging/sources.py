@@ -245,6 +245,11 @@ class Sources:
         return cls(level, waves, distance, _agreed(level, waves, distance, number))
 
     @property
+    def flat(self) -> Array:
+        """The windows one after the other, (n, features)."""
+        return self.waves.reshape(-1, self.waves.shape[2])
+
+    @property
     def changes(self) -> Array:
         """How much changes from each window to the next, right and below: 0 nothing, 1024 as much as any two differ.
 

@@ -129,8 +129,8 @@ def recipe_settings(
 
 def method_of(slug: str, settings: dict[str, Any]) -> Method:
     """Make a method again from its parameters as recipes hold them; ParameterError where they cannot be."""
-    kinds = {p.name: p.kind for p in parameters(method_class(slug))}
-    flipped = {n: v[::-1] if kinds.get(n) == "extent" else v for n, v in settings.items() if isinstance(v, list)}
+    extents = {p.name for p in parameters(method_class(slug)) if p.kind == "extent"}
+    flipped = {n: v[::-1] if n in extents else v for n, v in settings.items() if isinstance(v, list)}
     return make(slug, settings | {n: tuple(v) for n, v in flipped.items()})
 
 

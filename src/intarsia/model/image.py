@@ -16,10 +16,9 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..foundation import CHANNELS, InputError, ParameterError, chosen, expect, said
-from ..foundation.arrays import Array, pixels_of
+from ..foundation.arrays import Array, Floats, pixels_of
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
 MAX_SIDE = 1 << 20
@@ -249,7 +248,7 @@ def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
         with np.errstate(over="ignore"):
             return pixels.astype(dtype)
     if not floats and dtype.kind == "u":
-        return _by_rows(pixels, dtype, lambda p: _other_codes(p, dtype))
+        return _by_rows(pixels, dtype, _other_codes)
     if floats:
         return _by_rows(pixels, dtype, lambda p: _to_codes(p, kind, linear, dtype))
     top = np.float64(np.iinfo(pixels.dtype).max)
@@ -273,18 +272,17 @@ def _to_codes(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
     return np.floor(values * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
-def to_srgb(linear: Array) -> NDArray[np.float64]:
+def to_srgb(linear: Array) -> Floats:
     """Encode linear light by the sRGB curve (IEC 61966-2-1)."""
     v = np.clip(np.nan_to_num(linear, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
-    code: NDArray[np.float64] = np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
+    code: Floats = np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
     return code
 
 
-def from_srgb(code: Array) -> NDArray[np.float64]:
+def from_srgb(code: Array) -> Floats:
     """Decode the sRGB curve to linear light."""
     v = np.asarray(code, np.float64)
-    light: NDArray[np.float64] = np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
-    return light
+    return np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
 
 
 def _on_colour(values: Array, kind: str, curve: Callable[[Array], Array]) -> Array:
@@ -295,19 +293,17 @@ def _on_colour(values: Array, kind: str, curve: Callable[[Array], Array]) -> Arr
     return np.concatenate([curve(values[..., :-1]), values[..., -1:]], axis=-1)
 
 
-def _other_codes(pixels: Array, dtype: np.dtype[Any]) -> Array:
+def _other_codes(pixels: Array) -> Array:
     if pixels.dtype == np.uint8:
         return pixels.astype(np.uint16) * np.uint16(257)
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
 
 
 def _numbers_kept(pixels: Array, dtype: np.dtype[Any]) -> Array:
-    if pixels.dtype == bool:
-        return pixels.astype(dtype)
-    converted = pixels.astype(dtype)
-    if not np.array_equal(converted.astype(pixels.dtype), pixels):
+    kept = pixels.astype(dtype)
+    if not np.array_equal(kept.astype(pixels.dtype), pixels):
         raise ParameterError(f"labels up to {pixels.max()} do not fit {dtype}; choose a larger depth, or .tif.")
-    return converted
+    return kept
 
 
 def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
@@ -351,11 +347,7 @@ def _in_colours(values: Array) -> Array:
     if values.dtype == bool:
         return values.astype(np.uint8) * np.uint8(255)
     if values.shape[2] > 1:
-        return (
-            (values & 255).astype(np.uint8)
-            if values.dtype == np.uint32
-            else converted(values, "data", False, EIGHT)
-        )
+        return values.astype(np.uint8) if values.dtype == np.uint32 else converted(values, "data", False, EIGHT)
     if values.dtype.kind == "f":
         values = values.astype(np.float32).view(np.uint32)
     mixed = values[:, :, 0].astype(np.uint32)

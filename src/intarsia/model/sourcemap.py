@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..disk import check_cost, no_room
 from ..disk.whole import ordinary
@@ -211,7 +210,7 @@ class SourceMap:
         rows = _positions(box.y0, box.y1, self.height, self.wrap.y, "rows")
         columns = _positions(box.x0, box.x1, self.width, self.wrap.x, "columns")
         index = np.ix_(rows, columns)
-        return replace(self, **{name: array[index] for name, array in self._arrays().items()}, wrap=Wrap.NONE)
+        return replace(self, **{name: array[index] for name, array in self.arrays.items()}, wrap=Wrap.NONE)
 
     def pieces(self) -> Int32:
         """Number the connected pieces: (H, W) int32, equal where one exemplar continues unbroken.
@@ -271,9 +270,8 @@ class SourceMap:
     def to_bytes(self) -> bytes:
         """Return the content of the .npz file; equal maps give equal bytes."""
         about = {"sources": [asdict(s) for s in self.sources], "wrap": self.wrap.value, **self.blend.as_recipe}
-        arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
-        arrays |= self._arrays()
-        return packed(arrays)
+        said = {"about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
+        return packed({"yx": self.yx, **said, **self.arrays})
 
     @classmethod
     def load(cls, path: str | Path) -> SourceMap:
@@ -282,7 +280,7 @@ class SourceMap:
         A map may cost what a picture may (``INTARSIA_MAX_PIXELS``): its arrays are measured before they are unpacked.
         """
         expect_path(path)
-        with unpacked(path, _TYPES) as (arrays, about):
+        with unpacked(path) as (arrays, about):
             return cls(
                 **arrays, sources=tuple(_source(**s) for s in about["sources"]), wrap=Wrap(about["wrap"]),
                 blend=Blend.of(about),
@@ -294,10 +292,10 @@ class SourceMap:
         h = hashlib.sha256(f"{self.yx.shape}{self.wrap}".encode())
         for part in (self.yx.astype("<i4", copy=False), self.numbers, self.turns):
             h.update(np.ascontiguousarray(part).data)
-        for name, fine in (("frame", self.frame), ("sub", self.sub)):
-            if fine is not None:
+        for name in ("frame", "sub"):
+            if name in self.arrays:
                 h.update(name.encode())
-                h.update(fine.astype("<f4", copy=False).data)
+                h.update(self.arrays[name].astype("<f4", copy=False).data)
         return h.hexdigest()
 
     def check_sources(self) -> None:
@@ -313,7 +311,9 @@ class SourceMap:
             if yx.size and (yx.min() < 0 or yx[:, 0].max() >= source.height or yx[:, 1].max() >= source.width):
                 raise InputError(f"the map points outside its exemplar {source.name}; it is damaged.")
 
-    def _arrays(self) -> dict[str, Any]:
+    @property
+    def arrays(self) -> dict[str, Any]:
+        """The arrays that there are, by name."""
         return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
     @property
@@ -334,10 +334,11 @@ def identity(sources: Sequence[Source], number: int) -> SourceMap:
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
 
 
-def _source(name: str, height: int, width: int, digest: str) -> Source:
-    if not (isinstance(name, str) and isinstance(digest, str)):
-        raise TypeError
-    check_sides(height, width)
+def _source(name: Any, height: Any, width: Any, digest: Any) -> Source:
+    """Return what a map remembers of an exemplar; ValueError where that is damaged."""
+    sides = all(type(side) is int and 0 < side <= MOST_SIDE for side in (height, width))
+    if not (isinstance(name, str) and isinstance(digest, str) and sides and height * width <= MOST_AREA):
+        raise ValueError
     return Source(name, height, width, digest)
 
 
@@ -362,8 +363,6 @@ MOST_SIDE, MOST_AREA = (1 << 31) - 1, 1 << 31
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
-Held = tuple[dict[str, NDArray[Any]], dict[str, Any]]
-
 
 def packed(arrays: Mapping[str, Any]) -> bytes:
     """Return the content of a .npz: equal arrays give equal bytes.
@@ -379,7 +378,7 @@ def packed(arrays: Mapping[str, Any]) -> bytes:
 
 
 @contextmanager
-def unpacked(path: str | Path, types: Mapping[str, Any]) -> Iterator[Held]:
+def unpacked(path: str | Path) -> Iterator[tuple[dict[str, Array], dict[str, Any]]]:
     """Lend the arrays of a saved map and what it says of itself; whatever fails meanwhile is told in one line.
 
     Raises
@@ -395,37 +394,31 @@ def unpacked(path: str | Path, types: Mapping[str, Any]) -> Iterator[Held]:
     try:
         with open(path, "rb") as file:
             with zipfile.ZipFile(file) as archive:
-                cost = _measured(archive, types)
+                cost = _measured(archive)
             check_cost(name, cost, size)
             file.seek(0)
             with np.load(file, allow_pickle=False) as data:
                 about = json.loads(bytes(data["about"]))
-                arrays = {k: data[k] for k in types if k in data}
+                arrays = {k: data[k] for k in _TYPES if k in data}
         yield arrays, about
     except MemoryError:
         raise no_room(name) from None
     except OSError as e:
         reason = (e.strerror or legible(str(e))).lower()
         raise InputError(f"{name} cannot be read ({reason}); check the permissions, or copy it again.") from None
-    except (InputError, ParameterError) as e:
-        if str(e).startswith(name):
-            raise
-        raise _no_map(name, e) from None
     except Exception as e:  # a damaged archive can fail in any way
-        raise _no_map(name, e) from None
+        if isinstance(e, InputError) and str(e).startswith(name):
+            raise
+        why = str(e).rstrip(".") if isinstance(e, IntarsiaError) else type(e).__name__
+        raise InputError(f"{name} is no map of intarsia ({why}); give one saved with --save-map.") from None
 
 
-def _no_map(name: str, e: Exception) -> InputError:
-    why = str(e).rstrip(".") if isinstance(e, IntarsiaError) else type(e).__name__
-    return InputError(f"{name} is no map of intarsia ({why}); give one saved with --save-map.")
-
-
-def _measured(archive: zipfile.ZipFile, types: Mapping[str, Any]) -> int:
+def _measured(archive: zipfile.ZipFile) -> int:
     """Return the bytes that the arrays will take, after a look at their headers; ValueError where they are no map's."""
     cost, held = 0, set(archive.namelist())
     if not {"yx.npy", "about.npy"} <= held:
         raise ValueError
-    for name in ("about", *types):
+    for name in ("about", *_TYPES):
         if name + ".npy" not in held:
             continue
         with archive.open(name + ".npy") as file:
@@ -434,13 +427,7 @@ def _measured(archive: zipfile.ZipFile, types: Mapping[str, Any]) -> int:
         if name == "about":
             if area * dtype.itemsize > LONGEST:
                 raise ValueError
-        elif dtype != types[name] or not shape or min(sides) < 1 or max(sides) > MOST_SIDE or prod(sides) > MOST_AREA:
+        elif dtype != _TYPES[name] or not shape or min(sides) < 1 or max(sides) > MOST_SIDE or prod(sides) > MOST_AREA:
             raise ValueError
         cost += area * dtype.itemsize
     return cost
-
-
-def check_sides(height: Any, width: Any) -> None:
-    """Refuse what is no size of an exemplar."""
-    if not all(type(side) is int and 0 < side <= MOST_SIDE for side in (height, width)) or height * width > MOST_AREA:
-        raise ValueError

@@ -34,7 +34,6 @@ from ..synthesis import Synthesis
 FARTHEST = 1 << 24  # px
 MOST_FRAMES = 1 << 40
 STEPS = (1, 2, 4, 8, 16)
-NONE: dict[str, Any] = {"frames": 0, "sha256": ""}  # what a recipe would say before the first frame
 
 Flow = ArrayLike | Callable[[Floats, Floats], Any]
 
@@ -88,13 +87,17 @@ def advect(
     canvas = Canvas(smap.height, smap.width, smap.wrap)
     mender = (method or own).resolved((exemplar,), canvas)
     stacked = stack.exemplar_stack(exemplar, stack.Look.of(mender))
-    closed = (smap.wrap.y, smap.wrap.x)
-    lot = (made.recipe.get("seed", 0), made.recipe.get("advected", NONE)["frames"])
+    closed = smap.wrap.closed
+    before = made.recipe.get("advected", {"frames": 0, "sha256": ""})
+    lot = made.recipe.get("seed", 0), before["frames"]
     yx, torn = advected.carried(smap.yx, steps, closed, exemplar, stacked.home, lot)
     mending = advected.TornPlaces(stacked, descent.Corrections.of(mender), closed)
     yx = mending.mended(yx, torn, coarsest.bit_length() - 1, run)
+    settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
+    moves = f"{before['sha256']}|{coarsest}|{settings}|".encode() + steps.astype("<i8").tobytes()
+    flowed = {"frames": before["frames"] + 1, "sha256": hashlib.sha256(moves).hexdigest()}
     moved = replace(smap, yx=yx, which=None, pose=None)
-    return replace(made, map=moved, recipe=made.recipe | {"advected": _as_recipe(made, steps, coarsest, mender)})
+    return replace(made, map=moved, recipe=made.recipe | {"advected": flowed})
 
 
 def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> Int64:
@@ -147,15 +150,3 @@ def _check(made: Synthesis, coarsest: int) -> None:
             "only a full map of one exemplar whose pieces are all upright can flow; grow it from one, with "
             "isometries=none, best by parallel-controllable."
         )
-
-
-def _as_recipe(
-    made: Synthesis, steps: Int64, coarsest: int, mender: ParallelControllable
-) -> dict[str, Any]:
-    """What a recipe says of all frames so far: how many, and a hash of what moved them."""
-    before = made.recipe.get("advected", NONE)
-    canvas = Canvas(made.map.height, made.map.width, made.map.wrap)
-    settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
-    said = f"{before['sha256']}|{coarsest}|{settings}|"
-    digest = hashlib.sha256(said.encode() + steps.astype("<i8").tobytes()).hexdigest()
-    return {"frames": before["frames"] + 1, "sha256": digest}

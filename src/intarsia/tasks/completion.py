@@ -34,9 +34,9 @@ from ..foundation import (
 from ..foundation.arrays import Mask, marks
 from ..foundation.blend import Blend
 from ..foundation.geometry import Wrap
-from ..foundation.params import AUTO, parameters
+from ..foundation.params import AUTO, values_of
 from ..foundation.run import Run, run_of
-from ..methods import METHODS, Method, check_abilities, make, method_class, traits
+from ..methods import METHODS, Method, check_abilities, make, parameters_of, traits
 from ..model import Exemplar, Exemplars, NotFiniteError
 from ..model.canvas import Canvas
 from ..model.image import MAX_SIDE
@@ -87,22 +87,18 @@ def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, the map {smap.width}x{smap.height}; "
             "make them equal."
         )
-    which = smap.numbers
-    pose = None if smap.pose is None else np.where(holes, 0, smap.pose)
-    frame = None if smap.frame is None else np.where(holes[:, :, None, None], UPRIGHT, smap.frame)
-    sub = None if smap.sub is None else np.where(holes[:, :, None], np.float32(0), smap.sub)
-    yx, which = np.where(holes[:, :, None], 0, smap.yx), np.where(holes, HOLE, which)
-    return replace(smap, yx=yx, which=which, pose=pose, frame=frame, sub=sub)
+    empty: dict[str, Any] = {"yx": 0, "pose": 0, "frame": UPRIGHT, "sub": np.float32(0), "which": HOLE}
+    parts = smap.arrays | {"which": smap.numbers}
+    for name, part in parts.items():
+        parts[name] = np.where(holes.reshape(*holes.shape, *[1] * (part.ndim - 2)), empty[name], part)
+    return replace(smap, **parts)
 
 
 def grown_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:
     """Return a hole larger by `px` on every side, corners included; around the border where the canvas wraps."""
-    px = whole_within("grow", px, 0, MAX_SIDE)
-    out = marks(hole, "the hole's mask").astype(np.uint8)
-    for axis, round_it in enumerate((wrap.y, wrap.x)):
-        shape = tuple(2 * px + 1 if a == axis else 1 for a in (0, 1))
-        out = ndimage.maximum_filter(out, size=shape, mode="wrap" if round_it else "constant")
-    return out.astype(bool)
+    side = 2 * whole_within("grow", px, 0, MAX_SIDE) + 1
+    modes: list[Any] = ["wrap" if closed else "constant" for closed in wrap.closed]
+    return ndimage.maximum_filter(marks(hole, "the hole's mask"), side, mode=modes)
 
 
 def extension(
@@ -223,14 +219,14 @@ def heal(
     first, donors = _pictured(picture, hole, grow, around), donors_of(sources)
     scene = healed_scene(first, hole, donors, around, grow)
     asked = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
-    return fill_holes(planned_for_holes(scene, asked), seed, run)
+    return fill_holes(planned_for_holes(scene, asked), seed, run_of(run))
 
 
 def donors_of(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
     """The exemplars that new pixels are taken from; a single one is a list of one."""
     alone = isinstance(sources, (str, Path, Exemplar)) or not isinstance(sources, Sequence)
-    given: list[Any] = [sources] if alone else list(sources)
-    return as_exemplars(given) if given else ()
+    given: Any = [sources] if alone else sources
+    return as_exemplars(list(given)) if len(given) else ()
 
 
 def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Plan:
@@ -251,14 +247,13 @@ def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Pla
     return Plan(scene, method, Blend(0), choice)
 
 
-def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
+def fill_holes(plan: Plan, seed: int, run: Run, edge: int = 0) -> Synthesis:
     """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
 
     Where one patch covers a hole and no size is given several are tried; the result with the least visible seams is
     taken. Where it takes several the worst seams between them are covered anew, in smaller windows, and pieces grow.
     """
     scene = plan.scene
-    run = run_of(run)
     if more := rim_around(scene):
         grow = scene.recipe.get("heal", {}).get("grow", 0) + more
         seen = "pixels at the edge of the hole look like a rim of what was there"
@@ -295,34 +290,31 @@ def healed_scene(
     picture: Exemplar, hole: ArrayLike, donors: Exemplars, wrap: Wrap, grow: int | None
 ) -> Scene:
     """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
-    scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
-    more = rim_around(scene) if grow is None else 0
+    scene = scene_to_heal(picture, hole, donors, wrap, grow or 0)
+    more = grow is None and rim_around(scene)
     return scene_to_heal(picture, hole, donors, wrap, more) if more else scene
 
 
 def rim_around(scene: Scene) -> int:
     """By how many px the hole of a scene must grow to cover a rim of the defect; 0 where none is seen."""
-    assert scene.canvas.start is not None
-    holes, feats = scene.canvas.start.holes, features(scene.exemplars)
+    holes, feats = holes_of(scene), features(scene.exemplars)
     asked = "rim", np.packbits(holes).tobytes()  # again when they are filled
     return feats.memo(asked, lambda: rim_of(feats.pictures[0], holes, scene.exemplars[0].usable))
 
 
 def exacting(slug: str, values: dict[str, Any]) -> Method:
     """Make a method for holes: of all patches the best, if nothing else is asked for."""
-    names = {p.name for p in parameters(method_class(slug))}
-    return make(slug, ({"tolerance": 0.0} if "tolerance" in names else {}) | values)
+    return make(slug, ({"tolerance": 0.0} if "tolerance" in parameters_of(slug) else {}) | values)
 
 
 def attempts(scene: Scene, method: Method) -> list[Method]:
     """The methods to try on the holes of a scene: as given, or in patch sizes that suit them if none is given."""
-    names = {p.name for p in parameters(method)}
-    if "patch" not in names or getattr(method, "patch", None) is not AUTO:
+    given = values_of(method)
+    if given.get("patch", 0) is not AUTO:
         return [method]
     largest = patch_for(scene)
     sizes = SIZES if largest >= ROOM * thickness(scene) else SIZES[:1]
     sides = sorted({max(LEAST_PATCH, round(largest * s)) for s in sizes if largest >= LEAST_PATCH} or {largest})
-    given = {p: getattr(method, p) for p in names}
     return [make(method.slug, given | {"patch": side}) for side in reversed(sides)]
 
 
@@ -338,16 +330,20 @@ def patch_for(scene: Scene) -> int:
 
 def thickness(scene: Scene) -> int:
     """How thick the holes of a scene are at most, px."""
-    start = scene.canvas.start
-    assert start is not None
-    return 2 * int(ndimage.distance_transform_cdt(np.pad(start.holes, 1), metric="chessboard").max()) - 1
+    return 2 * int(ndimage.distance_transform_cdt(np.pad(holes_of(scene), 1), metric="chessboard").max()) - 1
 
 
-def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap | str) -> Exemplar:
+def holes_of(scene: Scene) -> Mask:
+    """Return the holes of the map that a scene starts from."""
+    assert scene.canvas.start is not None
+    return scene.canvas.start.holes
+
+
+def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap) -> Exemplar:
     """Take a picture that is to be healed: what lies in the hole is replaced, and may be NaN."""
 
     def unused(*_: Any) -> Mask:
-        return grown_hole(hole, grow or 0, Wrap(wrap))
+        return grown_hole(hole, grow or 0, wrap)
 
     if isinstance(picture, str | Path):
         from ..files import read_set
@@ -361,10 +357,8 @@ def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wr
 
 def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: int) -> Synthesis:
     """Fill a band along the edge of the holes again, pixel by pixel."""
-    canvas = scene.canvas
-    assert canvas.start is not None
-    inner = ndimage.distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
-    band = canvas.start.holes & (inner <= edge)
-    again = replace(canvas, start=with_hole(made.map, band), rim=0)
+    holes = holes_of(scene)
+    inner = ndimage.distance_transform_cdt(np.pad(holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
+    again = replace(scene.canvas, start=with_hole(made.map, holes & (inner <= edge)), rim=0)
     whole = filled(replace(scene, canvas=again), PIXELWISE, seed, Blend(0), run)
     return replace(made, map=whole.map, recipe=made.recipe | {"edge": edge})

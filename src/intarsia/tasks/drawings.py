@@ -23,17 +23,21 @@ from ..segments import Segments, segments
 from .scoring import Outcome
 
 Pixels = UInt8
-Colour = tuple[float, float, float]
+
+
+def colours(words: str) -> Pixels:
+    """Return colours that are written as hexadecimal numbers, such as "ffe100 00e1ff": (n, 3)."""
+    return np.frombuffer(bytes.fromhex(words), np.uint8).reshape(-1, 3)
+
 
 PAPER = 128  # under what is transparent, and between exemplars
-YELLOW, CYAN, MAGENTA, WHITE = (255.0, 225.0, 0.0), (0.0, 225.0, 255.0), (255.0, 90.0, 230.0), (255.0, 255.0, 255.0)
+YELLOW, CYAN, MAGENTA, WHITE = colours("ffe100 00e1ff ff5ae6 ffffff")
 
 CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a line, of the dark rim around it, and radius of a point
 SHADE = 0.6  # how dark the rim of a line is
 
-GROUPS = ((86, 180, 233), (0, 158, 115), (204, 121, 167), (0, 114, 178), (230, 159, 0), (120, 94, 240), (128, 128, 128))
-CHOSEN = (213, 94, 0)
-LINE, FAINT_LINE = (255, 255, 90), (20, 20, 20)
+GROUPS = colours("56b4e9 009e73 cc79a7 0072b2 e69f00 785ef0 808080")
+CHOSEN, LINE, FAINT_LINE = colours("d55e00 ffff5a 141414")
 GROUND = 40  # gray of pixels that do not count
 
 THUMBNAIL, GAP, SHEET = 256, 8, 64  # px: side and space between pictures of a contact sheet; and how gray it is
@@ -41,21 +45,15 @@ THUMBNAIL, GAP, SHEET = 256, 8, 64  # px: side and space between pictures of a c
 LARGE, BESIDE = 1024, 768  # px: longest side of the output of a report, and of the pictures beside it
 SMALL = 256  # px: outputs up to this size are repeated three times along each closed axis, others twice
 APART = 12  # px between exemplars
-RINGS = (YELLOW, CYAN, MAGENTA)
+RINGS = YELLOW, CYAN, MAGENTA
 RING, RIM = 1.6, 3.2  # px: half the width of a ring, and of the dark rim around it
 FULL = 2.0  # times the worst mean that joins can have: shown as fully red
 MANY = 6.0  # times the mean: shown as brightest
 PALE = 0.45  # how much of the picture is left under joins
 
-HEAT = ((0.0, (255, 214, 102)), (0.5, (240, 110, 40)), (1.0, (176, 0, 32)))
-USES = (
-    (0.0, (18, 20, 44)), (0.2, (66, 38, 104)), (0.36, (158, 60, 104)),
-    (0.6, (236, 116, 62)), (0.85, (252, 200, 90)), (1.0, (255, 255, 214)),
-)  # fmt: skip
-TINTS = np.array([
-    (86, 130, 168), (196, 148, 92), (110, 158, 120), (176, 102, 104), (136, 120, 172), (204, 184, 120),
-    (92, 152, 160), (160, 136, 118), (120, 108, 96), (190, 140, 172), (148, 170, 98), (92, 100, 132),
-], np.uint8)  # fmt: skip
+HEAT = (0.0, 0.5, 1.0), colours("ffd666 f06e28 b00020")
+USES = (0.0, 0.2, 0.36, 0.6, 0.85, 1.0), colours("12142c 422668 9e3c68 ec743e fcc85a ffffd6")
+TINTS = colours("5682a8 c4945c 6e9e78 b06668 8878ac ccb878 5c98a0 a08876 786c60 be8cac 94aa62 5c6484")
 
 
 # What all of them are drawn with
@@ -89,12 +87,11 @@ def borders(numbers: Array) -> Mask:
     return edge
 
 
-def ramp(colours: Sequence[tuple[float, tuple[int, int, int]]], value: Array) -> Array:
+def ramp(scale: tuple[Sequence[float], Pixels], value: Array) -> Array:
     """Give numbers of 0 to 1 the colours between those of a scale: one more axis, RGB as floats."""
-    table = np.linspace(0, 1, 256)
-    at = [where for where, _ in colours]
-    scale = np.stack([np.interp(table, at, [c[k] for _, c in colours]) for k in range(3)], axis=1).astype(np.float32)
-    return np.asarray(scale[(value * 255).astype(np.int64)])
+    at, ends = scale
+    table = np.stack([np.interp(np.linspace(0, 1, 256), at, c) for c in ends.T], axis=1).astype(np.float32)
+    return np.asarray(table[(value * 255).astype(np.int64)])
 
 
 def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
@@ -107,16 +104,16 @@ def pieces(numbers: Array, step: int) -> Pixels:
     """The numbered pieces of a map in flat colours, their borders darker: RGB of every `step`th pixel."""
     mixed = (np.arange(int(numbers.max()) + 1, dtype=np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
     seen = numbers[::step, ::step]
-    out: Pixels = TINTS[(mixed % np.uint32(len(TINTS))).astype(np.int64)[seen]]
+    out: Pixels = TINTS[(mixed % np.uint32(len(TINTS)))[seen]]
     edge = borders(seen)
     out[edge] = out[edge] * 3 // 5
     return out
 
 
-def _lined(picture: Array, distance: Array, colour: Colour, core: float, rim: float, shade: float) -> Array:
+def _lined(picture: Array, distance: Array, colour: Array, core: float, rim: float, shade: float) -> Array:
     """Draw what lies at distance 0 px, smooth at its edges: a dark rim, then the colour."""
     dark, line = shade * np.clip(rim - distance, 0, 1)[..., None], np.clip(core + 0.5 - distance, 0, 1)[..., None]
-    return picture * (1 - dark) * (1 - line) + np.array(colour) * line
+    return picture * (1 - dark) * (1 - line) + colour * line
 
 
 # What was found in an exemplar
@@ -136,7 +133,7 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
     return Plane(np.clip(np.rint(picture), 0, 255).astype(np.uint8))
 
 
-def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Colour]]:
+def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Array]]:
     """How far places are from the lines and from the points of a lattice, px, and the colour of these."""
     p, q = np.array(cell[0]) / UNIT
     if cell[1] is None:
@@ -174,7 +171,7 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
     found = segments(exemplar) if found is None else found
     picture = on_paper(exemplar.base).astype(np.int32)
     group = found.group_map
-    tints = np.array([GROUPS[g % len(GROUPS)] for g in range(int(group.max(initial=0)) + 1)], np.int32)
+    tints = GROUPS[np.arange(int(group.max(initial=0)) + 1) % len(GROUPS)].astype(np.int32)
     if found.chosen is not None:
         tints[found.chosen] = CHOSEN
     mine = group == (-2 if found.chosen is None else found.chosen)
@@ -284,7 +281,7 @@ def _too_often(picture: Pixels, size: Pair, often: Sequence[Often]) -> Drawn:
     return Drawn("often", "Shown too often", "; ".join(parts), pixels)
 
 
-def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Colour, Sequence[Spot]]]) -> Pixels:
+def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[Spot]]]) -> Pixels:
     """Draw rings around spots of a picture that is `width` px wide where they are counted."""
     out, scale = picture.copy(), picture.shape[1] / width
     for colour, spots in reversed(rings):

@@ -23,6 +23,7 @@ from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import UNIT, Wrap
 from ..foundation.run import Run
+from ..lattice import vectors_of
 from ..lattice.verdict import Lattice, Lattices
 from ..methods import make
 from ..model import Exemplar
@@ -136,7 +137,7 @@ class Findings:
 
     def best_tile(self, band: int = BAND) -> TilePicture:
         """Cut out the period whose opposite borders, `band` px wide, agree most; MethodError where there is none."""
-        lattice = xy(self.found_lattice("best tile"))
+        lattice = vectors_of(self.found_lattice("best tile"))
         make("best-tile", {"lattice": lattice, "band": band})  # refuses what cannot be
         tiling = Tiling.of(lattice, None, band, self.exemplar)
         box = _rectangle(tiling, self.exemplar)
@@ -198,14 +199,9 @@ def analyze(exemplar: ExemplarLike) -> Findings:
     return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
 
 
-def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
-    """The vectors of a lattice as methods take them: (x, y) in px."""
-    return tuple((x / UNIT, y / UNIT) for y, x in lattice.vectors)
-
-
 def _as_dict(one: Lattice) -> dict[str, Any]:
     return {
-        "vectors": [list(v) for v in xy(one)],
+        "vectors": [list(v) for v in vectors_of(one)],
         "periods": [round(math.hypot(*v) / UNIT, 2) for v in one.vectors],
         "angles": [round(math.degrees(math.atan2(y, x)), 1) % 360 for y, x in one.vectors],  # 0 to the right, 90 down
         **_rounded(one, confidence=4, contrast=4, points=0, residual=3),
@@ -220,7 +216,7 @@ def _rounded(found: Any, **places: int) -> dict[str, Any]:
 
 def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
     """How courses slant, converge and bow, and what they are once they are straight."""
-    vectors = [list(v) for v in xy(lattice)]
+    vectors = [list(v) for v in vectors_of(lattice)]
     return _rounded(straight, slant=4, converging=3, off=2) | {"vectors": vectors} | _rounded(lattice, confidence=4)
 
 

@@ -12,6 +12,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -226,5 +227,5 @@ def _again(outcome: Outcome) -> str:
 
 def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
     """What an index needs of an outcome, and nothing that is large."""
-    return outcome.but(output=outcome.output.like(outcome.output.samples[:1, :1]), exemplars=(), map=None,
-                       judged=outcome.judged.alone), looked(outcome.output, SMALL)  # fmt: skip
+    corner, alone = outcome.output.like(outcome.output.samples[:1, :1]), replace(outcome.judged, looks=())
+    return replace(outcome, output=corner, exemplars=(), map=None, judged=alone), looked(outcome.output, SMALL)

@@ -23,7 +23,7 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, called, chosen
 from ..foundation.arrays import Int16, Mask, Pair
 from ..foundation.blend import Blend, Levelling
 from ..foundation.geometry import UNIT, Wrap
-from ..foundation.params import AUTO, extent, parameters
+from ..foundation.params import AUTO, extent, values_of
 from ..foundation.run import Run, run_of
 from ..lattice import allowed, closing_length
 from ..methods import Method, make, traits
@@ -33,7 +33,7 @@ from ..model.image import Plane
 from ..model.sourcemap import identity
 from ..search import element_patch, supplied
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
-from .completion import donors_of, least_seams, planned_for_holes, shelf_of, with_hole
+from .completion import donors_of, holes_of, least_seams, planned_for_holes, shelf_of, with_hole
 
 LEAST_SIDE = 16  # px of an image
 LEAST_BAND = 4  # px: a hole of two, and one on either side of it that may be replaced
@@ -116,7 +116,7 @@ def scene_to_tile(
         raise InputError(f"{picture.name} continues in itself already (toroidal); nothing of it is to be tiled.")
     exemplars = shelf_of(picture, donors)
     top, left, height, width = _cut(picture, closing_size(picture, axes) if size is None else size)
-    sides = [n for n, closed in ((height, axes.y), (width, axes.x)) if closed]
+    sides = [n for n, closed in zip((height, width), axes.closed, strict=True) if closed]
     if min(sides) < LEAST_SIDE:
         raise InputError(f"{picture.name} is too small to be tiled ({width}x{height} px); give {LEAST_SIDE} px a side.")
     unit = _unit(picture)
@@ -155,10 +155,9 @@ def closing_size(picture: Exemplar, axes: Wrap) -> Pair:
     found = facts.lattice
     if found is None or found.verdict != "sure":
         return _whole_courses(facts, whole, axes, _unit(picture))
-    sides = ((height, axes.y), (width, axes.x))
     down, across = (
-        closing_length(found.vectors, side, axis, _unit(picture)) if closed else None
-        for axis, (side, closed) in enumerate(sides)
+        closed and closing_length(found.vectors, side, axis, _unit(picture))
+        for axis, (side, closed) in enumerate(zip(whole, axes.closed, strict=True))
     )
     return down or height, across or width
 
@@ -169,7 +168,7 @@ def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
     It does where what lies beyond both lines is as high together as one of the courses.
     """
     lines = facts.courses
-    if lines is None or not (axes.y, axes.x)[lines.axis]:
+    if lines is None or not axes.closed[lines.axis]:
         return whole
     heights, length = lines.heights, sum(lines.heights)
     near = allowed([(min(heights) * UNIT, 0)])
@@ -219,7 +218,7 @@ def _fine_grained(picture: Int16) -> bool:
 def _closes(facts: Facts) -> bool:
     """Whether a picture has a lattice of two vectors, which goes on over the borders that meet."""
     found, canvas = facts.lattice, facts.canvas
-    sides = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))
+    sides = zip((canvas.height, canvas.width), canvas.wrap.closed, strict=True)
     return found is not None and len(found.vectors) == 2 and all(
         closing_length(found.vectors, side, axis) == side for axis, (side, closed) in enumerate(sides) if closed
     )
@@ -228,10 +227,9 @@ def _closes(facts: Facts) -> bool:
 def _along_borders(size: Pair, axes: Wrap, wide: int) -> Mask:
     """A hole of `wide` px across each line where borders meet."""
     near = [np.zeros(n, bool) for n in size]
-    for line, closed in zip(near, (axes.y, axes.x), strict=True):
+    for line, closed in zip(near, axes.closed, strict=True):
         if closed:
-            line[: wide // 2] = True
-            line[len(line) - (wide - wide // 2) :] = True
+            line[: wide // 2] = line[len(line) - (wide - wide // 2) :] = True
     return near[0][:, None] | near[1][None, :]
 
 
@@ -247,22 +245,19 @@ def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
 
 def _empty(scene: Scene) -> int:
     """How wide the hole is across a line where borders meet, px."""
-    start = scene.canvas.start
-    assert start is not None
-    middle = start.holes[start.height // 2, :] if scene.canvas.wrap.x else start.holes[:, start.width // 2]
-    return int(middle.sum())
+    holes = holes_of(scene)
+    return int((holes[len(holes) // 2] if scene.canvas.wrap.x else holes[:, holes.shape[1] // 2]).sum())
 
 
-def tiled(plan: Plan, seed: int, run: Run | None = None) -> Synthesis:
+def tiled(plan: Plan, seed: int, run: Run) -> Synthesis:
     """Fill the band; where no side of windows is given several are tried, and the least visible seams are kept."""
-    made = least_seams(plan.scene, windows_to_try(plan), seed, run_of(run))
+    made = least_seams(plan.scene, windows_to_try(plan), seed, run)
     return replace(made, blend=plan.joined, recipe=made.recipe | {"blend": plan.joined.as_recipe})
 
 
 def windows_to_try(plan: Plan) -> list[Method]:
     """The methods to try on the band of a scene: as given, or with windows of several sizes."""
-    scene, method = plan.scene, plan.method
-    given = {p.name: getattr(method, p.name) for p in parameters(method)}
+    scene, method, given = plan.scene, plan.method, values_of(plan.method)
     if given.get("patch", 0) is not AUTO:
         return [method]
     band = scene.recipe["tile"]["band"]
@@ -293,8 +288,7 @@ def _seen(picture: Exemplar) -> Exemplar:
 
 def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
     """Return a picture laid side by side with itself, so many times along each axis that continues in itself."""
-    laid = np.tile(plane.samples, (times if axes.y else 1, times if axes.x else 1, 1))
-    return plane.like(laid)
+    return plane.like(np.tile(plane.samples, (*(times if closed else 1 for closed in axes.closed), 1)))
 
 
 def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
@@ -306,5 +300,5 @@ def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
     rows = slice(int(top * down), int((top + height) * down))
     columns = slice(int(left * across), int((left + width) * across))
     part = shown.samples[rows, columns]
-    by = (part.shape[0] // 2 if canvas.wrap.y else 0, part.shape[1] // 2 if canvas.wrap.x else 0)
+    by = [n // 2 * closed for n, closed in zip(part.shape, canvas.wrap.closed, strict=False)]
     return shown.like(np.ascontiguousarray(np.roll(part, by, (0, 1))))
