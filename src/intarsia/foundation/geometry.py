@@ -1,4 +1,4 @@
-"""Boxes, wrapping and the eight isometries; the only file that knows that a canvas may be a torus."""
+"""Boxes, toroidal wrapping, the eight isometries of the square, and positions of patches along an axis."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 
 
 class Wrap(StrEnum):
-    """Along which axes the canvas closes on itself."""
+    """Along which axes the canvas is periodic."""
 
     NONE = "none"
     X = "x"
@@ -30,7 +30,7 @@ class Wrap(StrEnum):
 
     @property
     def closed(self) -> tuple[bool, bool]:
-        """Whether it closes along columns of pixels (y), and along rows (x)."""
+        """Whether the canvas is periodic along y, and along x."""
         return self.y, self.x
 
 
@@ -52,13 +52,13 @@ class Box:
         return self.x1 - self.x0
 
     def moved(self, y: int, x: int) -> Box:
-        """Return the box moved by so many px."""
+        """Return the box translated by (y, x) px."""
         return Box(self.y0 + y, self.x0 + x, self.y1 + y, self.x1 + x)
 
 
 @dataclass(frozen=True)
 class Isometry:
-    """One of the eight ways to lay a square down (Multrus 2003, 4.1.1, with the misprint of isometry 7 put right).
+    """One of the eight isometries of the square (Multrus 2003, 4.1.1, with the misprint of isometry 7 corrected).
 
     ``j`` is the matrix from output steps to exemplar steps, rows (y, x): moving by d in the output moves by
     ``j d`` in the exemplar. For a square of side N, ``source(i, j)`` is the exemplar pixel shown at (i, j).
@@ -74,7 +74,7 @@ class Isometry:
         return self.j[0][0] == 0
 
     def start(self, height: int, width: int) -> Pair:
-        """Return the exemplar pixel shown at (0, 0) when all of a height x width picture is laid down."""
+        """Return the exemplar pixel shown at (0, 0) when a whole height x width picture is placed in this pose."""
         (a, b), (c, d) = self.j
         return (height - 1 if a < 0 or b < 0 else 0), (width - 1 if c < 0 or d < 0 else 0)
 
@@ -101,9 +101,9 @@ ISOMETRY_SETS = {
 def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int], int]:
     """Place patches along one axis so that they fill it exactly, overlapping by at least `overlap` px.
 
-    Returns the first pixels of the patches and the patch length used. Where the length is no multiple of the
-    pitch the overlaps widen a little and evenly; nothing is cropped. Around a torus at least two patches are
-    laid, so that none has to be joined to itself.
+    Returns the first pixels of the patches and the patch length used. If the length is no multiple of the pitch the
+    overlaps widen evenly; nothing is cropped. On a torus at least two patches are placed, so that none has to be
+    joined to itself.
     """
     pitch = patch - overlap
     if wrap:
@@ -118,10 +118,11 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
 
 
 def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[list[int], int]:
-    """Place patches along one axis: spread, or where they hang over the border at their pitch, whatever is cropped.
+    """Place patches along one axis: spread evenly, or at their exact pitch and cropped at the border.
 
-    The first one begins `hangs` overlaps before the border: 1 drops its seam there (Multrus 2003, 3.2.1), 0 none
-    (Robinson 2004). Around a torus they are spread. Returns the first pixels of the patches and the patch length.
+    `hangs` None: spread. Otherwise the first patch begins `hangs` overlaps before the border: 1 drops its seam there
+    (Multrus 2003, 3.2.1), 0 does not (Robinson 2004). On a torus they are always spread. Returns the first pixels of
+    the patches and the patch length.
     """
     if hangs is None or wrap:
         return spread(length, patch, overlap, wrap)
@@ -129,7 +130,7 @@ def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = 
 
 
 def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> Pair:
-    """Return the least and the most px that neighbours share where patches are :func:`laid`."""
+    """Return the least and the most overlap, px, of neighbouring patches placed by :func:`laid`."""
     starts, side = laid(length, patch, overlap, wrap, hangs)
     after = [*starts[1:], starts[0] + length] if wrap else starts[1:]
     found = [side - (b - a) for a, b in zip(starts, after, strict=False)] or [overlap]
@@ -137,6 +138,6 @@ def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None 
 
 
 def apart(a: float, b: float, length: int, wrap: bool) -> float:
-    """How far two coordinates are apart, the short way round if the canvas wraps."""
+    """Return the distance of two coordinates, the short way round if the canvas wraps."""
     away = abs(a - b)
     return min(away % length, -away % length) if wrap else away
