@@ -1,4 +1,4 @@
-"""The choice of a method and of its parameters from what is measured: transparent, and the same on every machine.
+"""Automatic choice of a method and its parameters by rules on measurements of the exemplar; deterministic.
 
     made = ia.synthesize("moss.png", 1024)                                # method="auto"
     choice = ia.Auto(trials=4).choose([ia.read("moss.png")], ia.Canvas(1024, 1024))
@@ -6,10 +6,10 @@
 
 The rules are in ``rules.py``, the measurements in ``facts.py``.
 
-Trials are several variants of the chosen method, of which the one that people would prefer by its score is kept. Tried
-are the automatic choice, patches of 1.4 and 1.8 elements, then further seeds of all these; whatever was asked for
-stays. The automatic choice is kept unless another is better by LEAST_GAIN. No clock decides, so the same request gives
-the same picture. Another method is never tried: between methods the score is wrong too often (docs/auto.md).
+Trials are variants of the chosen method, of which the one with the best score is kept: the automatic choice, patches
+of 1.4 and 1.8 elements, then further seeds of all these; given parameters are kept. The automatic choice is kept unless
+another is better by LEAST_GAIN. No clock decides, so the same request gives the same picture. Other methods are never
+tried: between methods the score is wrong too often (docs/auto.md).
 """
 
 from __future__ import annotations
@@ -48,29 +48,29 @@ else:
     choosing_facts = lazy("intarsia.choosing.facts")
     rules, judging = lazy("intarsia.choosing.rules"), lazy("intarsia.judging")
 
-EVEN = 96  # px to either side of a seam that light is evened out by; 64: steps of slow tone are seen a little more
+EVEN = 96  # px to either side of a seam over which tone is corrected; 64: steps of slow tone are seen a little more
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What was chosen, and why.
+    """A chosen method, and the reasons.
 
     Attributes
     ----------
     method : Method
         With every parameter decided.
     rule : str
-        The name of the rule that fired; "only" where what was asked for left but this method.
+        The name of the rule that fired; "only" if what was asked for left only this method.
     why, warnings : tuple of str
         Sentences.
     facts : Facts
-        What was measured, and can be.
+        The measurements, made lazily.
     trials : int
-        How many variants are made, to keep the best of.
+        Number of variants that are made to keep the best.
     given : dict
-        The parameters that were asked for.
+        The parameters that were given.
     others : function
-        What comes next, best first, if the method cannot serve this exemplar after all; measured once it is asked.
+        Returns the next choices, best first, if the method fails on this exemplar; evaluated once, at the first call.
     """
 
     method: Method
@@ -84,18 +84,18 @@ class Choice:
 
     @property
     def decided(self) -> dict[str, Any]:
-        """The parameters that were decided, as options of the method: those that differ from the usual ones.
+        """The parameters that were decided and differ from their defaults, as options of the method.
 
-        A size that the method would find by itself is among them, one that no rule decides is not.
+        A size that the method finds by itself is included, parameters that no rule decides are not.
         """
         usual = {p.name: (p.default, "off") for p in parameters(self.method)}
         return {k: v for k, v in values_of(self.method).items() if v not in usual[k] and k in DECIDED}
 
     @property
     def blend(self) -> Blend:
-        """How pieces are joined: as the method means it, and steps of light at seams evened out.
+        """The blend of the method, with gradient-domain correction of tone at seams.
 
-        Not where a picture is begun or painted, nor endless, nor where pieces are no exact copies.
+        Without correction for start maps, guides, endless planes, and methods that do not copy exactly.
         """
         own, canvas, exemplar = self.method.blend, self.facts.canvas, self.facts.exemplars[0]
         if canvas.endless or canvas.start is not None or canvas.guide is not None or not traits(self.method).exact:
@@ -105,27 +105,27 @@ class Choice:
 
     @property
     def recipe(self) -> dict[str, Any]:
-        """What a recipe says of it; nothing of it is needed to repeat the picture."""
+        """The choice as saved in recipes, for information only."""
         return {"rule": self.rule, "why": list(self.why)}
 
 
 @dataclass(frozen=True)
 class Auto:
-    """Choose the method by what the exemplar is like.
+    """Choose the method from measurements of the exemplar.
 
     Parameters
     ----------
     trials : int
-        Make so many variants and keep the best, 1 to 64. 1: make one.
+        Number of variants to make, 1 to 64; the best is kept.
     given : dict
-        Parameters that the method must have; only methods that have all of them are chosen from.
+        Values of parameters; only methods that have all of them are chosen from.
     needs : set of Ability
-        Abilities that it must have, beside those that exemplars and canvas ask for.
+        Required abilities, besides those that exemplars and canvas need.
 
     Raises
     ------
     ParameterError
-        where no method has these parameters, or allows these values.
+        if no method has these parameters, or allows these values.
     """
 
     trials: int = 1
@@ -158,23 +158,23 @@ class Auto:
         object.__setattr__(self, "able", tuple(kept))
 
     def choose(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> Choice:
-        """Choose by the first rule that holds, among the methods that can do what is asked.
+        """Return the choice of the first rule that holds, among the methods with the needed abilities.
 
         Raises
         ------
         ParameterError, MethodError
-            where none can.
+            if there is none.
         """
         return self.decide(choosing_facts.Facts(exemplars, canvas, run))
 
     def decide(self, facts: choosing_facts.Facts) -> Choice:
-        """Choose by facts that are known."""
+        """Return the choice for given measurements."""
         able = self._able(facts)
         first = next(able)
         return replace(first, warnings=choosing_facts.warnings_of(facts), others=cache(lambda: tuple(able)))
 
     def _able(self, facts: choosing_facts.Facts) -> Iterator[Choice]:
-        """The choices that can serve, best first; an error where there are none."""
+        """Yield the choices that can be resolved, best first; raise an error if there are none."""
         refused, served = None, False
         for rule, slug, values, why in self.ranked(facts):
             try:
@@ -188,7 +188,7 @@ class Auto:
             raise refused or ParameterError(self._none(facts))
 
     def leading(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
-        """Return the choice that leads, its method with the known parameters alone, which are also `given`."""
+        """Return the first choice unresolved: its method has only the parameters of the rule and those given."""
         facts = choosing_facts.Facts(exemplars, canvas)
         for rule, slug, values, why in self.ranked(facts):
             known = {**values, **self.given}
@@ -196,7 +196,7 @@ class Auto:
         raise ParameterError(self._none(facts))
 
     def ranked(self, facts: choosing_facts.Facts) -> Iterator[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
-        """Yield (rule, method, parameters, reasons), best first: the rules that hold, then what else there is."""
+        """Yield (rule, method, parameters, reasons), best first: the rules that hold, then the remaining methods."""
         asked = needed(facts.exemplars, facts.canvas)
         able = [s for s in self.able if asked <= method_class(s).supports]
         listed = list[str]()
@@ -220,12 +220,12 @@ class Auto:
 
 
 GENERAL = ("begun", "guided", "several", "patches")
-"""Rules of the generalist, which can serve every exemplar: what comes after them is not needed."""
+"""Rules whose method works on every exemplar: later rules are not needed."""
 ONLY = "only"
 FIXED = ("best-tile", "repeat")
-"""Methods that no seed changes."""
+"""Methods whose result does not depend on the seed."""
 DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "evenness")
-"""Parameters that a rule, a measurement or a trial decides."""
+"""Parameters that are decided by a rule, a measurement or a trial."""
 
 STAGE = 4003  # keeps the seeds of trials apart from other draws
 # Of 92 textures 40 have fewer than three sizes to try; halved 89, doubled none.
@@ -236,7 +236,7 @@ LEAST_GAIN = 2.2  # of 100: of bests of four, seven of eight that gained so much
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One variant: its method and seed, and the map it made."""
+    """One variant: method, seed and map."""
 
     method: Method
     seed: int
@@ -246,9 +246,9 @@ class Trial:
 def carried_out(
     choice: Choice, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> tuple[Choice, Trial, tuple[judging.Score, ...]]:
-    """Make the variants of a choice and keep the best; the next method where the first cannot serve the exemplar.
+    """Make the variants of a choice and return the best; use the next choice if a method fails on the exemplar.
 
-    Returns the choice that it came of, the best of its trials, and all scores in the order of the trials, if there are
+    Returns the choice that was used, the best of its trials, and the scores in the order of the trials, if there are
     several.
     """
     refused: IntarsiaError | None = None
@@ -297,7 +297,7 @@ def _best(
 
 
 def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Method, int]]:
-    """Return the methods to try with their seeds: at most as many as are asked for, the automatic one first."""
+    """Return the methods to try with their seeds, at most `choice.trials`, the automatic one first."""
     if choice.method.slug in FIXED:
         return [(choice.method, seed)]
     variants = _sizes(choice, canvas)
@@ -311,7 +311,7 @@ def trial_methods(choice: Choice, canvas: Canvas, seed: int) -> list[tuple[Metho
 
 
 def _sizes(choice: Choice, canvas: Canvas) -> list[Method]:
-    """The method that is chosen with patches of several sizes, the automatic one first."""
+    """Return the chosen method with several patch sizes, the automatic one first."""
     values = values_of(choice.method)
     whole = values.get("patch")
     if whole is None or "patch" in choice.given or canvas.guide is not None:
