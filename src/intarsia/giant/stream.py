@@ -1,9 +1,8 @@
-"""Stream a texture into a store: what is there and whole stays, the rest is drawn, by anybody in the same bytes.
+"""Streaming a texture into a store by threads, processes or a dask cluster; valid cells of a resumed store are kept.
 
-Cells are drawn by threads, processes of this machine, or the workers of a dask cluster; results come in order. A task
-is sent once to every worker, with the analysed exemplar in it; then only boxes go out, and packed pieces come back, so
-that files are written by one process, and workers need no common disk. Few cells are under way at a time: memory is
-bounded.
+Results arrive in order and have the same bytes, whoever renders. The task, with the analysed exemplar, is sent once to
+every worker; then only boxes are sent, and encoded pieces come back, so that one process writes all files, and workers
+need no common disk. Few cells are in progress at a time, so memory is bounded.
 """
 
 from __future__ import annotations
@@ -42,21 +41,21 @@ from .zarrays import ZarrStore
 
 Task = Callable[[Cell], list[bytes]]
 Submit = Callable[[Cell], Any]
-"""Hands a cell out; a future of its pieces comes back."""
+"""Submits a cell; returns a future of its pieces."""
 
 ExecutorLike = Any
-"""None, the word or address of an executor, or a dask client: a type that is not installed cannot be named."""
+"""None, the name or address of an executor, or a dask client, whose type may not be installed."""
 
-CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
-AHEAD = 2  # cells under way for each worker
-DEATHS = 3  # of workers one after another, without a result between them
+CLIENT = ("scatter", "submit", "nthreads")  # methods by which a dask client is recognised
+AHEAD = 2  # cells in progress for each worker
+DEATHS = 3  # of workers in succession, without a result between them
 PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
 
 
 def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
-    """Draw cells by threads of this process."""
+    """Render cells by threads of this process."""
     todo = iter(cells)
-    for cell in todo if workers == 1 else islice(todo, 1):  # the first prepares what the others share
+    for cell in todo if workers == 1 else islice(todo, 1):  # the first fills the caches that the others share
         yield cell, task(cell)
     if workers > 1:
         pool = ThreadPoolExecutor(workers)
@@ -67,7 +66,7 @@ def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
 
 
 def by_processes(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
-    """Draw cells by processes of this machine; one that dies is replaced, and its cells are drawn again."""
+    """Render cells by processes of this machine; one that dies is replaced, and its cells are rendered again."""
 
     @contextmanager
     def begun() -> Iterator[Submit]:
@@ -85,7 +84,7 @@ def by_processes(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
 
 
 def by_cluster(client: Any, task: Task, cells: Iterable[Cell]) -> Results:
-    """Draw cells by the workers of a dask cluster; what dies with a worker is sent and drawn again."""
+    """Render cells by the workers of a dask cluster; cells lost with a worker are rendered again."""
 
     @contextmanager
     def begun() -> Iterator[Submit]:
@@ -108,7 +107,7 @@ def by_cluster(client: Any, task: Task, cells: Iterable[Cell]) -> Results:
 def _drawn_again(
     cells: Iterable[Cell], workers: int, begun: Callable[[], AbstractContextManager[Submit]], died: Any, why: str
 ) -> Results:
-    """Have workers draw cells; when one dies, others begin with what was handed out and is not back."""
+    """Render cells by workers; when one dies, restart with the cells that were submitted and not returned."""
     todo, deaths, rest = deque[Cell](), 0, iter(cells)
     todo.extend(islice(rest, 1))
     while todo:
@@ -125,7 +124,7 @@ def _drawn_again(
 
 
 def check_executor(given: ExecutorLike) -> None:
-    """Refuse, before any work, an executor that is unknown, or whose packages are missing."""
+    """Raise, before any work, for an unknown executor, or one whose packages are missing."""
     known = given is None or (isinstance(given, str) and given in ("threads", "processes"))
     if known or all(hasattr(given, name) for name in CLIENT):
         return
@@ -138,7 +137,7 @@ def check_executor(given: ExecutorLike) -> None:
 
 
 def check_sendable(method: Method, given: ExecutorLike) -> None:
-    """Refuse, before any work, functions that other processes of this machine could not find."""
+    """Raise, before any work, for functions among the parameters that cannot be pickled for other processes."""
     sent = functions_of(method) if isinstance(given, str) and given == "processes" else {}
     for name, function in sent.items():
         try:
@@ -152,7 +151,7 @@ def check_sendable(method: Method, given: ExecutorLike) -> None:
 
 @contextmanager
 def executor_of(given: ExecutorLike, run: Run) -> Iterator[Callable[[Task, Iterable[Cell]], Results]]:
-    """Understand who is to draw; what is started here is ended here."""
+    """Yield the function that renders cells in order for an executor; a cluster started here is closed afterwards."""
     check_executor(given)
     if given is None or given == "threads":
         yield partial(by_threads, run.workers)
@@ -181,7 +180,7 @@ def _client_at(where: Any) -> Any:
 
 
 def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
-    """Keep at most so many cells under way, and yield them in order."""
+    """Yield results in order, with at most `most` cells in progress."""
     under_way: deque[tuple[Cell, Any]] = deque()
     for cell in cells:
         under_way.append((cell, submit(cell)))
@@ -193,7 +192,7 @@ def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
 
 
 def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
-    """Hand out what was handed out before, then further cells, noting them."""
+    """Yield the cells in `todo`, then further ones, which are appended to it."""
     yield from tuple(todo)
     for cell in rest:
         todo.append(cell)
@@ -204,7 +203,7 @@ _task: list[Task] = []
 
 
 def _hold(task: Task) -> None:
-    """Keep the task in a worker process, which ends when the process that started it does."""
+    """Store the task in a worker process, which exits when its parent does."""
     _task[:] = [task]
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
@@ -223,7 +222,7 @@ def _held(cell: Cell) -> list[bytes]:
 
 
 def array_of(texture: Picture, size: Any, chunks: Any, origin: Any) -> Any:
-    """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
+    """Return a window of a texture as a dask array; the texture is one node of its graph, sent once to a worker."""
     dask, arrays = extra("dask"), extra("dask.array")
     sides = sides_of(size)
     y, x = checked(texture, sides, origin)
@@ -244,7 +243,7 @@ def array_of(texture: Picture, size: Any, chunks: Any, origin: Any) -> Any:
 
 
 def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:
-    """Draw the block of a dask array that begins at (y, x) of the endless plane."""
+    """Render a block of a dask array whose first pixel is (y, x) of the endless plane."""
     rows, columns = block_info[None]["array-location"][:2]
     return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))
 
@@ -255,20 +254,19 @@ STORES: dict[str, tuple[type[Store], int]] = {
     "tiles": (TileStore, 256),
     "picture": (HeldStore, 0),
 }
-"""Name -> the store, and the usual side of its chunks or tiles; 0: it has none."""
+"""Name -> the class of the store, and the default side of its chunks or tiles; 0: it has none."""
 
 
 PER_PX, BETWEEN = 16, 140
-"""Bytes of memory of a px that is drawn, its map and weights; and what it takes besides where it is read between
-pixels."""
+"""Bytes of memory for each px that is rendered, for map and weights; and in addition if pixels are interpolated."""
 
 DRAWN = 1 << 22
-"""Px of the map that a worker holds at most."""
+"""Most px of the map that a worker holds."""
 
 
 @dataclass(frozen=True)
 class DrawnAndPacked:
-    """The task of a worker: draw a cell, pack it."""
+    """The task of a worker: render a cell and encode it."""
 
     texture: Picture
     origin: Pair
@@ -280,14 +278,14 @@ class DrawnAndPacked:
 
 
 def memory_of(store: Store, workers: int) -> int:
-    """Bytes that this process takes at least while so many workers fill a store."""
+    """Return the least memory, in bytes, of this process while `workers` fill a store."""
     return taken() + store.held + min(workers, len(store.grid)) * _drawn(store)
 
 
 def estimated(store: Store, workers: int) -> tuple[float, int]:
-    """Draw a cell of a store to tell what so many workers like this one will need to fill it; nothing is written.
+    """Return estimates of the seconds and the peak memory, in bytes, that `workers` need to fill a store.
 
-    Seconds, and bytes of this process's memory at its peak.
+    One cell is rendered to measure them; nothing is written.
     """
     task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
     task(cell)
@@ -301,14 +299,14 @@ def estimated(store: Store, workers: int) -> tuple[float, int]:
 
 
 def _drawn(store: Store) -> int:
-    """What a worker holds while it draws a cell, in bytes."""
+    """Return the memory of a worker while it renders a cell, in bytes."""
     box, texture = store.grid.cell(0).box, store.texture
     px, each = box.height * box.width, PER_PX + (0 if traits(texture.method).exact else BETWEEN)
     return int(min(px * texture.scale[1] ** 2, DRAWN) * each + px * 2 * texture.channels * texture.dtype.itemsize)
 
 
 def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Make a store; the same bytes, whoever draws, and however often it was interrupted."""
+    """Fill and finish a store; the bytes are the same whoever renders, and however often it was interrupted."""
     try:
         fill(store, executor, run)
         finish(store)
@@ -317,7 +315,7 @@ def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
 
 
 def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Draw what a store misses, and write it; the store stays open."""
+    """Render and write the missing cells of a store, which stays open."""
     total = len(store.grid)
     with legible(store):
         store.look()
@@ -337,14 +335,14 @@ def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
 
 
 def finish(store: Store) -> None:
-    """Let a store that is full bear its name."""
+    """Move a complete store to its path."""
     with legible(store):
         store.finish()
 
 
 @contextmanager
 def legible(store: Store) -> Iterator[None]:
-    """Say in one line why a store could not be written."""
+    """Turn an OSError into a ResourceError of one line that says why a store could not be written."""
     try:
         yield
     except OSError as e:
