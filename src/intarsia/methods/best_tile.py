@@ -1,11 +1,11 @@
-"""The best tile, repeated: one period of a regular texture, chosen where its opposite borders agree most.
+"""Best tile: repetition of the one period of a regular texture whose opposite borders differ least.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
 and Lopez Recas's thesis of the same year, 4.1: the best self-similar tile, repeated.
 
-Departures: lattice vectors of fractions of a px, by exact fractions, so that nothing drifts; pixels under a mask are
-not used; around a wrapped canvas the lattice is strained by at most 2 %; courses without a period along them are cut
-off where that shows least.
+Departures: lattice vectors are exact fractions of a px, so that nothing drifts; masked pixels are not used; on a
+periodic canvas the lattice is strained by at most 2 %; courses without a period along them are cut where that shows
+least.
 
 Cost: one difference image for each vector, running sums over it, and a division for every output pixel.
 """
@@ -20,7 +20,7 @@ from ..foundation.params import Steps, Weights, param
 
 @dataclass(frozen=True)
 class BestTile(methods.EndlessBase):
-    """Repeat the one period of the exemplar whose opposite borders agree most."""
+    """Repeat the one period of the exemplar whose opposite borders differ least."""
 
     slug = "best-tile"
     paper = "Lopez Recas, Hilsmann and Eisert 2011"

@@ -1,17 +1,18 @@
-"""Graph-cut textures: patches of free shape, whose seams later patches may cover again.
+"""Graph-cut textures: patches of free shape placed by maximum flow, and refinement by expansion moves.
 
 Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph Cuts", ACM
 Transactions on Graphics (SIGGRAPH) 2003.
 
-Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
-around its window than `overreach`; twelve placements are drawn, and compared by cuts on every sixth px; strong steps
-cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`); what is
-shown more often than area asks costs more, in the choice of placements (`usage`) and in the cut (`evenness`); the
-energy of old seams lies on the pixel grid itself, without nodes of their own; refinement searches for nothing, but
-lets every piece grow over its neighbours. Under a guide patches are chosen as in image quilting, and none grows.
+Departures: windows are filled in raster order, so that work and memory stay local, and a patch extends no further
+around its window than `overreach`; twelve placements are drawn at random, and compared by coarse cuts on every sixth
+px; strong steps cost more than in proportion (`seam`); placements are compared by outlines and slow colour, too
+(`structure`); pixels that are used more often than their share of the area cost more, in the choice of placements
+(`usage`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid itself, without seam nodes;
+refinement does not search, but makes an expansion move for every piece. With a guide patches are chosen as in image
+quilting, without expansion moves.
 
-Cost: for each window one FFT search, twelve maximum flows over a thirty-sixth of the window and what lies about it,
-and one over all of it; about 1.2 N_out / pitch^2 of them. For each piece one over it and up to two patches around.
+Cost: for each window one FFT search, twelve maximum flows over a thirty-sixth of the window and its surroundings, and
+one over all of it; about 1.2 N_out / pitch^2 windows. For each piece one flow over it and up to two patches around.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from dataclasses import dataclass
 from .. import methods
 from ..foundation.params import AUTO, Extent, Poses, Steps, Weights, param
 
-LARGEST = 1 << 16  # px, of a window
+LARGEST = 1 << 16  # px: largest side of a window
 
 
 @dataclass(frozen=True)
 class Graphcut(methods.CutSquares):
-    """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
+    """Place large patches cut by minimum cuts, then refine the worst seams."""
 
     slug = "graphcut"
     paper = "Kwatra et al. 2003"
@@ -70,5 +71,5 @@ class Graphcut(methods.CutSquares):
 
     @property
     def snap(self) -> str:
-        """Whether patches keep to a lattice."""
+        """Whether patches are aligned to a lattice."""
         return "on" if self.lattice else "off"

@@ -1,13 +1,13 @@
-"""Image quilting: patches that match their neighbours, joined along the cheapest seam.
+"""Image quilting: overlapping patches that match their neighbours, joined along minimum cuts.
 
 Efros and Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001; Robinson 2004
 (see docs/sources-002.md).
 
-Departures: the seam is the true minimum cut of the whole overlap, of whatever shape, measured between pixel pairs,
-where the source joins two paths that each see single pixels; patches on a wrapped border or in a last row are matched
-and cut against every neighbour; patches already used cost a little more, so that striking spots do not return too
-often; where one patch continues the texture exactly, others that fit nearly as well may still be drawn, for otherwise
-the exemplar would be copied on and on.
+Departures: the seam is the minimum cut of the whole overlap region, of any shape, with costs between pixel pairs, where
+the source joins two paths with costs of single pixels; patches on a periodic border or in a last row are matched and
+cut against every neighbour; patches already used cost a little more, so that salient spots do not recur too often; if
+one patch continues the texture exactly, others that fit nearly as well may still be drawn, as otherwise the exemplar
+would be copied verbatim.
 
 Cost: one FFT search over the reduced exemplar for each patch, about N_out / pitch^2 of them.
 """
@@ -22,7 +22,7 @@ from ..foundation.params import AUTO, Extent, Poses, Weights, param
 
 @dataclass(frozen=True)
 class ImageQuilting(methods.CutSquares):
-    """Lay overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
+    """Place overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
 
     slug = "image-quilting"
     paper = "Efros and Freeman 2001; Robinson 2004"

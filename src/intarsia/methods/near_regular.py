@@ -1,14 +1,14 @@
-"""Near-regular textures: blocks of whole periods at random, the gaps between them filled to fit.
+"""Near-regular texture synthesis: random blocks of whole lattice periods, with the gaps between them filled to fit.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
 and Lopez Recas's thesis of the same year, 4.2.
 
-Each of the ways to lay has its own file, and tells there what departs from the source: the mosaic of lattice blocks
-(`regular/mosaic.py`), courses where only rows repeat (`regular/wall.py`), and the best tile, where an exemplar holds
-too little for a mosaic (`regular/tiling.py`). The blocks of the source are the method `gap-filling`.
+Each layout has its own file, with its departures from the source: the mosaic of lattice blocks
+(`regular/mosaic.py`), courses for 1-D lattices (`regular/wall.py`), and the best tile, if an exemplar is too small for
+a mosaic (`regular/tiling.py`). The blocks of the source are the method `gap-filling`.
 
-Courses that converge or bow are first laid straight, by a map of whole pixels. The thesis names this as future work
-(chapter 6); how it is done is this project's own.
+Courses that converge or bow are rectified first, by a map of whole pixels. The thesis names this as future work
+(chapter 6); the algorithm is this project's own.
 
 Cost: for every second block a comparison of all its positions on the pixels around it.
 """
@@ -24,7 +24,7 @@ from ..foundation.params import AUTO, Steps, Weights, param
 
 @dataclass(frozen=True)
 class NearRegular(methods.EndlessBase):
-    """Lay blocks of whole periods at random places of the lattice, and fill the gaps between them to fit."""
+    """Place blocks of whole periods at random lattice points, and fill the gaps between them to fit."""
 
     slug = "near-regular"
     paper = "Lopez Recas, Hilsmann and Eisert 2011"
@@ -57,5 +57,5 @@ class NearRegular(methods.EndlessBase):
 
     @property
     def blend(self) -> Blend:
-        """Exact copies; courses laid straight mix the steps of their edges over 4 px."""
+        """Exact copies; rectified courses are feathered over 4 px."""
         return Blend(4 if self.straighten == "on" else 0)

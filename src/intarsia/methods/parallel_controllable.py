@@ -1,16 +1,16 @@
-"""Parallel controllable synthesis: coordinates handed down from coarse to fine, jittered, and corrected.
+"""Parallel controllable texture synthesis: coordinates upsampled from coarse to fine, jittered, and corrected.
 
 Lefebvre and Hoppe, "Parallel controllable texture synthesis", SIGGRAPH 2005, and "Appearance-space texture synthesis",
-SIGGRAPH 2006. What a memorandum of 2008 says otherwise is a method of its own, correction-2008.
+SIGGRAPH 2006. The variant of a memorandum of 2008 is a method of its own, correction-2008.
 
-Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be made alone.
+Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be computed
+on its own.
 
-Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
-jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
-are those of its different continuations, not those of its neighbours, then shifted;
-an exemplar that is no torus is mirrored beyond its borders for comparisons alone: no pixel at the border is a
-candidate; for a piece as large as half the exemplar several places are drawn, and the one that repeats its neighbours
-least is taken.
+Departures: distances are integers; the 32 numbers of a neighbourhood are compared in full, not projected again; jumps
+are searched in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel are
+those of its different continuations, not those of its neighbours, then shifted; an exemplar that is not toroidal is
+mirrored beyond its borders for comparisons only: no pixel at the border is a candidate; for a piece as large as half
+the exemplar several places are drawn, and the one that repeats its neighbours least is used.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ParallelControllable(methods.EndlessBase):
-    """Refine an endless map of the exemplar from coarse to fine, moving pixels at random and mending what broke."""
+    """Refine an endless map of the exemplar from coarse to fine by random jitter and correction."""
 
     slug = "parallel-controllable"
     paper = "Lefebvre and Hoppe 2005, 2006"
@@ -99,10 +99,10 @@ class ParallelControllable(methods.EndlessBase):
 
     @property
     def exact(self) -> bool:
-        """Whether pixels are copies: not so where the texture lies turned or scaled."""
+        """Whether pixels are exact copies: not if the texture is rotated or scaled."""
         return (self.angle, self.zoom) == (0, 1)
 
     def asked(self, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
-        """Return a hash of what each function among the parameters says at all places that a picture asks it for."""
+        """Return for each function among the parameters a hash of its values at all places that a picture needs."""
         found: dict[str, str] = methods.engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
         return found

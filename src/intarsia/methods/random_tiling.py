@@ -1,8 +1,8 @@
-"""Random tiling: patches drawn blindly and laid side by side; the baseline that every other method must beat.
+"""Random tiling: random patches placed side by side without matching; the baseline for all other methods.
 
 The left-hand comparison of Efros and Freeman 2001, figure 2a, and of Robinson 2004. No departures.
 
-Cost: none to speak of.
+Cost: negligible.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..foundation.params import Extent, Poses, extent
 
 @dataclass(frozen=True)
 class RandomTiling(methods.MethodBase):
-    """Lay patches drawn at random side by side, matching nothing."""
+    """Place random patches side by side, without matching."""
 
     slug = "random-tiling"
     paper = "Efros and Freeman 2001, figure 2a; Robinson 2004"

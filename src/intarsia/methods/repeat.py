@@ -1,6 +1,6 @@
-"""Plain repetition: the exemplar again and again; right for a picture that is already tileable.
+"""Plain repetition of the exemplar, for pictures that are tileable already.
 
-No paper; the yardstick for repetition. Cost: none to speak of.
+No paper; the reference for repetition. Cost: negligible.
 """
 
 from __future__ import annotations
