@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..foundation import (
     AUTO_METHOD,
@@ -27,6 +27,7 @@ from ..foundation import (
     IntarsiaError,
     MethodError,
     ParameterError,
+    Record,
     chosen,
     expect,
     lazy,
@@ -83,7 +84,7 @@ class Choice:
     others: Callable[[], tuple[Choice, ...]] = tuple
 
     @property
-    def decided(self) -> dict[str, Any]:
+    def decided(self) -> Record:
         """The parameters that were decided and differ from their defaults, as options of the method.
 
         A size that the method finds by itself is included, parameters that no rule decides are not.
@@ -104,7 +105,7 @@ class Choice:
         return replace(own, finish=(Levelling(min(EVEN, widest)),)) if widest else own
 
     @property
-    def recipe(self) -> dict[str, Any]:
+    def recipe(self) -> Record:
         """The choice as saved in recipes, for information only."""
         return {"rule": self.rule, "why": list(self.why)}
 
@@ -195,7 +196,7 @@ class Auto:
             return Choice(make(slug, known), rule, why, choosing_facts.warnings_of(facts), facts, given=known)
         raise ParameterError(self._none(facts))
 
-    def ranked(self, facts: choosing_facts.Facts) -> Iterator[tuple[str, str, dict[str, Any], tuple[str, ...]]]:
+    def ranked(self, facts: choosing_facts.Facts) -> Iterator[tuple[str, str, Record, tuple[str, ...]]]:
         """Yield (rule, method, parameters, reasons), best first: the rules that hold, then the remaining methods."""
         asked = needed(facts.exemplars, facts.canvas)
         able = [s for s in self.able if asked <= method_class(s).supports]
@@ -234,8 +235,7 @@ SIZES = (1.0, 1.4, 1.8)  # patches relative to the automatic one
 LEAST_GAIN = 2.2  # of 100: of bests of four, seven of eight that gained so much were preferred blind, nine of 22 others
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
+class Trial(NamedTuple):
     """One variant: method, seed and map."""
 
     method: Method

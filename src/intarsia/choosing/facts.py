@@ -104,7 +104,7 @@ class Facts:
     @property
     def side(self) -> int:
         """The shorter side of the exemplar, px."""
-        return min(self.exemplar.height, self.exemplar.width)
+        return min(self.exemplar.shape)
 
     @cached_property
     def picture(self) -> Int16:
@@ -211,17 +211,17 @@ class Facts:
     @cached_property
     def reduction(self) -> int:
         """By how much the copy is reduced on which the slower measurements are made."""
-        return max(1, -(-max(self.exemplar.height, self.exemplar.width) // WORK_SIDE))
+        return max(1, -(-max(self.exemplar.shape) // WORK_SIDE))
 
     @cached_property
     def small(self) -> Exemplar:
         """That copy; the exemplar itself if it is small enough."""
         n, e = self.reduction, self.exemplar
-        if n == 1 or min(e.height, e.width) < 8 * n:
+        if n == 1 or min(e.shape) < 8 * n:
             return e
         planes = {}
         for name, plane in e.planes.items():
-            if (plane.height, plane.width) == (e.height, e.width):
+            if plane.shape == e.shape:
                 if plane.kind is Kind.LABEL or plane.is_float:
                     planes[name] = plane.like(blocks(plane.samples, n)[:, 0, :, 0])
                 else:

@@ -8,9 +8,9 @@ sentence. docs/auto.md is generated from this table.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
+from ..foundation import Record
 from ..foundation.geometry import Wrap
 from ..lattice import vectors_of
 from ..lattice.verdict import Lattice
@@ -19,8 +19,7 @@ from .facts import JOINTED, ONE_PICTURE, OUTLINED, STEPPED, Facts
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, aligned to a lattice six, and less than a gigabyte
 
 
-@dataclass(frozen=True)
-class ChoiceRule:
+class ChoiceRule(NamedTuple):
     """One line of the table.
 
     ``holds`` is the condition and ``when`` the same in words, for the documentation; ``parameters`` returns those of
@@ -31,11 +30,11 @@ class ChoiceRule:
     method: str
     when: str
     holds: Callable[[Facts], bool]
-    parameters: Callable[[Facts], dict[str, Any]]
+    parameters: Callable[[Facts], Record]
     why: Callable[[Facts], tuple[str, ...]]
 
 
-def _nothing(f: Facts) -> dict[str, Any]:
+def _nothing(f: Facts) -> Record:
     return {}
 
 
@@ -56,13 +55,13 @@ def _closes(f: Facts) -> bool:
     return all(bool(border.all()) for border in meet)
 
 
-def _by(lattice: Lattice | None, **more: Any) -> dict[str, Any]:
+def _by(lattice: Lattice | None, **more: Any) -> Record:
     """Return the vectors of a lattice as a parameter, and what else is given."""
     assert lattice is not None
     return {"lattice": vectors_of(lattice), **more}
 
 
-def _lattice(f: Facts) -> dict[str, Any]:
+def _lattice(f: Facts) -> Record:
     return _by(f.lattice)
 
 

@@ -36,6 +36,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from scipy import ndimage as ndimage
 
+Record = dict[str, Any]  # values by name, such as parameters, and what JSON holds
+
 Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
 
 LONGEST = 100  # letters of something that was given, in a message

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, ClassVar
 
-from . import FEATHER, ParameterError, called, chosen, whole_within
+from . import FEATHER, ParameterError, Record, called, chosen, whole_within
 from .params import check, param, values_of
 
 
@@ -33,13 +33,13 @@ class Levelling:
         check(self)
 
     @classmethod
-    def read(cls, entry: dict[str, Any]) -> Levelling:
+    def read(cls, entry: Record) -> Levelling:
         """Read a finish from a map or a recipe; KeyError, TypeError or ParameterError for anything else."""
         values = dict(entry)
         return {cls.name: cls}[values.pop("name")](**values)
 
     @property
-    def as_recipe(self) -> dict[str, Any]:
+    def as_recipe(self) -> Record:
         """The finish as saved in maps and recipes."""
         return {"name": self.name, **values_of(self)}
 
@@ -75,7 +75,7 @@ class Blend:
             raise ParameterError("finish holds two of a kind; give each at most once.")
 
     @classmethod
-    def of(cls, recipe: dict[str, Any]) -> Blend:
+    def of(cls, recipe: Record) -> Blend:
         """Read a blend from a saved map or a recipe; without an entry ``finish`` there is none."""
         finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
         return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
@@ -85,7 +85,7 @@ class Blend:
         return replace(self, **{name: value for name, value in given.items() if value is not None})
 
     @property
-    def as_recipe(self) -> dict[str, Any]:
+    def as_recipe(self) -> Record:
         """The blend as saved in maps and recipes; ``finish`` is left out if there is none."""
         most = {"feather": self.feather, "mixing": self.mixing.value}
         return most | ({"finish": [f.as_recipe for f in self.finish]} if self.finish else {})

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, NamedTuple
 
 from . import Pair
 
 UNIT = 256  # lattice vectors are whole numbers of 1/256 px
+
+
+class Shaped:
+    """What has a height and a width in px."""
+
+    @property
+    def shape(self: Any) -> Pair:
+        """(height, width), px."""
+        return self.height, self.width
 
 
 class Wrap(StrEnum):
@@ -35,7 +45,7 @@ class Wrap(StrEnum):
 
 
 @dataclass(frozen=True, order=True)
-class Box:
+class Box(Shaped):
     """A rectangle of pixels: rows y0 .. y1-1, columns x0 .. x1-1; coordinates may be negative."""
 
     y0: int
@@ -56,8 +66,7 @@ class Box:
         return Box(self.y0 + y, self.x0 + x, self.y1 + y, self.x1 + x)
 
 
-@dataclass(frozen=True)
-class Isometry:
+class Isometry(NamedTuple):
     """One of the eight isometries of the square (Multrus 2003, 4.1.1, with the misprint of isometry 7 corrected).
 
     ``j`` is the matrix from output steps to exemplar steps, rows (y, x): moving by d in the output moves by

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import InputError, Pair, ParameterError, lazy, said, whole
+from . import InputError, Pair, ParameterError, Record, lazy, said, whole
 from .geometry import ISOMETRY_SETS
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Parameter:
     help: str
     over: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Record:
         """Return the entry for ``methods --json``; ``over`` only for fields."""
         told = {key: value for key, value in vars(self).items() if key != "over" or value}
         return {key: list(value) if isinstance(value, tuple) else value for key, value in told.items()}
@@ -86,12 +86,12 @@ def parameters(method: Any) -> list[Parameter]:
     ]
 
 
-def values_of(method: Any) -> dict[str, Any]:
+def values_of(method: Any) -> Record:
     """Return the values of the parameters of a method, by name."""
     return {p.name: getattr(method, p.name) for p in parameters(method)}
 
 
-def functions_of(method: Any) -> dict[str, Any]:
+def functions_of(method: Any) -> Record:
     """Return the parameters of a method that are functions, by name."""
     return {k: v for k, v in values_of(method).items() if isinstance(v, field.Field) and v.is_function}
 

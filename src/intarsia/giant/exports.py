@@ -181,7 +181,7 @@ class TiffStore(Export):
         with extra("tifffile").TiffWriter(staged, bigtiff=True, byteorder="<") as file:
             file.write(
                 (piece for _, pieces in results for piece in pieces),
-                shape=(self.grid.height, self.grid.width, count) if count > 1 else (self.grid.height, self.grid.width),
+                shape=(*self.grid.shape, count) if count > 1 else self.grid.shape,
                 dtype=np.uint8 if self.texture.dtype == bool else self.texture.dtype,
                 photometric="rgb" if colours == 3 else "minisblack", planarconfig="contig" if count > 1 else None,
                 extrasamples=[2 if like.alpha else 0] * (count - colours), tile=(tile, tile), compression="zlib",
@@ -236,7 +236,7 @@ class TileStore(Export):
     @property
     def levels(self) -> int:
         """The number of levels; the first is a single pixel."""
-        return (max(self.grid.height, self.grid.width) - 1).bit_length() + 1
+        return (max(self.grid.shape) - 1).bit_length() + 1
 
     def tiles(self, level: int) -> Grid:
         """Return the tiles of a level."""
@@ -342,13 +342,13 @@ class HeldStore(Export):
 
     def fill(self, results: Results, run: Run) -> None:
         """Collect the pixels as they arrive, then write them."""
-        pixels = np.empty((self.grid.height, self.grid.width, self.texture.channels), self.texture.dtype)
+        pixels = np.empty((*self.grid.shape, self.texture.channels), self.texture.dtype)
         for cell, pieces in results:
             pixels[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] = self._part(cell, pieces)
         write(self._stage(), self.texture.like.like(pixels), recipe=self.text, run=run)
 
     def _part(self, cell: Cell, pieces: list[bytes]) -> Array:
-        return np.frombuffer(pieces[0], self.texture.dtype).reshape(cell.box.height, cell.box.width, -1)
+        return np.frombuffer(pieces[0], self.texture.dtype).reshape(*cell.box.shape, -1)
 
     @property
     def _format(self) -> str:

@@ -14,16 +14,26 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from ..disk import free_memory
 from ..disk.whole import PathLike
-from ..foundation import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole_within
+from ..foundation import (
+    MissingExtraError,
+    ParameterError,
+    Record,
+    ResourceError,
+    called,
+    expect_path,
+    pair,
+    said,
+    whole_within,
+)
 from ..foundation.arrays import Array, Pair
 from ..foundation.blend import Blend
-from ..foundation.geometry import Box
+from ..foundation.geometry import Box, Shaped
 from ..foundation.run import Run
 from ..methods import FARTHEST, WindowMethod, recipe_settings
 from ..model import Exemplar
@@ -40,8 +50,7 @@ MOST_CELLS = 1 << 22
 SLICE = "give rows and columns as texture[y0:y1, x0:x1]"
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(NamedTuple):
     """One cell of a stored picture: its number, its row and column among the cells, and its box in the picture."""
 
     number: int
@@ -51,7 +60,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Shaped):
     """A picture of height x width px, cut into cells; the last of each row and column may be smaller."""
 
     height: int
@@ -205,19 +214,19 @@ class Picture:
     def draw(self, box: Box) -> Array:
         """Return the pixels (h, w[, C]) of a box; at most 2048 x 2048 px of the map are in memory at a time."""
         step = max(2 * SIDE // self.scale[1], 1)
-        if max(box.height, box.width) <= step:
+        if max(box.shape) <= step:
             return self._drawn(box)
         return self._filled(box, step, self._drawn, map)
 
     def _filled(self, box: Box, side: int, draw: Callable[[Box], Array], each: Callable[..., Iterable[Any]]) -> Array:
         """Render a box in cells of `side` px; the first alone, as it fills the caches that the others share."""
-        out = np.empty(self.shape_of(box.height, box.width), self.dtype)
+        out = np.empty(self.shape_of(*box.shape), self.dtype)
 
         def fill(cell: Cell) -> None:
             at = cell.box
             out[at.y0 : at.y1, at.x0 : at.x1] = draw(at.moved(box.y0, box.x0))
 
-        cells = iter(Grid(box.height, box.width, side, side))
+        cells = iter(Grid(*box.shape, side, side))
         fill(next(cells))
         for _ in each(fill, cells):
             pass
@@ -255,7 +264,7 @@ class Picture:
         return found
 
     @property
-    def recipe(self) -> dict[str, Any]:
+    def recipe(self) -> Record:
         """Everything that a pixel depends on besides its place; of functions among the parameters only the names."""
         return {
             "intarsia": VERSION,
@@ -267,7 +276,7 @@ class Picture:
             "plane": self.name,
         }
 
-    def recipe_over(self, box: Box) -> dict[str, Any]:
+    def recipe_over(self, box: Box) -> Record:
         """Return everything that the pixels of a box depend on: functions with a hash of their values in it.
 
         They are evaluated over the whole box, in parts, which takes little time compared to rendering.
@@ -299,7 +308,7 @@ class Store(ABC):
     texture: Picture
     origin: Pair  # the first pixel, in the endless plane
     grid: Grid
-    recipe: dict[str, Any]
+    recipe: Record
     force: bool
     packer: Packer
 

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 from ..disk import whole
 from ..disk.whole import PathLike
-from ..foundation import InputError, ParameterError
+from ..foundation import InputError, ParameterError, Record
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from .exports import check_place
@@ -36,7 +36,7 @@ class ZarrPacker:
     tail: tuple[int, ...]  # the channels, if the array has an axis for them
     dtype: str
 
-    def array(self, shape: Pair, attributes: dict[str, Any], files: dict[str, Any]) -> Any:
+    def array(self, shape: Pair, attributes: Record, files: Record) -> Any:
         """Return an array whose files are stored in `files`."""
         zarr = extra("zarr")
         names = ("y", "x", "channel")[: 2 + len(self.tail)]
@@ -53,7 +53,7 @@ class ZarrPacker:
         return "/".join(["c", str(row), str(column), *("0" for _ in self.tail)])
 
     def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
-        files: dict[str, Any] = {}
+        files: Record = {}
         alone = self.array((self.side, self.side), {}, files)
         height, width = pixels.shape[:2]
         alone[:height, :width] = pixels.reshape(height, width, *self.tail)
@@ -61,7 +61,7 @@ class ZarrPacker:
 
     def sound(self, data: bytes) -> bool:
         """Whether a file can be decoded, checksums included."""
-        files: dict[str, Any] = {}
+        files: Record = {}
         alone = self.array((self.side, self.side), {}, files)
         files[self.name(0, 0)] = type(files[SIGN]).from_bytes(data)
         try:
@@ -147,9 +147,9 @@ class ZarrStore(Store):
 
     def _sign(self) -> bytes:
         """Return the content of ``zarr.json``, with the recipe among the attributes."""
-        files: dict[str, Any] = {}
+        files: Record = {}
         recipe = self.recipe | {"chunk": self.packer.chunk}
-        self.packer.array((self.grid.height, self.grid.width), {"intarsia": recipe}, files)
+        self.packer.array(self.grid.shape, {"intarsia": recipe}, files)
         data: bytes = files[SIGN].to_bytes()
         return data
 
@@ -174,7 +174,7 @@ class ZarrStore(Store):
         return self.path / name
 
 
-def described(place: Path) -> dict[str, Any] | None:
+def described(place: Path) -> Record | None:
     """Return the metadata of a zarr array; None if there is none, or it is no texture of this package.
 
     Raises InputError if it is damaged.

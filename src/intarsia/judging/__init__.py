@@ -45,8 +45,7 @@ AROUND = 32  # px by which periodic outputs are padded beyond their borders
 Pictures = Sequence[Int16]
 
 
-@dataclass(frozen=True)
-class Worth:
+class Worth(NamedTuple):
     """One part of a score: its definition, the measured number, and the anchors that are worth 1 and 0."""
 
     part: Part
@@ -111,8 +110,7 @@ class Score:
         }}  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Look:
+class Look(NamedTuple):
     """A judged part of an output: row and column where it begins, in px, and the sources of its windows."""
 
     begin: Pair
@@ -158,7 +156,7 @@ def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
     """Return a map rendered in feature space (H, W, C), without feathering."""
     if smap.which is None:
         return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
-    out = np.zeros((smap.height, smap.width, pictures[0].shape[2]), np.int16)
+    out = np.zeros((*smap.shape, pictures[0].shape[2]), np.int16)
     for number, picture in enumerate(pictures):
         at = smap.which == number
         out[at] = picture[smap.yx[at, 0], smap.yx[at, 1]]
@@ -223,8 +221,7 @@ OFTEN = 2.5  # times the mean: places used less often are not reported
 RETURNS = 3  # least occurrences in the output
 
 
-@dataclass(frozen=True)
-class Spot:
+class Spot(NamedTuple):
     """A circle in a picture: centre and radius, in px."""
 
     y: float
@@ -232,8 +229,7 @@ class Spot:
     radius: float
 
 
-@dataclass(frozen=True)
-class Often:
+class Often(NamedTuple):
     """An overused place: in exemplar `number` at `place`, used `times` the mean, and its occurrences (`spots`)."""
 
     number: int

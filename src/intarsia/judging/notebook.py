@@ -143,7 +143,7 @@ def _packed(smap: SourceMap) -> tuple[int, int, str]:
 
     Offsets (rows, then columns) are int32, little-endian, and exemplars uint8, compressed by zlib, as base64.
     """
-    step = max(-(-max(smap.height, smap.width) // SIDE), 1)
+    step = max(-(-max(smap.shape) // SIDE), 1)
     while True:
         height, width = max(smap.height // step, 1), max(smap.width // step, 1)
         rows = (2 * np.arange(height) + 1) * smap.height // (2 * height)

@@ -11,7 +11,7 @@ from enum import StrEnum
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from ..foundation import InputError, ParameterError, called
+from ..foundation import InputError, ParameterError, Record, called
 from ..foundation.blend import Blend
 from ..foundation.geometry import Wrap
 from ..foundation.params import AUTO, Parameter, check, extent, param, parameters
@@ -109,12 +109,12 @@ def traits(method: Method) -> Traits:
 
 def recipe_settings(
     method: Method, exemplars: tuple[Exemplar, ...] = (), where: Canvas | Box | None = None
-) -> dict[str, Any]:
+) -> Record:
     """Return the parameters as saved in recipes: JSON, extents x before y, tuples as lists.
 
     Functions are given by name, and for a picture (`where`) also by a hash of their values.
     """
-    out: dict[str, Any] = {}
+    out: Record = {}
     for p in parameters(method):
         value = getattr(method, p.name)
         if isinstance(value, tuple):
@@ -125,7 +125,7 @@ def recipe_settings(
     return out
 
 
-def method_of(slug: str, settings: dict[str, Any]) -> Method:
+def method_of(slug: str, settings: Record) -> Method:
     """Return a method from its parameters as saved in recipes; ParameterError if they are invalid."""
     extents = {p.name for p in parameters(method_class(slug)) if p.kind == "extent"}
     flipped = {n: v[::-1] if n in extents else v for n, v in settings.items() if isinstance(v, list)}
@@ -226,7 +226,7 @@ def check_start(start: SourceMap, exemplars: Exemplars) -> None:
             "the map's pieces are turned, scaled or moved by fractions of a pixel (frame, sub), which no method can "
             "continue or repair; give one without."
         )
-    if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
+    if [s.shape for s in start.sources] != [e.shape for e in exemplars]:
         raise InputError(
             "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
         )
@@ -311,7 +311,7 @@ def check_method(given: Any) -> Method:
     return method
 
 
-def make(slug: str, values: dict[str, Any]) -> Method:
+def make(slug: str, values: Record) -> Method:
     """Return the method `slug` with the given parameters; ParameterError for any that it does not have."""
     cls = method_class(slug)
     known = [p.name for p in parameters(cls)]

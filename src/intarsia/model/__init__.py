@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..foundation import PLANE_WEIGHTS, SCALARS, InputError, ParameterError, called, expect, said
 from ..foundation.arrays import Mask, Pair, marks, masked_pixels, pixels_of
+from ..foundation.geometry import Shaped
 from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 
@@ -37,7 +38,7 @@ class NotFiniteError(InputError):
 
 
 @dataclass(frozen=True, eq=False)
-class Exemplar:
+class Exemplar(Shaped):
     """An example of a texture: one or more aligned planes.
 
     Parameters
@@ -85,7 +86,7 @@ class Exemplar:
             check_size(f"the plane {name}", plane, "the base", self.base)
         if self.usable is not None:
             usable = marks(self.usable, "the mask")
-            if usable.shape != (self.height, self.width):
+            if usable.shape != self.shape:
                 raise InputError(
                     f"the mask is {usable.shape[1]}x{usable.shape[0]} px, the exemplar "
                     f"{self.width}x{self.height}; make them equal."
@@ -125,7 +126,7 @@ class Exemplar:
             masked = masked_pixels(p)
             if masked is not None:
                 base = next(iter(planes.values()))
-                left = ~resized(masked, (base.height, base.width))
+                left = ~resized(masked, base.shape)
                 mask = left if mask is None else _both(mask, left)
         name = "exemplar" if name is None else name
         return cls(planes, mask, toroidal is not None and toroidal, name, {} if weights is None else weights)
@@ -196,12 +197,12 @@ class Exemplar:
     @property
     def free(self) -> Mask:
         """The mask of usable pixels (H, W), also if all are usable."""
-        return np.ones((self.height, self.width), bool) if self.usable is None else np.asarray(self.usable)
+        return np.ones(self.shape, bool) if self.usable is None else np.asarray(self.usable)
 
     @property
     def source(self) -> Source:
         """The entry of this exemplar in a source map."""
-        return Source(self.name, self.height, self.width, self.digest)
+        return Source(self.name, *self.shape, self.digest)
 
     @property
     def digest(self) -> str:
@@ -258,7 +259,7 @@ class Exemplar:
             return
         bad = ~np.isfinite(plane.samples).all(axis=2)
         if self.usable is not None:
-            bad &= resized(self.usable, (plane.height, plane.width))
+            bad &= resized(self.usable, plane.shape)
         if bad.any():
             raise NotFiniteError(
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "

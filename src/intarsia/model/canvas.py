@@ -28,13 +28,13 @@ from ..foundation import (
     whole_within,
 )
 from ..foundation.arrays import Array
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import Shaped, Wrap
 from .image import Kind, Plane
 from .sourcemap import SourceMap
 
 
 @dataclass(frozen=True)
-class Canvas:
+class Canvas(Shaped):
     """The output to fill.
 
     Parameters
@@ -64,7 +64,7 @@ class Canvas:
     def __post_init__(self) -> None:
         for side in ("height", "width"):
             object.__setattr__(self, side, whole_within(side, getattr(self, side), -MAX_PIXELS))
-        if min(self.height, self.width) < 1 or self.height * self.width > MAX_PIXELS:
+        if min(self.shape) < 1 or self.height * self.width > MAX_PIXELS:
             refused = f"size={called(self.width)}x{called(self.height)} is not allowed"
             raise ParameterError(f"{refused}; give sides of at least 1 px, at most 2**31 px in all.")
         object.__setattr__(self, "wrap", chosen(Wrap, "wrap", self.wrap))
@@ -72,7 +72,7 @@ class Canvas:
         expect(self.guide, (Guide, NoneType), "guide", "a Guide")
         target = None if self.guide is None else self.guide.target
         for what, its in (("start map", self.start), ("guide's target", target)):
-            if its is not None and (its.height, its.width) != (self.height, self.width):
+            if its is not None and its.shape != self.shape:
                 size = f"{its.width}x{its.height} px"
                 raise InputError(f"the {what} is {size}, the canvas {self.width}x{self.height}; make them equal.")
         if self.rim is not None:
@@ -248,7 +248,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
         if stray:
             warn(f"{name}: {stray} px of {kinds} odd colours were given the nearest label.")
         apart = ((_channels(colours)[:, None] - _channels(labels)) ** 2).sum(axis=2)
-        numbers.append(apart.argmin(axis=1)[at].reshape(plane.height, plane.width).astype(np.uint8))
+        numbers.append(apart.argmin(axis=1)[at].reshape(plane.shape).astype(np.uint8))
     there = set().union(*(np.unique(n).tolist() for n in numbers[:-1]))
     missing = sorted(set(np.unique(numbers[-1]).tolist()) - there)
     if missing:

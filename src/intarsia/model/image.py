@@ -19,6 +19,7 @@ import numpy as np
 
 from ..foundation import CHANNELS, InputError, ParameterError, chosen, expect, said
 from ..foundation.arrays import Array, Floats, pixels_of
+from ..foundation.geometry import Shaped
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
 MAX_SIDE = 1 << 20
@@ -51,7 +52,7 @@ class Transfer(StrEnum):
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Shaped):
     """One picture of a surface: an array, its kind and its transfer curve.
 
     Parameters
@@ -121,7 +122,7 @@ class Plane:
     @property
     def samples(self) -> Array:
         """The pixels as (H, W, C), a view."""
-        return self.pixels.reshape(self.height, self.width, -1)
+        return self.pixels.reshape(*self.shape, -1)
 
     @property
     def alpha(self) -> bool:

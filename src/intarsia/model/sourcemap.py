@@ -24,6 +24,7 @@ from ..foundation import (
     InputError,
     IntarsiaError,
     ParameterError,
+    Record,
     ResourceError,
     chosen,
     expect,
@@ -33,7 +34,7 @@ from ..foundation import (
 )
 from ..foundation.arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from ..foundation.blend import Blend
-from ..foundation.geometry import ISOMETRIES, Box, Wrap
+from ..foundation.geometry import ISOMETRIES, Box, Shaped, Wrap
 
 AREA = 64.0
 """Largest scale of area of a frame, and the inverse of the least."""
@@ -124,7 +125,7 @@ _TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8, "frame": np.float
 
 
 @dataclass(frozen=True)
-class Source:
+class Source(Shaped):
     """The entry of an exemplar in a map: its name, its size in px, and the digest of its content."""
 
     name: str
@@ -134,7 +135,7 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
-class SourceMap:
+class SourceMap(Shaped):
     """For every output pixel the exemplar pixel it is copied from, and the pose of the exemplar there.
 
     Parameters
@@ -245,7 +246,7 @@ class SourceMap:
             except (MemoryError, OverflowError):
                 size = f"{source.width}x{source.height} px"
                 raise ResourceError(f"the exemplar {source.name} of {size} is too large to count its uses.") from None
-            counts.append(flat.reshape(source.height, source.width))
+            counts.append(flat.reshape(source.shape))
         return counts
 
     def st_map(self) -> Float32:
@@ -315,25 +316,25 @@ class SourceMap:
                 raise InputError(f"the map points outside its exemplar {source.name}; it is damaged.")
 
     @property
-    def arrays(self) -> dict[str, Any]:
+    def arrays(self) -> Record:
         """The arrays that there are, by name."""
         return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
     @property
     def numbers(self) -> UInt8:
         """The number of the exemplar of every pixel (H, W), also if ``which`` is None."""
-        return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
+        return np.zeros(self.shape, np.uint8) if self.which is None else self.which
 
     @property
     def turns(self) -> UInt8:
         """The isometry of every pixel (H, W), also if ``pose`` is None."""
-        return np.zeros(self.yx.shape[:2], np.uint8) if self.pose is None else self.pose
+        return np.zeros(self.shape, np.uint8) if self.pose is None else self.pose
 
 
 def identity(sources: Sequence[Source], number: int) -> SourceMap:
     """Return the identity map of one exemplar: the start of extending or healing it."""
     source = sources[number]
-    yx = np.moveaxis(np.indices((source.height, source.width), dtype=np.int32), 0, 2)
+    yx = np.moveaxis(np.indices(source.shape, dtype=np.int32), 0, 2)
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
 
 
@@ -381,7 +382,7 @@ def packed(arrays: Mapping[str, Any]) -> bytes:
 
 
 @contextmanager
-def unpacked(path: str | Path) -> Iterator[tuple[dict[str, Array], dict[str, Any]]]:
+def unpacked(path: str | Path) -> Iterator[tuple[dict[str, Array], Record]]:
     """Yield the arrays of a saved map and its metadata; failures meanwhile are reported in one line.
 
     Raises

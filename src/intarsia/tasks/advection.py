@@ -82,9 +82,9 @@ def advect(
     _check(made, coarsest)
     check_start(made.map, made.exemplars)
     run, smap, exemplar = run_of(run), made.map, made.exemplars[0]
-    steps = steps_of(flow, smap.height, smap.width, frame)
+    steps = steps_of(flow, *smap.shape, frame)
     own = made.method if isinstance(made.method, ParallelControllable) else ParallelControllable()
-    canvas = Canvas(smap.height, smap.width, smap.wrap)
+    canvas = Canvas(*smap.shape, smap.wrap)
     mender = (method or own).resolved((exemplar,), canvas)
     stacked = stack.exemplar_stack(exemplar, stack.Look.of(mender))
     closed = smap.wrap.closed

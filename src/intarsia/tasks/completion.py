@@ -24,6 +24,7 @@ from ..foundation import (
     InputError,
     IntarsiaError,
     ParameterError,
+    Record,
     chosen,
     expect,
     ndimage,
@@ -80,12 +81,12 @@ def extended(sources: Sequence[Source], number: int, margins: Margins) -> Source
 def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
     """Return a map with holes where `hole` (H, W) is True."""
     holes = marks(hole, "the hole's mask")
-    if holes.shape != (smap.height, smap.width):
+    if holes.shape != smap.shape:
         raise InputError(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, the map {smap.width}x{smap.height}; "
             "make them equal."
         )
-    empty: dict[str, Any] = {"yx": 0, "pose": 0, "frame": UPRIGHT, "sub": np.float32(0), "which": HOLE}
+    empty: Record = {"yx": 0, "pose": 0, "frame": UPRIGHT, "sub": np.float32(0), "which": HOLE}
     parts = smap.arrays | {"which": smap.numbers}
     for name, part in parts.items():
         parts[name] = np.where(holes.reshape(*holes.shape, *[1] * (part.ndim - 2)), empty[name], part)
@@ -106,7 +107,7 @@ def extension(
     exemplars = shelf_of(picture, donors)
     start = replace(extended([e.source for e in exemplars], 0, margins), wrap=wrap)
     sides = [margins.left, margins.right, margins.top, margins.bottom]
-    return Scene(exemplars, Canvas(start.height, start.width, wrap, start), {"extend": sides})
+    return Scene(exemplars, Canvas(*start.shape, wrap, start), {"extend": sides})
 
 
 def scene_to_heal(
@@ -122,7 +123,7 @@ def scene_to_heal(
         if the hole is empty, covers the whole picture, or has another size.
     """
     holes = grown_hole(hole, grow, wrap)
-    if holes.shape != (picture.height, picture.width):
+    if holes.shape != picture.shape:
         raise InputError(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, {picture.name} "
             f"{picture.width}x{picture.height}; make them equal."
@@ -137,14 +138,14 @@ def scene_to_heal(
         raise InputError(f"nothing of {picture.name} may be used for healing; mark less, or name another source.")
     exemplars = shelf_of(picture if donors else replace(picture, usable=usable), donors)
     start = replace(with_hole(identity([e.source for e in exemplars], 0), holes), wrap=wrap)
-    return Scene(exemplars, Canvas(start.height, start.width, wrap, start, rim=0), {"heal": {"grow": grow}})
+    return Scene(exemplars, Canvas(*start.shape, wrap, start, rim=0), {"heal": {"grow": grow}})
 
 
 def shelf_of(picture: Exemplar, donors: Exemplars) -> tuple[Exemplar, ...]:
     """Return the exemplars: the picture, which is unusable for sampling if there are donors, and the donors."""
     if not donors:
         return (picture,)
-    nothing = np.zeros((picture.height, picture.width), bool)
+    nothing = np.zeros(picture.shape, bool)
     return replace(picture, usable=nothing), *donors
 
 
@@ -301,7 +302,7 @@ def rim_around(scene: Scene) -> int:
     return feats.memo(asked, lambda: rim_of(feats.pictures[0], holes, scene.exemplars[0].usable))
 
 
-def exacting(slug: str, values: dict[str, Any]) -> Method:
+def exacting(slug: str, values: Record) -> Method:
     """Return a method for holes: with tolerance 0, if it has one and no other is given."""
     return make(slug, ({"tolerance": 0.0} if "tolerance" in parameters_of(slug) else {}) | values)
 
@@ -324,7 +325,7 @@ def patch_for(scene: Scene) -> int:
     """
     thick = thickness(scene)
     side = max(min(max(ROOM * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
-    return supplied(scene.exemplars, min(side, scene.canvas.height, scene.canvas.width), LEAST_PATCH)
+    return supplied(scene.exemplars, min(side, *scene.canvas.shape), LEAST_PATCH)
 
 
 def thickness(scene: Scene) -> int:

@@ -72,9 +72,9 @@ def on_paper(plane: Plane) -> Pixels:
 def looked(plane: Plane, most: int) -> Pixels:
     """Return a plane as 8-bit RGB of at most `most` px a side, averaged in blocks."""
     seen = files.preview(plane)
-    n = min(-(-max(seen.height, seen.width) // most), seen.height, seen.width)
+    n = min(-(-max(seen.shape) // most), *seen.shape)
     if n > 1:
-        height, width = (side - side % n for side in (seen.height, seen.width))
+        height, width = (side - side % n for side in seen.shape)
         seen = seen.like(averaged(seen.like(seen.samples[:height, :width]), n))
     return np.ascontiguousarray(on_paper(seen)[:most, :most])
 
@@ -212,7 +212,7 @@ class Drawn(NamedTuple):
 
 def pictures_of(outcome: Outcome) -> list[Drawn]:
     """Return all pictures of a report; those of the exemplars come last."""
-    size = (outcome.output.height, outcome.output.width)
+    size = outcome.output.shape
     often = too_often(outcome.judged, outcome.sizes, size)
     whole, beside = looked(outcome.output, LARGE), looked(outcome.output, BESIDE)
     shown = [looked(e.base, BESIDE) for e in outcome.exemplars]
@@ -248,7 +248,7 @@ def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
 
 def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> Drawn:
     times = 3 if max(size) <= SMALL else 2
-    down, across = (times if closed else 1 for closed in (wrap.y, wrap.x))
+    down, across = (times if closed else 1 for closed in wrap.closed)
     n = -(-max(picture.shape[0] * down, picture.shape[1] * across) // LARGE)
     if min(picture.shape[:2]) >= n > 1:
         picture = looked(Plane(picture), -(-max(picture.shape[:2]) // n))

@@ -18,7 +18,7 @@ from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
-from ..foundation import OVERLAYS, MethodError, ParameterError, said
+from ..foundation import OVERLAYS, MethodError, ParameterError, Record, said
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import UNIT, Wrap
@@ -48,7 +48,7 @@ class Suggestion:
     """
 
     method: str
-    parameters: dict[str, Any]
+    parameters: Record
     flatten: bool
     why: tuple[str, ...]
     rule: str = ""
@@ -151,7 +151,7 @@ class Findings:
         planes = _drawn(self.exemplar, yx, Wrap.NONE)
         return TilePicture((x, y), tiling.tile.cost, False, {n: _cut_out(p, inside) for n, p in planes.items()})
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Record:
         """Return the results for JSON, x before y."""
         e = self.exemplar
         return {
@@ -199,7 +199,7 @@ def analyze(exemplar: ExemplarLike) -> Findings:
     return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
 
 
-def _as_dict(one: Lattice) -> dict[str, Any]:
+def _as_dict(one: Lattice) -> Record:
     return {
         "vectors": [list(v) for v in vectors_of(one)],
         "periods": [round(math.hypot(*v) / UNIT, 2) for v in one.vectors],
@@ -209,18 +209,18 @@ def _as_dict(one: Lattice) -> dict[str, Any]:
     }
 
 
-def _rounded(found: Any, **places: int) -> dict[str, Any]:
+def _rounded(found: Any, **places: int) -> Record:
     """Return attributes by name, rounded to the given places."""
     return {name: round(getattr(found, name), digits) for name, digits in places.items()}
 
 
-def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
+def _bent(straight: Straight, lattice: Lattice) -> Record:
     """Return slant, convergence and bow of courses, and the lattice after rectification, for JSON."""
     vectors = [list(v) for v in vectors_of(lattice)]
     return _rounded(straight, slant=4, converging=3, off=2) | {"vectors": vectors} | _rounded(lattice, confidence=4)
 
 
-def _grouped(found: Segments) -> dict[str, Any]:
+def _grouped(found: Segments) -> Record:
     """Return segments, groups with their shares of the area, and patch and zone of the chosen group, for JSON."""
     areas = np.bincount(found.group_map[found.group_map >= 0], minlength=int(found.groups.max(initial=-1)) + 1)
     counts = np.bincount(found.groups, minlength=len(areas))
@@ -250,7 +250,7 @@ def _suggested(facts: Facts) -> Suggestion:
 
 def _rectangle(tiling: Tiling, exemplar: Exemplar) -> Pair | None:
     """Return the least (height, width) of whole periods; None if that holds more than CELLS."""
-    sides = (exemplar.height, exemplar.width)
+    sides = exemplar.shape
     found = [periods_along(tiling.vectors, axis, side) for axis, side in enumerate(sides)]
     if not (found[0] and found[1]):
         return None
@@ -266,7 +266,7 @@ def _drawn(exemplar: Exemplar, yx: Any, wrap: Wrap) -> dict[str, Plane]:
 
 def _cut_out(plane: Plane, inside: Any) -> Plane:
     """Return a colour plane made transparent outside of the tile; other kinds are returned unchanged."""
-    if plane.kind is not Kind.COLOUR or plane.pixels.shape[:2] != inside.shape:
+    if plane.kind is not Kind.COLOUR or plane.shape != inside.shape:
         return plane
     top = 1.0 if plane.is_float else np.iinfo(plane.pixels.dtype).max
     opaque = np.where(inside, plane.samples[..., -1] if plane.alpha else top, 0).astype(plane.pixels.dtype)

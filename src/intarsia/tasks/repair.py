@@ -66,7 +66,7 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
     check_start(made.map, made.exemplars)
     if made.map.holes.any():
         raise InputError("the map has holes; fill them before its seams are repaired.")
-    canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
+    canvas = made.canvas or Canvas(*made.map.shape, made.map.wrap)
     asked = repair_of(made.method, made.exemplars, passes)
     done = repairs.repaired(asked, made.exemplars, canvas, made.map, run)
     return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
@@ -105,7 +105,7 @@ def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> r
     if not rows or not columns:
         rows = columns = default_patch(exemplars)
         while rows > LEAST_PATCH and not any(
-            valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
+            valid_windows(e.shape, e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
         ):
             rows = columns = max(rows // 2, LEAST_PATCH)
     return repairs.Repair((rows, columns), passes, its.channel_weights, its.isometries, its.min_repeat_distance)

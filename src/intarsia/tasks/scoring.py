@@ -48,7 +48,7 @@ class Outcome:
     @property
     def sizes(self) -> list[Pair]:
         """Height and width of each exemplar, in px."""
-        return [(e.height, e.width) for e in self.exemplars]
+        return [e.shape for e in self.exemplars]
 
     @classmethod
     def of(cls, made: Synthesis, name: str = "the output", output: Plane | None = None) -> Outcome:
@@ -126,7 +126,7 @@ def outcome_of(
     (made,) = as_exemplars([output])
     if map is not None:
         check_start(map, exemplars)
-        if (map.height, map.width) != (made.height, made.width):
+        if map.shape != made.shape:
             raise InputError(
                 f"the map is {map.width}x{map.height} px, {made.name} {made.width}x{made.height}; give its own map."
             )

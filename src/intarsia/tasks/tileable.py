@@ -145,7 +145,7 @@ def closing_size(picture: Exemplar, axes: Wrap) -> Pair:
     All of the picture if it has neither, or is periodic already.
     """
     seen = _seen(picture)
-    whole = height, width = picture.height, picture.width
+    whole = height, width = picture.shape
     if _continues(seen, axes):
         return whole
     facts = Facts([seen], Canvas(height, width, axes))
@@ -215,7 +215,7 @@ def _fine_grained(picture: Int16) -> bool:
 def _closes(facts: Facts) -> bool:
     """Whether a picture has a 2-D lattice that is continuous across the borders that meet."""
     found, canvas = facts.lattice, facts.canvas
-    sides = zip((canvas.height, canvas.width), canvas.wrap.closed, strict=True)
+    sides = zip(canvas.shape, canvas.wrap.closed, strict=True)
     return found is not None and len(found.vectors) == 2 and all(
         closing_length(found.vectors, side, axis) == side for axis, (side, closed) in enumerate(sides) if closed
     )
@@ -270,7 +270,7 @@ def remarks(scene: Scene) -> list[str]:
     picture, canvas = scene.exemplars[0], scene.canvas
     if _continues(_seen(picture), canvas.wrap):
         return [f"{picture.name} looks as if it continued in itself already; then it can stay as it is."]
-    if (canvas.height, canvas.width) == (picture.height, picture.width):
+    if canvas.shape == picture.shape:
         return []
     whole, part = f"{picture.width}x{picture.height}", f"{canvas.width}x{canvas.height}"
     said = f"{picture.name} ({whole} px) was cut to {part} px, where its periods or courses close"
@@ -291,7 +291,7 @@ def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
 def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
     """Return the original picture of a scene rolled by half its size, so that its borders meet in the middle."""
     picture, canvas = scene.exemplars[0], scene.canvas
-    top, left, height, width = _cut(picture, (canvas.height, canvas.width))
+    top, left, height, width = _cut(picture, canvas.shape)
     shown = picture.planes[plane or picture.drawn[0]]
     down, across = shown.height / picture.height, shown.width / picture.width
     rows = slice(int(top * down), int((top + height) * down))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..foundation import AUTO_METHOD, expect
+from ..foundation import AUTO_METHOD, Record, expect
 from ..foundation.blend import Levelling
 from ..foundation.run import Run, run_of
 from ..methods import METHODS, make, method_class
@@ -81,7 +81,7 @@ def _by(slug: str, run: Run) -> None:
     synthesize(exemplar, size, make(slug, {}), seed=0, run=run).render(run=run)
 
 
-def _planes() -> dict[str, Any]:
+def _planes() -> Record:
     """Return planes of every kind and depth, of one picture."""
     rows, columns = np.mgrid[:SMALL, :SMALL]
     noise = (rows * 73 + columns * 151 + rows * columns * 7) % 251
@@ -101,7 +101,7 @@ def _planes() -> dict[str, Any]:
     }
 
 
-def _pixels(slug: str, values: dict[str, Any], run: Run) -> None:
+def _pixels(slug: str, values: Record, run: Run) -> None:
     """Render planes of every kind: copied, feathered, tone-corrected, and interpolated if the map is rotated."""
     planes = _planes()
     grown = synthesize(Exemplar.of(planes), SMALL, make(slug, values), wrap="both", run=run)

@@ -129,7 +129,7 @@ def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
 def looked_up(exemplars: Exemplars, smap: SourceMap, plane: str | None = None) -> Array:
     """Return a map rendered by plain lookup, exemplar by exemplar: law 1."""
     planes = [e.base if plane is None else e.planes[plane] for e in exemplars]
-    out = np.zeros((smap.height, smap.width, planes[0].channels), planes[0].pixels.dtype)
+    out = np.zeros((*smap.shape, planes[0].channels), planes[0].pixels.dtype)
     for number, p in enumerate(planes):
         mine = smap.numbers == number
         out[mine] = p.samples[smap.yx[mine, 0], smap.yx[mine, 1]]

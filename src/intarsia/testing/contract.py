@@ -87,7 +87,7 @@ class Laws:
 
     def rim(self, exemplars: Exemplars, start: SourceMap) -> int:
         """Return how deep, in px, a start map may be changed: the method's overlap or border, else 0."""
-        resolved = self.method.resolved(exemplars, Canvas(start.height, start.width, start.wrap, start))
+        resolved = self.method.resolved(exemplars, Canvas(*start.shape, start.wrap, start))
         return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
 
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
@@ -243,7 +243,7 @@ class MethodContract(StartLaws):
 
         def law(case: Case) -> None:
             out, base = case.grow(self.method).render(), case.exemplars[0].base
-            assert (out.height, out.width) == case.size
+            assert out.shape == case.size
             assert (out.pixels.dtype, out.pixels.ndim) == (base.pixels.dtype, base.pixels.ndim)
             assert (out.channels, out.kind, out.transfer) == (base.channels, base.kind, base.transfer)
 
@@ -327,7 +327,7 @@ class MethodContract(StartLaws):
 
         def step(done: int, total: int, draft: Callable[[], SourceMap] | None) -> None:
             ticks.append((done, total))
-            assert draft is None or (draft().height, draft().width) == size
+            assert draft is None or draft().shape == size
             if len(ticks) == stop:
                 event.set()
 
