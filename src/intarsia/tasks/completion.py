@@ -290,7 +290,7 @@ def healed_scene(
     picture: Exemplar, hole: ArrayLike, donors: Exemplars, wrap: Wrap, grow: int | None
 ) -> Scene:
     """Return the scene to heal a picture; `grow` None: enlarge the hole by the rim of the defect detected around it."""
-    scene = scene_to_heal(picture, hole, donors, wrap, grow or 0)
+    scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
     more = grow is None and rim_around(scene)
     return scene_to_heal(picture, hole, donors, wrap, more) if more else scene
 
