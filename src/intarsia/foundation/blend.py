@@ -25,9 +25,9 @@ class Levelling:
     name: ClassVar[str] = "levelling"
 
     radius: int = param(
-        96, "int", "how far to either side of a seam light is evened out", low=1, high=FEATHER, unit="px"
+        96, "int", "distance on either side of a seam over which tone is corrected", low=1, high=FEATHER, unit="px"
     )
-    strength: float = param(1.0, "float", "which share of a step is taken away", low=0, high=1)
+    strength: float = param(1.0, "float", "share of a step of tone that is removed", low=0, high=1)
 
     def __post_init__(self) -> None:
         check(self)

@@ -346,8 +346,8 @@ search_ways = partial(
     param, "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
 )
 cut_cost = partial(
-    param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
-    "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
+    param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square, "
+    "truncated, so that many faint steps are cheaper than a strong one",
     choices=("difference", "gradient", "sharp"),
 )  # fmt: skip
 layout = partial(
@@ -363,7 +363,7 @@ boundary_poses = partial(
     param, AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
 )
 boundary_slack = partial(
-    param, AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
+    param, AUTO, "int", "how far a label may reach over such a boundary, else it is cut there; automatic: half a patch",
     low=0, high=1 << 16, unit="px",
 )  # fmt: skip
 

@@ -29,7 +29,7 @@ class BestTile(methods.EndlessBase):
     supports = methods.abilities("wrap", "mask", "window")
 
     lattice: Steps | None = methods.lattice_vectors(
-        "by which steps the texture repeats; automatic: found in the exemplar"
+        "the lattice vectors of the texture; automatic: found in the exemplar"
     )
     band: int = param(
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",

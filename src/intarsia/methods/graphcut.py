@@ -46,26 +46,26 @@ class Graphcut(methods.CutSquares):
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     overreach: int | None = param(
-        AUTO, "int", "how far around its window a patch may replace what is there; automatic: a third of the patch",
+        AUTO, "int", "how far around its window a patch may replace pixels; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     refinements: int = param(
-        1, "int", "how often every piece may grow over its neighbours, where that makes the map cheaper",
+        1, "int", "rounds of expansion moves: every piece may replace its neighbours where that lowers the energy",
         low=0, high=1000,
     )  # fmt: skip
     seam: str = methods.cut_cost("sharp")
     channel_weights: Weights = methods.channel_weights()
     structure: float = methods.structure_weight()
     lattice: Steps | None = methods.lattice_vectors(
-        "two steps by which the texture repeats, or the one between its rows: patches are laid whole steps from the "
-        "first, give or take 3 px, by one vector 1 px; automatic: anywhere"
+        "the lattice vectors of the texture, two or one: offsets of patches from the first are multiples of them, "
+        "within 3 px, with one vector 1 px; automatic: any offsets"
     )
     isometries: Poses = methods.poses()
     usage: float = methods.usage_price()
     evenness: float = param(
-        0.25, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
-        "knees (three eighths of the spread of colours); up to 64 times as much where it strikes, nothing on bare "
-        "ground, in step with a lattice only what strikes; 0: none",
+        0.25, "float", "price of using a pixel of the exemplar more often than its share of the area, in knees (three "
+        "eighths of the spread of colours); up to 64 times as much if it is salient, nothing on bare ground, with "
+        "lattice only salient pixels; 0: none",
         low=0, high=100,
     )  # fmt: skip
 

@@ -33,7 +33,7 @@ class NearRegular(methods.EndlessBase):
     supports = methods.abilities("wrap", "start", "mask", "window")
 
     lattice: Steps | None = methods.lattice_vectors(
-        "by which steps the texture repeats; automatic: found in the exemplar"
+        "the lattice vectors of the texture; automatic: found in the exemplar"
     )
     block: int | None = param(
         AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
@@ -42,15 +42,15 @@ class NearRegular(methods.EndlessBase):
     border: int = param(
         14, "int", "width of the zone in which a gap is compared and cut in", low=2, high=256, unit="px"
     )
-    slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    slack: int = param(3, "int", "how far a gap's block may deviate from the lattice", low=0, high=16, unit="px")
     heights: str = param(
         "equal", "choice", "heights of courses: equal, as the lattice says, or unequal, by the lines that run across "
         "the exemplar between them; the lattice then is their mean pitch",
         choices=("equal", "unequal"),
     )
     straighten: str = param(
-        "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
-        "repeat much better, not with given vectors; on: wherever courses of bricks are not; vectors hold after it",
+        "auto", "choice", "rectify slanted, converging or bent courses first, by whole px; auto: if they then repeat "
+        "much better, not with given vectors; on: whenever courses of bricks are not straight; vectors hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
     channel_weights: Weights = methods.channel_weights()

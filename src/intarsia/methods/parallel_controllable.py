@@ -48,12 +48,12 @@ class ParallelControllable(methods.EndlessBase):
         low=0, high=1,
     )  # fmt: skip
     jitter_output: Field | float | None = param(
-        AUTO, "field", "what part of the jitter holds where in the output, black none, white all of it; automatic: all",
+        AUTO, "field", "factor of the jitter over the output, black none, white all of it; automatic: all",
         low=0, high=1, over="output",
     )  # fmt: skip
     jitter_exemplar: Field | float | None = param(
-        AUTO, "field", "what part of the jitter holds for pixels that come from where in the exemplar, so that black "
-        "parts stay as they are; automatic: all", low=0, high=1, over="exemplar",
+        AUTO, "field", "factor of the jitter by the place in the exemplar that pixels come from, so that black parts "
+        "are kept intact; automatic: all", low=0, high=1, over="exemplar",
     )  # fmt: skip
     snap: str = param(
         "auto", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
@@ -61,7 +61,7 @@ class ParallelControllable(methods.EndlessBase):
         choices=("auto", "on", "off"),
     )  # fmt: skip
     lattice: Steps | None = methods.lattice_vectors(
-        "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar"
+        "the lattice vectors of the texture, if pixels snap; automatic: found in the exemplar"
     )
     kappa: float | str = param(
         2, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
@@ -79,15 +79,15 @@ class ParallelControllable(methods.EndlessBase):
         high=100,
     )  # fmt: skip
     pin: tuple[tuple[int, ...], ...] | None = param(
-        AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
+        AUTO, "pins", "places of the exemplar to show at places of the output, within a radius, cut along a seam; "
         "automatic: nothing", low=-(1 << 40), high=1 << 40, unit="px",
     )  # fmt: skip
     angle: Field | float = param(
-        0, "field", "how far the texture lies turned, to the left as seen; pixels are then read between pixels",
+        0, "field", "rotation of the texture, counterclockwise; pixels are then interpolated",
         low=-180, high=180, unit="degrees", over="output",
     )  # fmt: skip
     zoom: Field | float = param(
-        1, "field", "how many times larger the texture is shown; pixels are then read between pixels",
+        1, "field", "magnification of the texture; pixels are then interpolated",
         low=0.25, high=4, over="output",
     )  # fmt: skip
     channel_weights: Weights = methods.channel_weights()
