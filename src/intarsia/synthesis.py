@@ -238,9 +238,7 @@ def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
     if choice is None:
         smap = plan.method.synthesize(exemplars, canvas, seed, run)
     else:
-        from .choosing.trials import carried_out  # it measures much, and is slow to import
-
-        choice, best, scores = carried_out(choice, exemplars, canvas, seed, run)
+        choice, best, scores = auto.carried_out(choice, exemplars, canvas, seed, run)
         plan, smap, seed = replace(plan, method=best.method), best.map, best.seed
     if bool(smap.holes.any()):
         raise MethodError(f"{plan.method.slug} left {int(smap.holes.sum())} px unfilled; please report this.")

@@ -16,10 +16,9 @@ from click.testing import CliRunner, Result
 
 import intarsia as ia
 from intarsia.analysis.structure import border_of, structure_of
-from intarsia.choosing.auto import GENERAL
+from intarsia.choosing.auto import GENERAL, LEAST_GAIN, trial_methods
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
-from intarsia.choosing.trials import LEAST_GAIN, trial_methods
 from intarsia.cli import cli
 from intarsia.files import sample
 from intarsia.judging import score_map

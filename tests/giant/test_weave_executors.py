@@ -20,7 +20,7 @@ import intarsia as ia
 from intarsia.foundation import InputError, MissingExtraError, ParameterError, ResourceError
 from intarsia.giant import zarrays
 from intarsia.giant.picture import Grid
-from intarsia.giant.stream import Cluster, Processes, Threads, executor_of
+from intarsia.giant.stream import by_cluster, by_processes, by_threads, executor_of
 
 HOWS = ("zarr", "tiff", "tiles")
 
@@ -54,19 +54,19 @@ def test_a_process_that_dies_is_replaced(tmp_path: Path, thorough: bool) -> None
     cells = list(Grid(40, 10, 2, 10))
     for number in (0, 13) if thorough else (0,):
         (tmp_path / str(number)).mkdir()
-        found = list(Processes(2).in_order(Dies(str(tmp_path / str(number)), number, 2), cells))
+        found = list(by_processes(2, Dies(str(tmp_path / str(number)), number, 2), cells))
         assert found == [(cell, [str(cell.number).encode()]) for cell in cells]
 
 
 def test_processes_that_always_die_are_given_up(tmp_path: Path) -> None:
     with pytest.raises(ResourceError, match="3 worker processes died one after another"):
-        list(Processes(1).in_order(Dies(str(tmp_path), 2, 99), Grid(40, 10, 2, 10)))
+        list(by_processes(1, Dies(str(tmp_path), 2, 99), Grid(40, 10, 2, 10)))
 
 
 @given(st.integers(0, 40), st.integers(1, 5))
 def test_threads_keep_the_order(count: int, workers: int) -> None:
     cells = [Grid(64, 64, 8, 8).cell(n) for n in range(count)]
-    found = list(Threads(workers).in_order(lambda cell: [bytes([cell.number])], cells))
+    found = list(by_threads(workers, lambda cell: [bytes([cell.number])], cells))
     assert found == [(cell, [bytes([cell.number])]) for cell in cells]
 
 
@@ -114,12 +114,12 @@ def test_a_dask_worker_that_dies_is_replaced(tmp_path: Path, monkeypatch: pytest
     ):
         for number in (0, 13):
             (tmp_path / str(number)).mkdir()
-            found = list(Cluster(client).in_order(Dies(str(tmp_path / str(number)), number, 2), cells))
+            found = list(by_cluster(client, Dies(str(tmp_path / str(number)), number, 2), cells))
             assert found == [(cell, [str(cell.number).encode()]) for cell in cells]
         (tmp_path / "always").mkdir()
         # Whether a new worker comes each time is for the cluster to say: ours stops starting any on a busy machine.
         with pytest.raises(ResourceError, match=r"of the cluster (died again and again|answered for 120 s)"):
-            list(Cluster(client).in_order(Dies(str(tmp_path / "always"), 3, 99), cells))
+            list(by_cluster(client, Dies(str(tmp_path / "always"), 3, 99), cells))
 
 
 def processor() -> str:

@@ -1,1 +1,1 @@
-"""Which method suits an exemplar: facts, rules, trials, and the score of a result."""
+"""Automatic choice of a method and its parameters: measurements, rules, and trials."""

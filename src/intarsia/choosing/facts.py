@@ -1,9 +1,9 @@
-"""What is known of an exemplar and of what is asked for, told to people and as JSON, and what no method can mend.
+"""Measurements of exemplar and canvas that the rules of automatic choice use, their report as JSON, and warnings.
 
-Each fact is measured when a rule asks for it.
+Each measurement is made when a rule asks for it.
 
-Source: no single paper. Which measurement each rule goes by is told in docs/design/000-architecture.md. Whatever a rule
-compares is made of sums of whole numbers, so that the same rule fires on every machine.
+Source: no single paper. docs/design/000-architecture.md lists which measurement each rule uses. Whatever a rule
+compares is computed from sums of integers, so that the same rule fires on every machine.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ else:  # most exemplars need some of them, few need all
     grid, tiling = lazy("intarsia.regular.grid"), lazy("intarsia.regular.tiling")
     unequal, wall = lazy("intarsia.regular.unequal"), lazy("intarsia.regular.wall")
 
-WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy;
-COMPARED = 1024  # periods are compared in the middle: so a large exemplar is judged in 8 s
-SAMPLED = 1 << 18  # px in which colours are counted: a few ms
+WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy
+COMPARED = 1024  # px: periods are compared in a square of this side in the middle, at most 8 s for a large exemplar
+SAMPLED = 1 << 18  # px in which colours are counted, which takes a few ms
 
 
-# What is taken for a sign of something; each was halved and doubled on 92 textures (docs/design/012).
-NAMES = 16  # a picture of so few colours holds names, not light: what palettes of labels and pixel art have
-EQUAL = 9  # neighbours of 10 are equal in such a picture; a definition: names lie in patches
+# Thresholds of what is detected; each was halved and doubled on 92 textures (docs/design/012).
+NAMES = 16  # a picture of at most so many colours holds labels: what label maps and pixel art have
+EQUAL = 9  # neighbours of 10 are equal in such a picture; a definition: labels form regions
 PARTLY = 0.6  # of the exemplar must repeat by a lattice; 0.4: scales and pavers are cut, 0.9: three are lost
 LOOSE = 1.0  # px (rms) by which points are missed; halved: the same, doubled: scales and pavers are cut
 ROWS = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
@@ -55,37 +55,37 @@ BRICKS = 0.5  # of courses must be whole bricks: of seven textures of courses 0.
 ALONG = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
 
 
-SURE = 0.3  # confidence of a lattice beyond which nobody doubts it
-NEAR = 0.03  # of a bound: twice what a tenth cropped off changes of most exemplars
-CLOSE = 0.1  # of a bound: what a tenth cropped off changes of lattices
+SURE = 0.3  # confidence of a lattice that is reported as 1
+NEAR = 0.03  # of a bound: twice the change when a tenth of most exemplars is cropped off
+CLOSE = 0.1  # of a bound: the change of lattices when a tenth is cropped off
 
 
-# What rules compare facts with. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and
-# doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
+# Thresholds of the rules. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and doubled
+# on 92 textures, 44 of which were not used when it was set (docs/design/012).
 ONE_PICTURE = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
 OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
 JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
 STEPPED = 0.1  # evenness in step, where threads and joints must meet; at 0.25 24 sheets: 7 preferred, 17 not
-ACROSS = 3.0  # elements, fewer are told of; halved: 24 textures less, doubled: 23 more
-PERIODS = 2.0  # fewer are told of, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
-LEAST_SIDE = 32  # px, less is told of; halved and doubled: the same
+ACROSS = 3.0  # elements; a warning below; halved: 24 textures less, doubled: 23 more
+PERIODS = 2.0  # a warning below, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
+LEAST_SIDE = 32  # px; a warning below; halved and doubled: the same
 
 
 def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
-    """The middle of a picture, at most so many px a side."""
+    """Return the slices of the middle of a picture, at most `side` px a side."""
     rows, columns = (slice(max(0, n - side) // 2, max(0, n - side) // 2 + side) for n in shape[:2])
     return rows, columns
 
 
 def _loose(found: Lattice) -> bool:
-    """Whether elements only lie about where a lattice says: cut from element to element they do not fit."""
+    """Whether elements follow a lattice only loosely, so that whole periods do not fit each other."""
     return found.repeats < PARTLY and found.residual >= LOOSE
 
 
 def _holds_rows(two: Lattice, rows: Lattice) -> bool:
-    """Whether a sure lattice of two vectors steps from row to row by one of them, and along the rows by the other.
+    """Whether a sure 2-D lattice has one vector from row to row of a 1-D lattice, and the other along the rows.
 
-    Rows alone are often surer, as more of them are seen; but what returns along them must return.
+    1-D lattices often have a higher confidence, as more periods are seen; but periods along the rows must be kept.
     """
     if two.kind == "1-D" or two.verdict != "sure" or _loose(two):
         return False
@@ -95,7 +95,7 @@ def _holds_rows(two: Lattice, rows: Lattice) -> bool:
 
 
 class Facts:
-    """All that rules may ask about an exemplar, the first that may be sampled, and about the canvas."""
+    """Measurements of the first exemplar with usable pixels, and of the canvas, made lazily."""
 
     def __init__(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> None:
         self.exemplars, self.canvas, self.run = tuple(exemplars), canvas, run_of(run)
@@ -104,16 +104,16 @@ class Facts:
     @property
     def side(self) -> int:
         """The shorter side of the exemplar, px."""
-        return min(self.exemplar.height, self.exemplar.width)
+        return min(self.exemplar.shape)
 
     @cached_property
     def picture(self) -> Int16:
-        """The exemplar as methods compare it."""
+        """The exemplar in feature space (H, W, C), as methods compare it."""
         return features([self.exemplar]).pictures[0]
 
     @cached_property
     def constant(self) -> bool:
-        """Whether all that may be used of it has one colour."""
+        """Whether all usable pixels have one colour."""
         seen = self.picture if self.exemplar.usable is None else self.picture[self.exemplar.usable]
         seen = seen.reshape(-1, self.picture.shape[2])
         few = seen[:: max(1, len(seen) // SAMPLED)]
@@ -121,7 +121,7 @@ class Facts:
 
     @cached_property
     def names(self) -> bool:
-        """Whether it holds a few exact colours in patches: names of regions, masks, line art."""
+        """Whether it holds a few exact colours in regions: labels, masks, line art."""
         base = self.exemplar.base
         if base.kind is Kind.LABEL:
             return True
@@ -132,12 +132,12 @@ class Facts:
 
     @cached_property
     def lattices(self) -> Lattices:
-        """By which steps it repeats."""
+        """The lattices found in it."""
         return lattices_of(self.exemplar)
 
     @cached_property
     def two(self) -> Lattice | None:
-        """The lattice of two vectors, where there is one to grow by: not a loose one."""
+        """The 2-D lattice that methods may use; None if there is none, or it is loose."""
         found = self.lattices.accepted
         if found is None or found.kind == "2-D":
             return None if found is None or _loose(found) else found
@@ -145,9 +145,9 @@ class Facts:
 
     @cached_property
     def lattice(self) -> Lattice | None:
-        """The lattice, where there is one to grow by: of two vectors rather than of rows.
+        """The lattice that methods may use: 2-D rather than 1-D; None if there is none.
 
-        Rows are none to grow by where they are no courses of bricks: lines of text are cut by them.
+        A 1-D lattice counts only if its rows are courses of bricks: lines of text would be cut by it.
         """
         found = self.lattices.accepted
         rows = found is not None and found.kind == "1-D" and self.two is None
@@ -155,10 +155,10 @@ class Facts:
 
     @property
     def about(self) -> Lattice | None:
-        """The lattice that its elements lie about, where that is sure enough for patches that can go around them.
+        """The lattice that elements follow at least loosely, sure enough to align patches of free shape to it.
 
-        One to grow by, one too loose for that, rows that are no courses of bricks, such as lines of text or boards, or,
-        where there are no rows, one that its peaks tell, low as they are.
+        `lattice`, a loose one, a 1-D one that is no courses of bricks, such as lines of text or boards, or, without
+        any of these, one whose low peaks pass the chance test.
         """
         known = self.lattice or self.lattices.accepted
         if known is None:
@@ -167,16 +167,16 @@ class Facts:
 
     @property
     def ordered(self) -> bool:
-        """Whether its elements lie in rows, or about where a lattice says, but too loosely to grow by it."""
+        """Whether its elements lie in rows or loosely on a lattice, without a lattice that methods may use."""
         rows = (one for one in self.lattices.ranked if one.kind == "1-D" and one.points >= ROWS)
         loose = self.lattices.accepted is not None or any(one.contrast >= HINT for one in rows)
         return self.lattice is None and loose
 
     @cached_property
     def straight(self) -> tuple[Straight, Lattice] | None:
-        """How its courses are laid straight, and the lattice they then have, where that is much surer.
+        """The rectification of its courses and the lattice that they then have, if its confidence is much higher.
 
-        Several threads look side by side for what nearly every exemplar is asked then.
+        With several threads, the measurements that nearly every exemplar needs are made in parallel first.
         """
         if self.run.workers > 1:
             with self.run.pool() as each:
@@ -185,7 +185,7 @@ class Facts:
 
     @cached_property
     def variation(self) -> float:
-        """How much its periods differ: 0 not at all, 1 as any two places do; 1 without two vectors."""
+        """Mean difference of its periods: 0 for none, 1 for that of unrelated places; 1 without a 2-D lattice."""
         if self.two is None:
             return 1.0
         free = self.exemplar.free
@@ -198,30 +198,30 @@ class Facts:
 
     @cached_property
     def joints(self) -> float:
-        """How clearly its periods are parted by joints: 0 by nothing that is cut, 1 not at all, or without periods."""
+        """Cost of cuts along joints between periods, relative to cuts anywhere, 0 to 1; 1 without a 2-D lattice."""
         if self.two is None:
             return 1.0
         return grid.joints(self.picture, cell_of(vectors_of(self.two), self.picture.shape))
 
     @cached_property
     def element(self) -> ElementSize:
-        """How large its elements are, by its correlation with itself."""
+        """The size of its elements, from its autocorrelation."""
         return elements(self.exemplar)
 
     @cached_property
     def reduction(self) -> int:
-        """How many times smaller the copy is on which the slower facts are measured."""
-        return max(1, -(-max(self.exemplar.height, self.exemplar.width) // WORK_SIDE))
+        """By how much the copy is reduced on which the slower measurements are made."""
+        return max(1, -(-max(self.exemplar.shape) // WORK_SIDE))
 
     @cached_property
     def small(self) -> Exemplar:
-        """That copy; the exemplar itself where it is small enough."""
+        """That copy; the exemplar itself if it is small enough."""
         n, e = self.reduction, self.exemplar
-        if n == 1 or min(e.height, e.width) < 8 * n:
+        if n == 1 or min(e.shape) < 8 * n:
             return e
         planes = {}
         for name, plane in e.planes.items():
-            if (plane.height, plane.width) == (e.height, e.width):
+            if plane.shape == e.shape:
                 if plane.kind is Kind.LABEL or plane.is_float:
                     planes[name] = plane.like(blocks(plane.samples, n)[:, 0, :, 0])
                 else:
@@ -237,41 +237,41 @@ class Facts:
 
     @cached_property
     def structure(self) -> Structure:
-        """How edgy and how directed it is."""
+        """The strength and the coherence of its edges."""
         return structure_of(self._seen.pictures[0], self.small.usable)
 
     @cached_property
     def outlines(self) -> float:
-        """How much of all that changes runs along outlines; 0 where nothing does."""
+        """The share of changes that runs along outlines; 0 if nothing does."""
         return outlines(self._seen, [self.small])[0].share
 
     @cached_property
     def courses(self) -> Lines | None:
-        """The lines that run across it between courses, in its own px; None where it has none."""
+        """The lines between its courses (bed joints), in px of the exemplar; None if it has none."""
         return course_lines(features([self.exemplar]), self.exemplar)
 
     @cached_property
     def masonry(self) -> unequal.Masonry | None:
-        """Its courses of unequal heights, where their stones are clear enough to be laid one by one; None else."""
+        """Its courses of unequal heights, if their stones are clear enough to be placed one by one; else None."""
         return unequal.sure_masonry(self.exemplar)
 
     def _laid(self, rows: Lattice) -> bool:
-        """Whether rows are courses, of bricks with joints that fill half of them."""
+        """Whether the rows of a 1-D lattice are courses of which bricks between head joints fill at least half."""
         return wall.brick_share(vectors_of(rows), self.exemplar) >= BRICKS
 
     @cached_property
     def symmetry(self) -> tuple[int, ...]:
-        """The isometries that keep its look."""
+        """The isometries under which its statistics are invariant."""
         return allowed_isometries([self.small])
 
     @cached_property
     def border(self) -> Border:
-        """Whether it continues in itself across its borders."""
+        """Whether it is periodic across its borders."""
         return border_of(self._seen.pictures[0], self.small.usable)
 
     @cached_property
     def light(self) -> Slope:
-        """How unevenly it is lit."""
+        """Its illumination gradient."""
         apart = float(self.element.size)
         if self.two is not None:
             (p, q), (r, s) = self.two.vectors
@@ -280,23 +280,26 @@ class Facts:
 
     @property
     def enlargement(self) -> float:
-        """Area of the output over that of the exemplar."""
+        """Area of the output divided by that of the exemplars."""
         area = sum(e.height * e.width for e in self.exemplars)
         return self.canvas.height * self.canvas.width / area
 
     @property
     def across(self) -> float:
-        """How many elements lie side by side along the shorter side."""
+        """The number of elements along the shorter side."""
         return self.side / max(self.element.size, 1)
 
 
+Fact = tuple[Any, float, str]  # a value for JSON, its confidence from 0 to 1, and its meaning in a few words
+
+
 def measurements(f: Facts) -> dict[str, dict[str, Any]]:
-    """Return every fact: its value as JSON holds it, a confidence from 0 to 1, and what it means in a few words."""
+    """Return all measurements: value for JSON, confidence from 0 to 1, and meaning in a few words."""
     e, s, light, border, kept = f.element, f.structure, f.light, f.border, list(f.symmetry)
     looks = f"in isometries {kept}" if len(kept) < 8 else "in all isometries"
     step = {"rows": border.rows, "columns": border.columns}
     across = f"{f.across:.1f} elements across, grown to {f.enlargement:.1f} times the area"
-    rows: dict[str, tuple[Any, float, str]] = {
+    rows: dict[str, Fact] = {
         "lattice": _lattice(f),
         "variation": _variation(f),
         "elements": (
@@ -330,7 +333,7 @@ def measurements(f: Facts) -> dict[str, dict[str, Any]]:
     }
 
 
-def _lattice(f: Facts) -> tuple[Any, float, str]:
+def _lattice(f: Facts) -> Fact:
     tie = _lattice_tie(f)
     if f.lattice is None:
         best = max((one.confidence for one in f.lattices.ranked), default=0.0)
@@ -346,12 +349,12 @@ def _shown(found: Lattice) -> str:
 
 
 def _tie(value: float, bound: float, said: str) -> str:
-    """What is said of a value so close to a bound that a slightly other exemplar may get another rule; else nothing."""
+    """Return a remark if a value is so close to a bound that a similar exemplar may get another rule; else empty."""
     return f", but {said}: nearly a tie" if abs(value - bound) < CLOSE * bound else ""
 
 
 def _lattice_tie(f: Facts) -> str:
-    """Whether the lattice is nearly none, or was nearly one: by its confidence, or by how much repeats by it."""
+    """Return a remark if the lattice is barely accepted or rejected, by confidence or by the share that repeats."""
     found = f.lattices.accepted
     if found is not None and found.kind == "2-D" and found.residual >= LOOSE:
         partly = f"{found.repeats:.2f} of the exemplar repeats, and {PARTLY} makes a lattice"
@@ -361,14 +364,14 @@ def _lattice_tie(f: Facts) -> str:
     return "" if sure is None else _tie(sure.share, 1.0, f"it has {sure.share:.2f} of the confidence that makes one")
 
 
-def _variation(f: Facts) -> tuple[Any, float, str]:
+def _variation(f: Facts) -> Fact:
     if f.two is None:
         return (None, 1.0, "no periods to compare")
     said = f"periods differ by {100 * f.variation:.0f} % of the contrast; cuts in joints cost {f.joints:.2f} of others"
     return (round(f.variation, 4), min(1.0, f.two.confidence / SURE), said)
 
 
-def _outlines(f: Facts) -> tuple[Any, float, str]:
+def _outlines(f: Facts) -> Fact:
     far = abs(f.outlines - OUTLINED)
     kept = "joints or lines that must be kept" if f.outlines >= OUTLINED else "no outline that must be kept"
     tie = f", but {OUTLINED} parts the two: nearly a tie" if far < NEAR else ""
@@ -376,7 +379,7 @@ def _outlines(f: Facts) -> tuple[Any, float, str]:
     return (round(f.outlines, 3), min(1.0, far / (4 * NEAR)), said)
 
 
-def _courses(f: Facts) -> tuple[Any, float, str]:
+def _courses(f: Facts) -> Fact:
     lines = f.courses
     if lines is None:
         return (None, 0.5, "no lines across it that part courses")
@@ -384,7 +387,7 @@ def _courses(f: Facts) -> tuple[Any, float, str]:
     return (value, min(1.0, lines.clear / (2 * CLEAR)), lines.told)
 
 
-def _kind(f: Facts) -> tuple[Any, float, str]:
+def _kind(f: Facts) -> Fact:
     base = f.exemplar.base
     kind = "names" if f.names else base.kind.value
     said = {"names": "a few exact colours in patches", Kind.NORMAL.value: "directions"}.get(kind, kind)
@@ -393,7 +396,7 @@ def _kind(f: Facts) -> tuple[Any, float, str]:
 
 
 def warnings_of(f: Facts) -> tuple[str, ...]:
-    """What no method can mend, in sentences that say what to do."""
+    """Return warnings on defects of the exemplar that no method can correct, in sentences that say what to do."""
     out: list[str] = []
     if f.side < LEAST_SIDE:
         out.append(f"the exemplar is only {f.side} px on its shorter side; a larger one gives more to choose from.")

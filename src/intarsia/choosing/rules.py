@@ -1,52 +1,52 @@
-"""The rules by which a method is chosen, in one table: the first that holds leads.
+"""The table of rules of automatic choice; the first rule that holds decides.
 
-A rule asks only for facts that it needs, so a picture with a lattice is never searched for stones. To add a method, add
-one line to RULES, above the generalists: its name, what must hold, the method, its parameters, and the reason in a
-sentence. The page docs/auto.md lists what stands here.
+A rule triggers only the measurements that it needs, so a picture with a lattice is never searched for stones. To add a
+method, add one line to RULES, above the general ones: name, condition, method, parameters, and the reason in a
+sentence. docs/auto.md is generated from this table.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
+from ..foundation import Record
 from ..foundation.geometry import Wrap
 from ..lattice import vectors_of
+from ..lattice.verdict import Lattice
 from .facts import JOINTED, ONE_PICTURE, OUTLINED, STEPPED, Facts
 
-VAST = 1 << 24  # px: 4096 x 4096 take two minutes, in step with a lattice six, and a gigabyte is not reached
+VAST = 1 << 24  # px: 4096 x 4096 take two minutes, aligned to a lattice six, and less than a gigabyte
 
 
-@dataclass(frozen=True)
-class ChoiceRule:
+class ChoiceRule(NamedTuple):
     """One line of the table.
 
-    ``holds`` decides, ``parameters`` gives what the method gets (x before y), ``why`` says it in sentences.
-    ``when`` is the condition in words, for the documentation.
+    ``holds`` is the condition and ``when`` the same in words, for the documentation; ``parameters`` returns those of
+    the method (x before y), ``why`` the reasons in sentences.
     """
 
     name: str
     method: str
     when: str
     holds: Callable[[Facts], bool]
-    parameters: Callable[[Facts], dict[str, Any]]
+    parameters: Callable[[Facts], Record]
     why: Callable[[Facts], tuple[str, ...]]
 
 
-def _nothing(f: Facts) -> dict[str, Any]:
+def _nothing(f: Facts) -> Record:
     return {}
 
 
 def _goes_on(f: Facts) -> bool:
-    """A picture of a lattice is extended; in holes, whose edges must stay, patches fit better than blocks."""
+    """Whether a picture with a 2-D lattice is extended; in holes, which have no rim, patches fit better than blocks."""
     canvas = f.canvas
     begun = canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1
     return begun and f.two is not None
 
 
 def _closes(f: Facts) -> bool:
-    """A picture that is to continue in itself: empty where its borders meet, and what lies beside may change."""
+    """Whether a picture is made tileable: the start map has holes along its wrapped borders, and a rim may change."""
     canvas = f.canvas
     if canvas.start is None or canvas.guide is not None or not canvas.rim or canvas.wrap is Wrap.NONE:
         return False
@@ -55,27 +55,22 @@ def _closes(f: Facts) -> bool:
     return all(bool(border.all()) for border in meet)
 
 
-def _lattice(f: Facts) -> dict[str, Any]:
-    assert f.lattice is not None
-    return {"lattice": vectors_of(f.lattice)}
+def _by(lattice: Lattice | None, **more: Any) -> Record:
+    """Return the vectors of a lattice as a parameter, and what else is given."""
+    assert lattice is not None
+    return {"lattice": vectors_of(lattice), **more}
 
 
-def _steps(f: Facts) -> dict[str, Any]:
-    assert f.about is not None
-    return {"lattice": vectors_of(f.about), "evenness": STEPPED}
-
-
-def _straight_lattice(f: Facts) -> dict[str, Any]:
-    assert f.straight is not None
-    return {"lattice": vectors_of(f.straight[1]), "straighten": "on"}
+def _lattice(f: Facts) -> Record:
+    return _by(f.lattice)
 
 
 def _in_step(f: Facts) -> bool:
-    """Whether its elements lie about a lattice, and patches of free shape can be laid by it.
+    """Whether its elements follow a lattice, and patches of free shape can be aligned to it.
 
-    Where blocks of whole periods are parted by joints they are laid whole, and every one of them is shown as often;
-    unless the canvas wraps, which they would have to close around, or what parts them is no joint, but bare ground.
-    Stones between lines lie where a lattice says, too, but not surely: they are laid by their courses.
+    Not if clear joints separate its periods: then blocks of whole periods are placed, and each is used as often; unless
+    the canvas wraps, which blocks would have to close around, or bare ground separates them instead of joints. Stones
+    between lines follow a lattice, too, but not surely: they are placed by their courses.
     """
     canvas = f.canvas
     if canvas.endless or canvas.height * canvas.width > VAST or f.about is None:
@@ -86,7 +81,7 @@ def _in_step(f: Facts) -> bool:
 
 
 def _free(f: Facts) -> bool:
-    """Whether it repeats by no lattice, and shapes of patches can be searched for."""
+    """Whether it has no lattice, and the canvas is small enough for graph cuts."""
     return f.lattice is None and f.canvas.height * f.canvas.width <= VAST
 
 
@@ -144,7 +139,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ),
     ChoiceRule(
         "bent-courses", "near-regular", "courses that converge or bow, with a surer lattice once they are straight",
-        lambda f: f.straight is not None, _straight_lattice,
+        lambda f: f.straight is not None, lambda f: _by(f.straight and f.straight[1], straighten="on"),
         lambda f: ("Its courses converge or bow; laid straight they repeat by a lattice, and are grown straight.",),
     ),
     ChoiceRule(
@@ -156,7 +151,7 @@ RULES: tuple[ChoiceRule, ...] = (
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
         f"between lines, and a canvas of at most {VAST >> 20} million px; where that does not wrap, no clear joints of "
         "outlined periods",
-        _in_step, _steps,
+        _in_step, lambda f: _by(f.about, evenness=STEPPED),
         lambda f: (
             _differ(f) if f.two is not None else "Its elements lie about a lattice, though it does not repeat by it.",
             "Patches of free shape, whole steps of it apart, keep in step and go around what crosses.",
@@ -201,4 +196,4 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: ("Any window of it can be made alone, from coarse to fine, in pieces of every size.",),
     ),
 )  # fmt: skip
-"""First match leads; the methods of the later ones that hold are what remains if it cannot work."""
+"""The first rule that holds decides; the methods of later ones that hold are used if its method fails."""

@@ -1,6 +1,6 @@
-"""What every room stands on: what is refused, boxes, arrays, parameters, and how work runs.
+"""Foundation of all packages: errors, limits, checks of arguments, parameters, geometry, threads and random numbers.
 
-Everything that intarsia refuses, and with which exit code:
+Errors that intarsia raises, with the exit code of the command line:
 
     IntarsiaError            1  the work failed
     |- ParameterError        2  a parameter or an option is out of its range, or does not fit the others
@@ -11,11 +11,10 @@ Everything that intarsia refuses, and with which exit code:
     |- ResourceError         1  disk full, memory, a folder that cannot be written
     `- CancelledError      130  the caller asked to stop
 
-A message is one line: what was given, what is allowed, what to do. Arguments as callers give them are read and checked
-here, too, by the limits and usual values that help texts tell.
+A message is one line: what was given, what is allowed, what to do.
 
-Modules may be imported at their first use, so that listings, help and usage errors stay quick. The command line reads
-the parameters of every method; the files of the methods therefore import nothing heavy at the top. They write::
+Modules may be imported at first use, so that listings, help and usage errors stay quick. The command line reads the
+parameters of every method; the files of the methods therefore import nothing heavy at the top. They write::
 
     if TYPE_CHECKING:
         import numpy as np
@@ -37,15 +36,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 if TYPE_CHECKING:
     from scipy import ndimage as ndimage
 
+Record = dict[str, Any]  # values by name, such as parameters, and what JSON holds
+
+Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
+
 LONGEST = 100  # letters of something that was given, in a message
 MOST_MARKS = 4
-"""So many accents and the like may stand on one letter; more of them climb over the lines above."""
+"""Most combining marks on one letter; more of them would cover the lines above."""
 
 
 def legible(text: str) -> str:
-    """Return a text as it may stand on a terminal, in one line: what cannot be printed becomes "?".
+    """Return a text as one line that is safe to print on a terminal; characters that cannot be printed become "?".
 
-    Texts of files (names, recipes, maps, headers) may hold escape sequences, and marks that turn or cover what is said.
+    Texts from files (names, recipes, maps, headers) may hold escape sequences, and marks that reverse or cover text.
     """
     if text.isascii() and text.isprintable():
         return text
@@ -58,7 +61,7 @@ def legible(text: str) -> str:
 
 
 def said(given: object) -> str:
-    """Return what was given in one line of a message, not too long; an exception with its kind."""
+    """Return a value as one line of a message, at most LONGEST letters; an exception with the name of its class."""
     try:
         text = f"{type(given).__name__}: {given}" if isinstance(given, Exception) else str(given)
     except Exception:
@@ -68,7 +71,7 @@ def said(given: object) -> str:
 
 
 class IntarsiaError(Exception):
-    """The work failed; the message says in one line what to do, and is legible whatever it quotes."""
+    """The work failed; the message says in one line what to do, and is printable whatever it quotes."""
 
     exit_code = 1
 
@@ -115,7 +118,7 @@ class CancelledError(IntarsiaError):
 
 
 def printable(path: object) -> str:
-    """Return a file name, or another text that somebody else wrote, fit for a one-line message."""
+    """Return a file name, or other foreign text, shortened and made printable for a one-line message."""
     text = os.fsdecode(path) if isinstance(path, bytes | os.PathLike) else str(path)
     text = legible(text)
     return text if len(text) <= 200 else text[:100] + "..." + text[-80:]
@@ -124,58 +127,58 @@ def printable(path: object) -> str:
 E = TypeVar("E", bound=Enum)
 
 CHANNELS = "RGBA"
-"""What the channels of a packed map are called."""
+"""Names of the channels of a packed map."""
 
 SCALARS = ("ao", "roughness", "metallic", "height", "opacity", "specular")
-"""Maps of one number for each pixel, which may lie in a channel of a packed map."""
+"""Maps with one number for each pixel, which may be a channel of a packed map."""
 
 PHOTOS = ("brick", "grass", "gravel")
 PAINTED = ("tiles", "pebbles", "stones", "planks")
 MATERIALS = {"setts": ("albedo", "normal", "roughness", "height")}
 SAMPLES = tuple(sorted((*PHOTOS, *PAINTED, *MATERIALS)))
-"""The built-in exemplars: photographs, surfaces painted by formula, and materials with the maps that they have."""
+"""Built-in exemplars: photographs, procedural surfaces, and materials with their maps."""
 
 MAX_PIXELS = 1 << 31
-"""Of an output that is held in memory."""
+"""Most px of an output that is held in memory."""
 
 FEATHER = 1024
-"""Px over which seams may be softened, or steps at them evened out, at most."""
+"""Most px over which seams are feathered, or steps of tone corrected."""
 
 OVERLAYS = ("lattice", "segments")
-"""What can be drawn over an exemplar."""
+"""Overlays that can be drawn over an exemplar."""
 
 ALPHAS = ("auto", "channel", "mask")
-"""What the opacity of an exemplar may count as."""
+"""How the opacity of an exemplar may be read."""
 
 TIMES = 64
-"""How many times larger than they are grown pictures are drawn at most."""
+"""Largest magnification of the rendered picture relative to the map."""
 
 WEIGHT, WEIGHTS = 2.0, 100
-"""How much a guide counts against the seams: usually, and at most."""
+"""Weight of a guide against the seams: default and maximum."""
 
 PLANE_WEIGHTS = 100
-"""How many times more than usually a plane may count in matching."""
+"""Largest weight of a plane in matching; 1 is usual."""
 
 REACHES = 256
-"""Px around the boundaries of labels that count as partly of both, at most."""
+"""Most px around label boundaries that count as partly of both labels."""
 
 MARGIN = 100
-"""Px by which a picture is extended to the right if no side is named (Multrus 2003, A.1)."""
+"""Px by which a picture is extended to the right if no side is given (Multrus 2003, A.1)."""
 
 AUTO_METHOD = "auto"
-"""The method that is chosen by what the exemplar is like."""
+"""Name that stands for choosing the method from measurements of the exemplar."""
 
 MOST_TRIALS = 64
-"""How many variants are made at most, of which the best is kept: each is a whole picture."""
+"""Most variants that are made to keep the best; each is a whole picture."""
 
 PASSES, MOST_PASSES = 4, 1000
-"""How often a repair looks for the worst seams: usually, and at most."""
+"""Passes of a repair over the worst seams: default and maximum."""
 
 
 def whole(value: Any) -> int:
     """Return a whole number of any numeric type, such as 24, 24.0 or np.int64(24), as an int.
 
-    ValueError for all else: truth values, text, fractions, NaN and infinity.
+    Raises ValueError for anything else: truth values, text, fractions, NaN and infinity.
     """
     if isinstance(value, bool):
         raise ValueError(value)
@@ -190,7 +193,7 @@ def whole(value: Any) -> int:
 
 
 def whole_within(name: str, value: Any, low: int, high: int | None = None, unit: str = "px") -> int:
-    """Return a whole number of at least `low` and at most `high`, or refuse it as the argument `name`."""
+    """Return a whole number from `low` to `high`; ParameterError, naming the argument `name`, for anything else."""
     span = f"at least {low} {unit}" if high is None else f"{low} to {high} {unit}"
     try:
         number = whole(value)
@@ -201,8 +204,8 @@ def whole_within(name: str, value: Any, low: int, high: int | None = None, unit:
     return number
 
 
-def pair(value: Any) -> tuple[int, int]:
-    """Return (rows, columns) of a size: one whole number is a square; ValueError for all else."""
+def pair(value: Any) -> Pair:
+    """Return (rows, columns) of a size; one whole number is a square. ValueError for anything else."""
     if isinstance(value, (tuple, list)) or getattr(value, "shape", None) == (2,):
         rows, columns = (whole(n) for n in value)
         return rows, columns
@@ -210,8 +213,8 @@ def pair(value: Any) -> tuple[int, int]:
     return side, side
 
 
-def size_of(value: Any) -> tuple[int, int]:
-    """Return (height, width) as callers give it, one number for a square; ParameterError for all else."""
+def size_of(value: Any) -> Pair:
+    """Return (height, width) of a size argument, one number for a square; ParameterError for anything else."""
     try:
         return pair(value)
     except ValueError:
@@ -221,7 +224,7 @@ def size_of(value: Any) -> tuple[int, int]:
 
 
 def channels_of(text: Any) -> tuple[str, ...]:
-    """Read what the channels of a packed map hold, as in R=ao,G=roughness,B=metallic; ``""`` for those not named."""
+    """Parse the contents of packed channels, as in R=ao,G=roughness,B=metallic; ``""`` for channels not named."""
     held: dict[str, str] = {}
     for part in str(text).split(","):
         match = re.fullmatch(r"\s*([RGBA])\s*=\s*([a-z]+)\s*", part)
@@ -236,7 +239,7 @@ def channels_of(text: Any) -> tuple[str, ...]:
 
 
 def chosen(kind: type[E], name: str, value: Any) -> E:
-    """Return what a word stands for, or refuse it as the argument `name`."""
+    """Return the enum member of a value; ParameterError, naming the argument `name`, if there is none."""
     try:
         return kind(value)
     except (TypeError, ValueError):
@@ -248,19 +251,19 @@ def expect(
     value: Any, kinds: type[Any] | tuple[type[Any], ...], name: str, remedy: str,
     error: type[IntarsiaError] = ParameterError,
 ) -> None:  # fmt: skip
-    """Refuse an argument that is of another kind than those meant, and say what to give."""
+    """Raise `error` if an argument is no instance of `kinds`; the message says what to give."""
     if not isinstance(value, kinds):
         raise error(f"{name} is {called(value)}; give {remedy}.")
 
 
 def expect_path(value: Any) -> None:
-    """Refuse what names no file."""
+    """Raise InputError if a value is no path."""
     if not isinstance(value, str) and not hasattr(type(value), "__fspath__"):
         raise InputError(f"{called(value)} names no file; give a path.")
 
 
 def called(value: Any) -> str:
-    """Return what was given in a few words: numbers and text as they are written, other things by their kind."""
+    """Return a short description of a value: numbers and text as they are written, other things by their type."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
     if value is None or isinstance(value, (bool, str, bytes, Real)):
@@ -273,7 +276,7 @@ def called(value: Any) -> str:
 
 
 class lazy:
-    """Stand for the module `name`; the first attribute asked of it imports it."""
+    """A proxy of the module `name`, which is imported at the first access to an attribute."""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -1,6 +1,6 @@
-"""What may be given as pixels or as a mask, turned into arrays without anything of it being lost or misread.
+"""Conversion of user input (arrays, masked arrays, Pillow images) to pixel arrays and masks, without loss.
 
-NumPy's own conversion shows masked pixels, takes palette numbers for gray, ink for light, and 256 for nothing.
+NumPy's own conversion shows masked pixels, takes palette indices for gray, ink for light, and 256 for 0.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import InputError, IntarsiaError, said
+from . import Pair as Pair
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
@@ -20,16 +21,15 @@ Int32 = NDArray[np.int32]
 Int64 = NDArray[np.int64]
 Float32 = NDArray[np.float32]
 Floats = NDArray[np.float64]
-Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
 
-Laid = tuple[NDArray[np.int32], NDArray[np.uint8] | None, NDArray[Any]]
-"""A window as far as it is laid: exemplar pixels (H, W, 2), their poses (H, W), None: upright; which are there."""
+Laid = tuple[Int32, UInt8 | None, Array]
+"""A partly filled window: exemplar pixels (H, W, 2), their poses (H, W) or None for upright, mask of filled px."""
 
 CONVERTED = {
     "1": "L", "La": "LA", "P": "RGB", "PA": "RGBA", "RGBa": "RGBA", "RGBX": "RGB",
     "CMYK": "RGB", "HSV": "RGB", "YCbCr": "RGB", "LAB": "RGB",
 }  # fmt: skip
-"""Modes of Pillow's pictures that are shown as another one: palettes, inks, colour spaces, premultiplied opacity."""
+"""Pillow modes that are converted to another one: palettes, inks, colour spaces, premultiplied opacity."""
 
 KEPT = ("L", "LA", "RGB", "RGBA", "I;16", "I;16L", "I;16B", "I;16N", "I", "F")
 CLEAR = {"1": "LA", "L": "LA", "RGB": "RGBA", "P": "RGBA"}  # where one colour, or some of a palette, are transparent
@@ -37,13 +37,12 @@ DEEPEST = 65535
 
 
 def pixels_of(given: Any, labels: bool = False) -> Array:
-    """Return pixels as an array: Pillow's pictures as Pillow shows them, at their depth; palette numbers as `labels`.
+    """Return pixels as an array: Pillow images as displayed, at their depth; palette indices if they are `labels`.
 
     Raises
     ------
     InputError
-        for masked pixels, which only an exemplar can leave out; for modes of Pillow that are unknown, and what is no
-        array.
+        for masked pixels, which only an exemplar can leave out; for unknown Pillow modes, and for what is no array.
     """
     if is_picture(given):
         return _as_pillow_shows(given, labels)
@@ -59,7 +58,7 @@ def pixels_of(given: Any, labels: bool = False) -> Array:
         raise InputError(f"{type(given).__name__} is no array of pixels ({said(e)}); give (height, width).") from None
 
 
-def masked_pixels(given: Any) -> NDArray[np.bool_] | None:
+def masked_pixels(given: Any) -> Mask | None:
     """Return which pixels of an array (H, W[, C]) are masked, in any channel: bool (H, W); None where none are."""
     if not isinstance(given, np.ma.MaskedArray):
         return None
@@ -68,11 +67,11 @@ def masked_pixels(given: Any) -> NDArray[np.bool_] | None:
     return masked if masked.any() else None
 
 
-def marks(given: Any, what: str) -> NDArray[np.bool_]:
-    """Return which pixels a mask marks, bool (H, W): all that are not black, nor wholly transparent.
+def marks(given: Any, what: str) -> Mask:
+    """Return a mask as bool (H, W): True for pixels that are neither black nor wholly transparent.
 
-    `given`: an array (H, W) of truth values or of numbers of any type, or a gray or RGB picture with or without
-    opacity. `what`: how messages call it. InputError for anything else, and for NaN.
+    `given`: an array (H, W) of truth values or numbers of any type, or a gray or RGB picture with or without opacity.
+    `what`: its name in messages. Raises InputError for anything else, and for NaN.
     """
     if isinstance(given, (str, bytes)) or hasattr(type(given), "__fspath__"):
         raise InputError(f"{what} is the name of a file; give its pixels, as an array (height, width).")
@@ -94,12 +93,12 @@ def marks(given: Any, what: str) -> NDArray[np.bool_]:
 
 
 def is_picture(given: Any) -> bool:
-    """Say whether something is a picture of Pillow, without importing it."""
+    """Whether an object is a Pillow image, without importing Pillow."""
     return any((c.__module__, c.__name__) == ("PIL.Image", "Image") for c in type(given).__mro__)
 
 
 def _as_pillow_shows(image: Any, labels: bool) -> Array:
-    """The pixels of a picture of Pillow as it shows them."""
+    """Return the pixels of a Pillow image as it displays them."""
     try:
         mode = str(image.mode)
         if labels and mode in ("1", "P"):

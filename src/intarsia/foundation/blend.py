@@ -1,4 +1,4 @@
-"""How the pieces of a map are joined when it is drawn, in words: feather, mixing, and a finish that levels steps."""
+"""How the pieces of a map are blended when it is rendered: feathering, mixing, gradient-domain tone correction."""
 
 from __future__ import annotations
 
@@ -6,50 +6,50 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, ClassVar
 
-from . import FEATHER, ParameterError, called, chosen, whole_within
-from .params import check, param, parameters
+from . import FEATHER, ParameterError, Record, called, chosen, whole_within
+from .params import check, param, values_of
 
 
 @dataclass(frozen=True)
 class Levelling:
-    """Even out steps of light and colour across seams, over `radius` px to either side of them.
+    """Gradient-domain tone correction: remove steps of light and colour across seams, over `radius` px on each side.
 
     Parameters
     ----------
     radius : int
-        1 to 1024 px of the map: slow changes of light and colour meet within it, finer detail stays.
+        1 to 1024 px of the map: slow changes of light and colour are matched within it, finer detail stays.
     strength : float
-        0 to 1: which share of the step is taken away.
+        0 to 1: the share of the step that is removed.
     """
 
     name: ClassVar[str] = "levelling"
 
     radius: int = param(
-        96, "int", "how far to either side of a seam light is evened out", low=1, high=FEATHER, unit="px"
+        96, "int", "distance on either side of a seam over which tone is corrected", low=1, high=FEATHER, unit="px"
     )
-    strength: float = param(1.0, "float", "which share of a step is taken away", low=0, high=1)
+    strength: float = param(1.0, "float", "share of a step of tone that is removed", low=0, high=1)
 
     def __post_init__(self) -> None:
         check(self)
 
     @classmethod
-    def read(cls, entry: dict[str, Any]) -> Levelling:
-        """Read a finish of a map or a recipe; KeyError, TypeError or ParameterError for anything else."""
+    def read(cls, entry: Record) -> Levelling:
+        """Read a finish from a map or a recipe; KeyError, TypeError or ParameterError for anything else."""
         values = dict(entry)
         return {cls.name: cls}[values.pop("name")](**values)
 
     @property
-    def as_recipe(self) -> dict[str, Any]:
-        """A finish as maps and recipes hold it."""
-        return {"name": self.name, **{p.name: getattr(self, p.name) for p in parameters(self)}}
+    def as_recipe(self) -> Record:
+        """The finish as saved in maps and recipes."""
+        return {"name": self.name, **values_of(self)}
 
 
 Finish = Levelling
-"""All that can be done to a drawn picture; never to normals or labels."""
+"""Corrections of a rendered picture; never applied to normals or labels."""
 
 
 class Mixing(StrEnum):
-    """How the votes of several pieces become one pixel."""
+    """How the overlapping pieces at a pixel are averaged."""
 
     MEAN = "mean"  # in linear light
     VARIANCE = "variance"  # in linear light, divided by the norm of the shares: keeps contrast
@@ -58,7 +58,7 @@ class Mixing(StrEnum):
 
 @dataclass(frozen=True)
 class Blend:
-    """How pieces are joined: they mix ``feather`` px around the cut, 0 for exact copies; then comes the ``finish``."""
+    """How pieces are blended: ``feather`` px around the cut, 0 for exact copies; then the ``finish`` is applied."""
 
     feather: int = 0
     mixing: Mixing = Mixing.MEAN
@@ -75,17 +75,17 @@ class Blend:
             raise ParameterError("finish holds two of a kind; give each at most once.")
 
     @classmethod
-    def of(cls, recipe: dict[str, Any]) -> Blend:
-        """Read a blend of a saved map or a recipe; a finish that is missing is none."""
+    def of(cls, recipe: Record) -> Blend:
+        """Read a blend from a saved map or a recipe; without an entry ``finish`` there is none."""
         finish = tuple(Finish.read(entry) for entry in recipe.get("finish", ()))
         return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
 
     def but(self, **given: Any) -> Blend:
-        """Return the same joins, but for the fields that are given and not None."""
+        """Return the blend with the given fields replaced, if they are not None."""
         return replace(self, **{name: value for name, value in given.items() if value is not None})
 
     @property
-    def as_recipe(self) -> dict[str, Any]:
-        """What maps and recipes hold of it; without a finish, no word of one."""
+    def as_recipe(self) -> Record:
+        """The blend as saved in maps and recipes; ``finish`` is left out if there is none."""
         most = {"feather": self.feather, "mixing": self.mixing.value}
         return most | ({"finish": [f.as_recipe for f in self.finish]} if self.finish else {})

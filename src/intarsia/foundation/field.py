@@ -1,4 +1,4 @@
-"""A number for every pixel: the same everywhere, what a gray picture says, or what a function tells."""
+"""Spatially varying parameters: a constant, a gray picture, or a function of the place."""
 
 from __future__ import annotations
 
@@ -8,46 +8,47 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from . import InputError, IntarsiaError, lazy, said
+from . import InputError, IntarsiaError, Pair, lazy, said
 
 if TYPE_CHECKING:
     import numpy as np
-    from numpy.typing import NDArray
+
+    from .arrays import Array, Floats, Int64
 else:  # the command line makes methods before any work
     np = lazy("numpy")
 arrays = lazy("intarsia.foundation.arrays")
 
 FULL = {"bool": 1, "uint8": 255, "uint16": 65535}
-"""Whole numbers that span a range, and which of them stands for its end."""
+"""Integer types whose range is mapped to `low` to `high`, and their largest value."""
 
-ROWS = 256  # of a picture that are hashed at a time
-TRIED = (3, 2)  # rows and columns at which a function is asked before any work, whether it gives numbers at all
+ROWS = 256  # rows of a picture that are hashed at a time
+TRIED = (3, 2)  # rows and columns at which a function is evaluated once before any work, to see that it gives numbers
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Field:
-    """A number for every pixel, by its place.
+    """A number for every pixel.
 
-    Numbers and pictures are equal where they mean the same numbers. A function cannot be known by trying it: it equals
-    itself alone, and recipes hold what it said where it was asked.
+    Constants and pictures are equal if they give the same numbers. A function equals only itself, as its values cannot
+    be enumerated; recipes hold a hash of the values that were used.
 
     Parameters
     ----------
     value : number, array of shape (H, W), or function
-        A gray picture of type bool, uint8 or uint16 is stretched: 0 means `low`, white means `high`. Other arrays are
-        taken as they are. Beyond a picture its border pixels go on. A function f(y, x) is given rows (n, 1) and columns
-        (1, m) in px, float64, also beside the output, and returns numbers (n, m). It must give the same numbers
-        for the same places; one at the top of a module can be sent to other processes.
+        A gray picture of type bool, uint8 or uint16 is scaled: 0 means `low`, white means `high`. Other arrays are
+        taken as they are. Beyond a picture its border pixels are repeated. A function f(y, x) is given rows (n, 1) and
+        columns (1, m) in px, float64, also outside of the output, and returns numbers (n, m). It must be
+        deterministic; one at the top level of a module can be sent to other processes.
     low, high : float, optional
-        The least and the greatest number that is allowed. None: those of the parameter, and 0 to 1 to stretch by.
+        The least and the greatest number that is allowed. None: those of the parameter, and 0 to 1 to scale by.
 
     Raises
     ------
     InputError
-        where numbers are NaN, infinite or out of range, or the array is no picture.
+        if numbers are NaN, infinite or out of range, or the array is no picture.
     """
 
-    value: float | NDArray[Any] | Callable[[Any, Any], Any]
+    value: float | Array | Callable[[Any, Any], Any]
     low: float | None = None
     high: float | None = None
 
@@ -83,32 +84,28 @@ class Field:
         return f"<field: {self.as_recipe}>"
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Field):
-            return NotImplemented
-        if self.is_function or other.is_function:
-            return self.value is other.value and (self.low, self.high) == (other.low, other.high)
-        return self._key == other._key
+        return isinstance(other, Field) and self._key == other._key
 
     def __hash__(self) -> int:
-        return hash((id(self.value), self.low, self.high) if self.is_function else self._key)
+        return hash(self._key)
 
     @property
     def is_function(self) -> bool:
-        """Whether the numbers come from a function."""
+        """Whether the values come from a function."""
         return callable(self.value)
 
     @property
     def number(self) -> float | None:
-        """The number, where it is the same everywhere; else None."""
+        """The value of a constant field; else None."""
         return self.value if isinstance(self.value, float) else None
 
     @property
-    def size(self) -> tuple[int, int] | None:
+    def size(self) -> Pair | None:
         """Height and width of a picture in px; else None."""
         return None if callable(self.value) or isinstance(self.value, float) else self.value.shape[:2]
 
     def within(self, low: float | None, high: float | None) -> Field:
-        """Return the field as a parameter from `low` to `high` means it; InputError where it goes beyond."""
+        """Return the field limited to the range of a parameter; InputError if its own range goes beyond."""
         if self.low is None and self.high is None:
             return replace(self, low=low, high=high)
         for own, end, sign in ((self.low, low, 1), (self.high, high, -1)):
@@ -116,11 +113,11 @@ class Field:
                 raise InputError(f"the field goes from {self.low} to {self.high}, {low} to {high} is allowed.")
         return self
 
-    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64], around: bool = False) -> NDArray[np.float64]:
-        """Return the numbers at places of px, rows (n,) and columns (m,): float64 (n, m).
+    def at(self, rows: Int64, columns: Int64, around: bool = False) -> Floats:
+        """Return the values at rows (n,) and columns (m,) in px: float64 (n, m).
 
-        A function is asked for places beside the output, too, so numbers of its that are not allowed become the nearest
-        that are; not so where they go `around`, as angles do.
+        Values of a function are clipped to the allowed range, as it is evaluated outside of the output, too; not if
+        they are periodic (`around`), as angles are.
         """
         if isinstance(self.value, float):
             return np.full((len(rows), len(columns)), self.value)
@@ -134,7 +131,7 @@ class Field:
 
     @property
     def as_recipe(self) -> float | dict[str, Any]:
-        """What recipes hold of it: a number, or what it is known by; of a function its name, which proves nothing."""
+        """The field as saved in recipes: a number, size and hash of a picture, or the name of a function."""
         if isinstance(self.value, float):
             return self.value
         if callable(self.value):
@@ -144,9 +141,9 @@ class Field:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the numbers of a number or a picture, as 64 hexadecimal digits.
+        """SHA-256 of the values of a constant or a picture, as 64 hexadecimal digits.
 
-        Pictures that mean the same numbers have the same, whatever their depth.
+        Pictures with the same values have the same digest, whatever their depth.
         """
         assert not callable(self.value)
         if isinstance(self.value, float):
@@ -158,13 +155,13 @@ class Field:
 
     @property
     def _key(self) -> tuple[Any, ...]:
-        return (self.number, self.size, self.digest)
+        return (id(self.value), self.low, self.high) if self.is_function else (self.digest,)
 
     @property
     def _name(self) -> str:
         return function_name(self.value)
 
-    def _asked(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _asked(self, rows: Int64, columns: Int64) -> Floats:
         assert callable(self.value)
         y, x = rows.astype(np.float64)[:, None], columns.astype(np.float64)[None, :]
         try:
@@ -172,12 +169,12 @@ class Field:
             return np.array(np.broadcast_to(found, (len(rows), len(columns))))
         except IntarsiaError:
             raise
-        except Exception as e:  # whatever it does is no fault of ours, and is reported as what it is
+        except Exception as e:  # errors of the user's function are reported as such
             raise InputError(
                 f"the function {self._name} gives no numbers for rows (n, 1) and columns (1, m): {said(e)}"
             ) from e
 
-    def _stretched(self, numbers: NDArray[Any]) -> NDArray[np.float64]:
+    def _stretched(self, numbers: Array) -> Floats:
         full = FULL.get(numbers.dtype.name)
         if full is None:
             return numbers.astype(np.float64)
@@ -186,6 +183,6 @@ class Field:
 
 
 def function_name(function: Any) -> str:
-    """Return what a function is called in messages and recipes: its module, and its name in there."""
+    """Return the name of a function in messages and recipes: its module and qualified name."""
     kind = function if hasattr(function, "__qualname__") else type(function)
     return f"{kind.__module__}.{kind.__qualname__}"

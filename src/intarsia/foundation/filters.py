@@ -1,8 +1,8 @@
-"""Filters of pictures along their axes, and the lengths of which transforms are fast.
+"""Separable filters (box sums, maxima, Gaussians) and fast lengths of Fourier transforms, in NumPy alone.
 
-What every picture needs before anything is grown. SciPy has the same, and takes longer to import than all of this.
+SciPy has the same, but importing it takes longer than the rest of a small run.
 
-`mode`: what lies beyond the ends, in the words of ``numpy.pad``.
+`mode`: padding beyond the ends, as in ``numpy.pad``.
 """
 
 from __future__ import annotations
@@ -14,25 +14,19 @@ import numpy as np
 from .arrays import Array, Floats
 
 Mode = Literal["constant", "edge", "symmetric", "wrap"]
-PRIMES = (2, 3, 5)  # of which a fast length is made
-CUT = 4  # standard deviations: a Gaussian ends there
+CUT = 4  # standard deviations at which a Gaussian is truncated
 
 
 def fast_length(least: int) -> int:
-    """Return the first length of at least so many px, of which transforms are fast."""
+    """Return the least length of at least `least` px that has no prime factor above 5."""
     length = max(least, 1)
-    while True:
-        rest = length
-        for prime in PRIMES:
-            while rest % prime == 0:
-                rest //= prime
-        if rest == 1:
-            return length
+    while pow(30, length.bit_length(), length):  # 0 where it has no prime factor but 2, 3 and 5
         length += 1
+    return length
 
 
 def _padded(values: Array, axis: int, before: int, after: int, mode: Mode) -> Array:
-    """The values with others beyond both ends of an axis, which is the first then."""
+    """Return the values padded along an axis, which is moved to the front."""
     pad = [(before, after) if a == axis else (0, 0) for a in range(values.ndim)]
     return np.moveaxis(np.pad(values, pad, mode=mode), axis, 0)
 
@@ -68,7 +62,7 @@ def lowest(values: Array, size: int, mode: Mode) -> Array:
 
 
 def blurred(values: Array, sigma: float, mode: Mode, axes: tuple[int, ...] = (0, 1)) -> Floats:
-    """Blur along some axes by a Gaussian: its sum of products, which narrow ones are quick by."""
+    """Return the values blurred along `axes` by direct convolution with a Gaussian; quick for narrow ones."""
     radius = int(CUT * sigma + 0.5)
     weights = np.exp(-0.5 / sigma**2 * np.arange(-radius, 1) ** 2)
     weights /= 2 * weights.sum() - weights[-1]
@@ -82,9 +76,9 @@ def blurred(values: Array, sigma: float, mode: Mode, axes: tuple[int, ...] = (0,
 
 
 def widely_blurred(values: Floats, sigma: float) -> Floats:
-    """Blur a picture (H, W) by a Gaussian of any width, its borders mirrored: a product in the cosine transform.
+    """Return a picture (H, W), borders mirrored, blurred by a Gaussian of any width: a product in the cosine transform.
 
-    Which is the Fourier transform of the picture beside its mirror image.
+    That is the Fourier transform of the picture next to its mirror image.
     """
     for _ in range(2):
         n = values.shape[1]

@@ -1,15 +1,27 @@
-"""Boxes, wrapping and the eight isometries; the only file that knows that a canvas may be a torus."""
+"""Boxes, toroidal wrapping, the eight isometries of the square, and positions of patches along an axis."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, NamedTuple
+
+from . import Pair
 
 UNIT = 256  # lattice vectors are whole numbers of 1/256 px
 
 
+class Shaped:
+    """What has a height and a width in px."""
+
+    @property
+    def shape(self: Any) -> Pair:
+        """(height, width), px."""
+        return self.height, self.width
+
+
 class Wrap(StrEnum):
-    """Along which axes the canvas closes on itself."""
+    """Along which axes the canvas is periodic."""
 
     NONE = "none"
     X = "x"
@@ -26,9 +38,14 @@ class Wrap(StrEnum):
         """True where the last column continues in the first."""
         return self in (Wrap.X, Wrap.BOTH)
 
+    @property
+    def closed(self) -> tuple[bool, bool]:
+        """Whether the canvas is periodic along y, and along x."""
+        return self.y, self.x
+
 
 @dataclass(frozen=True, order=True)
-class Box:
+class Box(Shaped):
     """A rectangle of pixels: rows y0 .. y1-1, columns x0 .. x1-1; coordinates may be negative."""
 
     y0: int
@@ -45,13 +62,12 @@ class Box:
         return self.x1 - self.x0
 
     def moved(self, y: int, x: int) -> Box:
-        """Return the box moved by so many px."""
+        """Return the box translated by (y, x) px."""
         return Box(self.y0 + y, self.x0 + x, self.y1 + y, self.x1 + x)
 
 
-@dataclass(frozen=True)
-class Isometry:
-    """One of the eight ways to lay a square down (Multrus 2003, 4.1.1, with the misprint of isometry 7 put right).
+class Isometry(NamedTuple):
+    """One of the eight isometries of the square (Multrus 2003, 4.1.1, with the misprint of isometry 7 corrected).
 
     ``j`` is the matrix from output steps to exemplar steps, rows (y, x): moving by d in the output moves by
     ``j d`` in the exemplar. For a square of side N, ``source(i, j)`` is the exemplar pixel shown at (i, j).
@@ -59,15 +75,15 @@ class Isometry:
 
     id: int
     name: str
-    j: tuple[tuple[int, int], tuple[int, int]]
+    j: tuple[Pair, Pair]
 
     @property
     def swaps(self) -> bool:
         """True where rows become columns, so that only square patches fit."""
         return self.j[0][0] == 0
 
-    def start(self, height: int, width: int) -> tuple[int, int]:
-        """Return the exemplar pixel shown at (0, 0) when all of a height x width picture is laid down."""
+    def start(self, height: int, width: int) -> Pair:
+        """Return the exemplar pixel shown at (0, 0) when a whole height x width picture is placed in this pose."""
         (a, b), (c, d) = self.j
         return (height - 1 if a < 0 or b < 0 else 0), (width - 1 if c < 0 or d < 0 else 0)
 
@@ -94,9 +110,9 @@ ISOMETRY_SETS = {
 def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int], int]:
     """Place patches along one axis so that they fill it exactly, overlapping by at least `overlap` px.
 
-    Returns the first pixels of the patches and the patch length used. Where the length is no multiple of the
-    pitch the overlaps widen a little and evenly; nothing is cropped. Around a torus at least two patches are
-    laid, so that none has to be joined to itself.
+    Returns the first pixels of the patches and the patch length used. If the length is no multiple of the pitch the
+    overlaps widen evenly; nothing is cropped. On a torus at least two patches are placed, so that none has to be
+    joined to itself.
     """
     pitch = patch - overlap
     if wrap:
@@ -111,25 +127,26 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
 
 
 def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[list[int], int]:
-    """Place patches along one axis: spread, or where they hang over the border at their pitch, whatever is cropped.
+    """Place patches along one axis: spread evenly, or at their exact pitch and cropped at the border.
 
-    The first one begins `hangs` overlaps before the border: 1 drops its seam there (Multrus 2003, 3.2.1), 0 none
-    (Robinson 2004). Around a torus they are spread. Returns the first pixels of the patches and the patch length.
+    `hangs` None: spread. Otherwise the first patch begins `hangs` overlaps before the border: 1 drops its seam there
+    (Multrus 2003, 3.2.1), 0 does not (Robinson 2004). On a torus they are always spread. Returns the first pixels of
+    the patches and the patch length.
     """
     if hangs is None or wrap:
         return spread(length, patch, overlap, wrap)
     return list(range(-hangs * overlap, max(length - overlap, 1 - hangs * overlap), patch - overlap)), patch
 
 
-def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[int, int]:
-    """Return the least and the most px that neighbours share where patches are :func:`laid`."""
+def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> Pair:
+    """Return the least and the most overlap, px, of neighbouring patches placed by :func:`laid`."""
     starts, side = laid(length, patch, overlap, wrap, hangs)
     after = [*starts[1:], starts[0] + length] if wrap else starts[1:]
     found = [side - (b - a) for a, b in zip(starts, after, strict=False)] or [overlap]
     return min(found), max(found)
 
 
-def apart(a: int, b: int, length: int, wrap: bool) -> int:
-    """How far two coordinates are apart, the short way round if the canvas wraps."""
+def apart(a: float, b: float, length: int, wrap: bool) -> float:
+    """Return the distance of two coordinates, the short way round if the canvas wraps."""
     away = abs(a - b)
     return min(away % length, -away % length) if wrap else away

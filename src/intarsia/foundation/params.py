@@ -1,6 +1,6 @@
-"""A parameter is written once: range, unit and help beside the field; everything else reads it from there.
+"""Declaration of method parameters: range, unit and help are given once, with the dataclass field.
 
-Validation, command line, ``methods --json`` and the docs all use :func:`parameters` and :func:`check`.
+Validation, the command line, ``methods --json`` and the docs read them by :func:`parameters` and :func:`check`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import InputError, ParameterError, lazy, said, whole
+from . import InputError, Pair, ParameterError, Record, lazy, said, whole
 from .geometry import ISOMETRY_SETS
 
 if TYPE_CHECKING:
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 else:  # where a number differs from pixel to pixel
     field = lazy("intarsia.foundation.field")
 
-OVER = ("field", "picture")  # kinds that lie over the output or the exemplar
+OVER = ("field", "picture")  # kinds that vary over the output or the exemplar
 MOST_LEVELS = 20
 NAMED_POSES = (*ISOMETRY_SETS, "auto")
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
-Extent = int | tuple[int, int] | None  # one side, or rows and columns, px
+Extent = int | Pair | None  # one side, or rows and columns, px
 Weights = tuple[float, ...] | None  # how much each channel counts
 Poses = str | tuple[int, ...]  # isometries, by the name of a set of them or by their numbers
 Steps = tuple[tuple[float, float], ...]  # by which a texture repeats: one vector or two, (x, y) px
@@ -34,7 +34,7 @@ Steps = tuple[tuple[float, float], ...]  # by which a texture repeats: one vecto
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
-    """What is known of one parameter of a method."""
+    """One parameter of a method: name, kind, default, range, unit, choices and help."""
 
     name: str
     kind: str
@@ -46,13 +46,13 @@ class Parameter:
     help: str
     over: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the entry that ``methods --json`` prints; ``over`` only for fields."""
+    def as_dict(self) -> Record:
+        """Return the entry for ``methods --json``; ``over`` only for fields."""
         told = {key: value for key, value in vars(self).items() if key != "over" or value}
         return {key: list(value) if isinstance(value, tuple) else value for key, value in told.items()}
 
     def allowed(self) -> str:
-        """Say in words what may be given."""
+        """Return in words which values are allowed."""
         span = "any number"
         if self.low is not None and self.high is not None:
             span = f"{self.low:g} to {self.high:g}"
@@ -65,7 +65,7 @@ class Parameter:
 
 
 def param(default: Any, kind: str, help: str, **facts: Any) -> Any:
-    """Declare a field of a method: its default, its kind, and all that can be said about it.
+    """Declare a parameter as a dataclass field, with its default, kind, help and range.
 
     Kinds (:data:`KINDS`): ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)),
     ``weights`` (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"),
@@ -78,7 +78,7 @@ def param(default: Any, kind: str, help: str, **facts: Any) -> Any:
 
 
 def parameters(method: Any) -> list[Parameter]:
-    """List the parameters of a method (an instance or its class) in the order of its fields."""
+    """Return the parameters of a method (an instance or its class) in the order of its fields."""
     return [
         Parameter(name=f.name, default=f.default, **f.metadata["param"])
         for f in dataclasses.fields(method)
@@ -86,14 +86,18 @@ def parameters(method: Any) -> list[Parameter]:
     ]
 
 
-def functions_of(method: Any) -> dict[str, Any]:
-    """The functions among the parameters of a method, by name."""
-    values = {p.name: getattr(method, p.name) for p in parameters(method) if p.kind in OVER}
-    return {name: value for name, value in values.items() if isinstance(value, field.Field) and value.is_function}
+def values_of(method: Any) -> Record:
+    """Return the values of the parameters of a method, by name."""
+    return {p.name: getattr(method, p.name) for p in parameters(method)}
+
+
+def functions_of(method: Any) -> Record:
+    """Return the parameters of a method that are functions, by name."""
+    return {k: v for k, v in values_of(method).items() if isinstance(v, field.Field) and v.is_function}
 
 
 def check(method: Any) -> None:
-    """Refuse, in one line, every parameter that is out of its range; put the given values into normal form."""
+    """Raise ParameterError for a parameter out of its range; bring the given values into normal form."""
     for p in parameters(method):
         value = getattr(method, p.name)
         if value is AUTO and p.default is AUTO:
@@ -109,26 +113,26 @@ def check(method: Any) -> None:
 
 
 def parse(p: Parameter, text: str) -> Any:
-    """Read a value as it is written on the command line (extents as WIDTHxHEIGHT, lists with commas)."""
+    """Parse a value from the command line (extents as WIDTHxHEIGHT, lists with commas)."""
     try:
         return text if text in p.choices else KINDS[p.kind].read(text)
     except ValueError:
         raise ParameterError(f"{p.name}={text} is not allowed; give {p.allowed()}.") from None
 
 
-def extent(value: int | tuple[int, int]) -> tuple[int, int]:
+def extent(value: int | Pair) -> Pair:
     """Return an extent as (rows, columns)."""
     return value if isinstance(value, tuple) else (value, value)
 
 
-def words(value: int | tuple[int, int] | None) -> str:
-    """Write an extent as the command line does: one number, or WIDTHxHEIGHT."""
+def words(value: Extent) -> str:
+    """Format an extent as on the command line: one number, or WIDTHxHEIGHT."""
     rows, columns = extent(value or 0)
     return f"{rows}" if rows == columns else f"{columns}x{rows}"
 
 
 def written(value: Any) -> str:
-    """Write a value for people: lists with commas, vectors with spaces between them."""
+    """Format a value for people: lists with commas, vectors separated by spaces."""
     if isinstance(value, (list, tuple)):
         if value and isinstance(value[0], (list, tuple)):
             return " ".join(",".join(f"{n:.6g}" for n in v) for v in value)
@@ -212,7 +216,7 @@ def _isometries(p: Parameter, value: Any) -> Poses:
 
 
 def _field(p: Parameter, value: Any) -> Any:
-    """A word, a number, where the field is one everywhere, or the field."""
+    """Return a choice, a number if the field is constant, or the field."""
     if isinstance(value, str):
         return _choice(p, value)
     if not isinstance(value, (int, float)):
@@ -244,9 +248,9 @@ def _pin(word: str) -> tuple[int, ...]:
 
 
 class Kind(NamedTuple):
-    """What help shows in place of a value, how one is read from a text, put into normal form or refused, and written.
+    """A kind of parameter: its metavar in help, and functions that parse, normalise (or refuse) and format a value.
 
-    ``allowed`` says in words what may be given, with the range and the unit of the parameter.
+    ``allowed`` describes the allowed values, with the range and the unit of the parameter.
     """
 
     shown: str
@@ -288,14 +292,14 @@ KINDS = {
     "field": Kind("F|FILE", float, _field, "{span}, or a gray picture over the {over}"),
     "picture": Kind("FILE", float, _field, "a gray picture over the {over}"),
 }  # fmt: skip
-"""All that is known of the kinds of parameters."""
+"""The kinds of parameters by name."""
 
 
-def check_sizes(method: Any, exemplar: tuple[int, int], canvas: tuple[int, int] | None) -> None:
-    """Refuse pictures of a method's parameters that do not lie on what they are for.
+def check_sizes(method: Any, exemplar: Pair, canvas: Pair | None) -> None:
+    """Raise InputError for pictures among the parameters whose size is not that of the exemplar or the canvas.
 
-    ``exemplar`` and ``canvas`` are (height, width); a canvas without end (None) takes pictures of any size, which
-    begin at pixel (0, 0).
+    ``exemplar`` and ``canvas`` are (height, width); an endless canvas (None) takes pictures of any size, which begin
+    at pixel (0, 0).
     """
     for p in parameters(method):
         value = getattr(method, p.name)

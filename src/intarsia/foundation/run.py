@@ -1,8 +1,8 @@
-"""How a synthesis runs: threads, progress, cancelling, which never change a pixel; and its draws, which alone decide.
+"""Threads, progress and cancelling of a run, none of which changes a pixel; and counter-based random numbers.
 
-Randomness without a generator: a draw is a hash of where and for what it is made. The same (seed, stage, level, y, x)
-gives the same 64 bits on every machine, in any order, from any thread. Coordinates may be negative and as large as
-2**63. Nothing else in the package makes randomness.
+A draw is a hash of its counters: the same (seed, stage, level, y, x) gives the same 64 bits on every machine, in any
+order, from any thread. Coordinates may be negative and as large as 2**63. Nothing else in the package makes random
+numbers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from . import CancelledError, ParameterError, called, whole
+from . import CancelledError, Pair, ParameterError, called, whole, whole_within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,12 +23,13 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-Step = Callable[[int, int, Callable[[], Any] | None], object]
-PART = 1000  # steps of a part of the work: however many its own are, those of the whole go on evenly
+Draft = Callable[[], Any] | None
+Step = Callable[[int, int, Draft], object]
+PART = 1000  # steps reported for a part of the work, however many it has itself, so that progress is even
 
 
 def cores() -> int:
-    """Count the cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -36,10 +37,10 @@ def cores() -> int:
 
 @dataclass
 class Probe:
-    """A question to a run: how well did every patch of the exemplar fit when output pixel (y, x) was filled?
+    """A request for the distance map of one search: how well did every patch fit when output pixel (y, x) was filled?
 
-    ``maps``: the answer, one float32 array for every exemplar, over the first pixels of patches, each in the pose that
-    fits best; root mean squares on the 0..1 scale, -1 where no patch may begin. None until then.
+    ``maps``: one float32 array for each exemplar, over the first pixels of patches, each in the pose that fits best;
+    root mean squares on the 0..1 scale, -1 where no patch may begin. None until the pixel is filled.
     """
 
     y: int
@@ -56,14 +57,14 @@ class Run:
     threads : int, optional
         Worker threads, at least 1; by default one for each core allowed. Never changes a byte of the result.
     step : callable, optional
-        Called as ``step(done, total, draft)`` between units of work, from the calling thread; ``draft()`` makes
-        the map as far as it has grown (``None`` where a stage has no map).
+        Called as ``step(done, total, draft)`` between units of work, from the calling thread; ``draft()`` returns
+        the map as far as it is filled (``None`` if a stage has no map).
     cancel : threading.Event, optional
         Once set, the work ends with :class:`~intarsia.foundation.CancelledError` at the next unit.
     notes : list of str
-        Methods add here, in one line each, what the user should know of this run.
+        Methods append one-line notes for the user.
     probe : Probe, optional
-        A question that methods answer which lay patches by search.
+        Answered by methods that place patches by search.
     """
 
     threads: int | None = None
@@ -74,13 +75,9 @@ class Run:
     _crew: ThreadPoolExecutor | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        try:
-            threads = None if self.threads is None else whole(self.threads)
-        except ValueError:
-            threads = 0
-        if threads is not None and not 1 <= threads <= 1024:
-            raise ParameterError(f"threads={called(self.threads)}: give 1 to 1024, or leave it out for one a core.")
-        object.__setattr__(self, "threads", threads)
+        if self.threads is not None:
+            unit = "threads, or leave it out for one a core"
+            object.__setattr__(self, "threads", whole_within("threads", self.threads, 1, 1024, unit))
         if self.step is not None and not callable(self.step):
             raise ParameterError(f"step is {called(self.step)}; give a function of (done, total, draft).")
         if self.cancel is not None and not hasattr(self.cancel, "is_set"):
@@ -91,68 +88,59 @@ class Run:
         """The number of threads to use."""
         return self.threads or cores()
 
-    def tick(self, done: int, total: int, draft: Callable[[], Any] | None = None) -> None:
-        """Report progress, and stop here if the caller asked for it."""
+    def tick(self, done: int, total: int, draft: Draft = None) -> None:
+        """Report progress, then raise CancelledError if the caller asked to stop."""
         if self.step is not None:
             self.step(done, total, draft)
         self.check()
 
     def part(self, number: int, parts: int) -> Run:
-        """Return the run of a part of the work, of so many that take as long: it counts to PART, in the whole."""
-        step = self.step
-        if step is None:
-            return self
-
-        def counted(done: int, total: int, draft: Callable[[], Any] | None) -> None:
-            step(number * PART + PART * done // max(total, 1), parts * PART, draft)
-
-        return replace(self, step=counted)
+        """Return a run for part `number` of `parts` equal ones; its progress is scaled to PART steps."""
+        return self._stepping(
+            lambda done, total, draft: (number * PART + PART * done // max(total, 1), parts * PART, draft)
+        )
 
     def drafting(self, make: Callable[[Any], Any]) -> Run:
-        """Return the run of a part of the work that drafts something else, of which `make` makes a map."""
+        """Return a run for a part of the work whose drafts are no maps; `make` turns them into maps."""
+        return self._stepping(
+            lambda done, total, draft: (done, total, None if draft is None else lambda: make(draft()))
+        )
+
+    def _stepping(self, change: Callable[[int, int, Draft], tuple[int, int, Draft]]) -> Run:
+        """Return a run that passes `change(done, total, draft)` to `step`."""
         step = self.step
-        if step is None:
-            return self
-
-        def made(done: int, total: int, draft: Callable[[], Any] | None) -> None:
-            step(done, total, None if draft is None else lambda: make(draft()))
-
-        return replace(self, step=made)
+        return self if step is None else replace(self, step=lambda *reported: step(*change(*reported)))
 
     def check(self) -> None:
-        """Stop here if the caller asked for it: between parts of a unit, which are no progress to speak of."""
+        """Raise CancelledError if the caller asked to stop; called within a unit of work, reports no progress."""
         if self.cancel is not None and self.cancel.is_set():
             raise CancelledError("cancelled; nothing was written.")
 
     @contextmanager
     def pool(self) -> Iterator[Callable[[Callable[[T], Any], Iterable[T]], list[Any]]]:
-        """Yield ``each(function, items)``: what the function makes of every item, in order, in parallel if allowed."""
+        """Yield ``each(function, items)``, which returns the results in order, computed in parallel if allowed."""
         if self.workers == 1:
-            yield _in_turn
+            yield lambda function, items: list(map(function, items))
             return
         with nullcontext(self._crew) if self._crew else ThreadPoolExecutor(self.workers - 1) as others:
             yield lambda function, items: _shared(function, list(items), others, self.workers - 1)
 
     @contextmanager
     def crew(self) -> Iterator[Run]:
-        """Yield this run with threads that stay, for many pools one after another; what they do opens none."""
+        """Yield this run with a persistent thread pool for many calls of :meth:`pool`; nested pools are not opened."""
         with ThreadPoolExecutor(max(self.workers - 1, 1)) as others:
             yield replace(self, _crew=others)
 
 
 def run_of(run: Run | None) -> Run:
-    """Return the run that was given, or the usual one; ParameterError for anything else."""
+    """Return the given run, or a default one; ParameterError for anything else."""
     if run is not None and not isinstance(run, Run):
         raise ParameterError(f"run is {called(run)}; give a Run, such as Run(threads=2).")
     return run or Run()
 
 
-def _in_turn(function: Callable[[T], Any], items: Iterable[T]) -> list[Any]:
-    return [function(item) for item in items]
-
-
 def _shared(function: Callable[[T], Any], items: list[T], others: ThreadPoolExecutor, most: int) -> list[Any]:
-    """What a function makes of every item, by this thread and as many others as are free; the first error, if any."""
+    """Return the results for all items, computed by this thread and free ones of the pool; raise the first error."""
     made, errors, rest = [None] * len(items), dict[int, BaseException](), iter(range(len(items)))
 
     def work() -> None:
@@ -178,14 +166,14 @@ SEED_LIMIT = 1 << 64
 
 
 def draw(seed: int, stage: int, level: int = 0, y: int = 0, x: int = 0) -> int:
-    """Return 64 well mixed bits, a function of the five numbers only."""
+    """Return 64 random bits, a hash of the five numbers (splitmix64 finaliser)."""
     state = seed_state(seed, stage, level)
     for word in (y, x):
         state = _mix(((state ^ (word & MASK)) + STEP) & MASK)
     return state
 
 
-def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]] | NDArray[np.int64]) -> list[int]:
+def draw_many(seed: int, stage: int, level: int, at: Sequence[Pair] | NDArray[np.int64]) -> list[int]:
     """Return ``draw(seed, stage, level, y, x)`` for many places (y, x) at once."""
     import numpy as np
 
@@ -198,7 +186,7 @@ def draw_many(seed: int, stage: int, level: int, at: Sequence[tuple[int, int]] |
 
 
 def seed_state(seed: int, stage: int, level: int) -> int:
-    """The state of a draw before its place is mixed in."""
+    """Return the state of a draw before y and x are mixed in."""
     state: int = _mix((seed ^ 0x6A09E667F3BCC909) & MASK)  # so that seed and stage are not interchangeable
     for word in (stage, level):
         state = _mix(((state ^ (word & MASK)) + STEP) & MASK)
@@ -206,14 +194,14 @@ def seed_state(seed: int, stage: int, level: int) -> int:
 
 
 def below(n: int, bits: int) -> int:
-    """Turn 64 drawn bits into a number in 0 .. n-1 (n at most 2**32; the bias is below 2**-32)."""
+    """Map 64 random bits to a number in 0 .. n-1 (n at most 2**32; the bias is below 2**-32)."""
     return ((bits >> 32) * n) >> 32
 
 
 def deck(count: int, seed: int, stage: int, level: int, y: int, x: int) -> list[int]:
-    """Return the numbers below `count`, shuffled by the draws of a place (Fisher and Yates).
+    """Return the numbers below `count` in random order (Fisher-Yates shuffle), seeded by a place.
 
-    Card k changes with one that is drawn on level ``level + k``.
+    Entry k is swapped with one that is drawn on level ``level + k``.
     """
     order = list(range(count))
     for k in range(count - 1, 0, -1):
@@ -230,7 +218,7 @@ def _mix(z: Any) -> Any:
 
 
 def check_seed(seed: int) -> int:
-    """Return the seed as an int, or refuse it."""
+    """Return the seed as an int; ParameterError if it is not from 0 to 2**64 - 1."""
     try:
         number = whole(seed)
     except ValueError:

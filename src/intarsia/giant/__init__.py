@@ -1,4 +1,4 @@
-"""Endless canvases: any window alone, and pictures too large for memory, streamed to the disk."""
+"""Endless textures: random access to any window, and streaming of pictures larger than memory to disk."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..rendering.render import check_alike
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
-from .picture import SIDE, Picture, box_of, check_memory, sides_of
-from .stream import STORES, ExecutorLike, array_of, stream
+from .exports import TiffStore, TileStore
+from .picture import SIDE, Picture, box_of, check_memory
+from .stream import ExecutorLike, array_of, stream
+from .zarrays import ZarrStore
 
 __all__ = ["Weave", "weave"]
 
@@ -27,20 +29,18 @@ Sides = int | Pair
 
 
 class Weave(Picture):
-    """An endless texture; ``texture[y0:y1, x0:x1]`` is an array, wherever it lies.
+    """An endless texture; ``texture[y0:y1, x0:x1]`` renders any window as an array.
 
     Attributes
     ----------
     exemplars : tuple of Exemplar
-        What it is made of.
     method : WindowMethod
         With every parameter decided.
     seed : int
-        What the draws follow from.
     blend : Blend
-        How pieces are joined.
+        How pieces are blended.
     name : str
-        The plane that is drawn; :meth:`plane` gives the others.
+        The plane that is rendered; :meth:`plane` gives the others.
     """
 
     def __repr__(self) -> str:
@@ -48,7 +48,7 @@ class Weave(Picture):
         return f"<endless texture by {words}; slice it, or stream it>"
 
     def __getitem__(self, key: Any) -> Array:
-        """Draw a window; rows and columns are px of the plane that is shown, negative and huge ones too."""
+        """Render a window; rows and columns are px of the plane, which may be negative or huge."""
         box = box_of(key)
         check_memory(box, self.channels * self.dtype.itemsize)
         self.map_box(box)
@@ -58,63 +58,63 @@ class Weave(Picture):
             return self._filled(box, SIDE, self.draw, each)
 
     def to_dask(self, shape: Sides, chunks: Any = SIDE, origin: Pair = (0, 0)) -> Any:
-        """Return a dask array whose blocks are windows; nothing is drawn before it is computed.
+        """Return a dask array whose blocks are windows, rendered when it is computed.
 
         Parameters
         ----------
         shape : int or (height, width)
-            Size in px of the plane that is shown.
+            Size in px of the plane.
         chunks : as of dask
             A number of px, or (rows, columns), or all of them.
         origin : (y, x)
             The pixel of the endless plane that comes first.
         """
-        return array_of(self, sides_of(shape), chunks, origin)
+        return array_of(self, shape, chunks, origin)
 
     def to_zarr(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), chunk: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into a zarr array (version 3); what a killed call began is gone on with.
+        """Stream a window of any size into a zarr array (version 3); an interrupted call is resumed.
 
         Parameters
         ----------
         path : path
             The folder of the array.
         shape : int or (height, width)
-            Size in px of the plane that is shown.
+            Size in px of the plane.
         origin : (y, x)
             The pixel of the endless plane that comes first.
         chunk : int
             Side of the chunks in px; small ones share a file of 1024 px.
         executor : None, "threads", "processes", "local", "tcp://...", or a dask client
-            Who draws; never changes a pixel. ``local`` starts a dask cluster on this machine.
+            Who renders; never changes a pixel. ``local`` starts a dask cluster on this machine.
         force : bool
-            Begin anew where another recipe was woven; refused where the folder holds anything else.
+            Replace an array of another recipe; refused if the folder holds anything else.
         run : Run, optional
             Threads or processes, progress, cancelling.
 
         Raises
         ------
         ParameterError
-            where something else is at this path, or another recipe.
+            if something else is at this path, or another recipe.
         MissingExtraError
             without zarr: ``pip install 'intarsia[giant]'``.
         ResourceError
-            where the disk is full; the same call later goes on.
+            if the disk is full; the same call resumes later.
         """
-        stream(STORES["zarr"][0].of(self, path, sides_of(shape), origin, chunk, force), executor, run_of(run))
+        stream(ZarrStore.of(self, path, shape, origin, chunk, force), executor, run_of(run))
 
     def to_tiff(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is whole; else as `to_zarr`.
+        """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is complete; see `to_zarr`.
 
-        `tile` is the side of its tiles, a multiple of 16 px. A call that was stopped or killed begins anew, and `force`
-        replaces what is there.
+        `tile` is the side of its tiles, a multiple of 16 px. An interrupted call starts over, and `force` replaces an
+        existing file.
         """
-        stream(STORES["tiff"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(TiffStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
 
     def to_tiles(
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
@@ -122,10 +122,10 @@ class Weave(Picture):
     ) -> None:  # fmt: skip
         """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_tiff`.
 
-        Viewers open ``PATH/image.dzi``; the recipe lies beside it. Each level is the one below it, averaged by what its
-        pixels mean.
+        Viewers open ``PATH/image.dzi``; the recipe is stored next to it. Each level is averaged from the next finer
+        one, according to the kind of the plane.
         """
-        stream(STORES["tiles"][0].of(self, path, sides_of(shape), origin, tile, force), executor, run_of(run))
+        stream(TileStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
 
 
 def weave(
@@ -135,30 +135,30 @@ def weave(
     *,
     blend: Blend | None = None,
 ) -> Weave:
-    """Make an endless texture from an example; nothing is drawn before it is sliced.
+    """Return an endless texture from an example; windows are rendered when it is sliced.
 
     Parameters
     ----------
     exemplar : path, array, dict of arrays, Plane or Exemplar
         As for :func:`synthesize`.
     method : Method, Auto or str
-        One that can make windows alone; ``auto`` chooses among them.
+        A method with the ability ``window``; ``auto`` chooses among them.
     seed : int
         0 to 2**64 - 1; the same seed gives the same texture, on any machine.
     blend : Blend, optional
-        How pieces are joined; default: as the method means it.
+        How pieces are blended; default: that of the method.
 
     Raises
     ------
     ParameterError, InputError, MethodError
-        where the method cannot make windows alone, or cannot serve this exemplar.
+        if the method cannot make single windows, or fails on this exemplar.
     """
     exemplars, seed = as_exemplars(exemplar), check_seed(seed)
     return woven(planned_windows(exemplars, method, blend), seed)
 
 
 def planned_windows(exemplars: tuple[Exemplar, ...], method: Method | Auto | str, blend: Blend | None = None) -> Plan:
-    """Decide by which method, with which parameters, windows of an endless plane are made, or refuse what cannot."""
+    """Return the plan (method with parameters, blend) for windows of an endless plane; raise if there is none."""
     check_alike(exemplars)
     method = named(method)
     if isinstance(method, Auto):
@@ -166,11 +166,11 @@ def planned_windows(exemplars: tuple[Exemplar, ...], method: Method | Auto | str
     elif Ability.WINDOW not in method.supports:
         able = ", ".join(s for s in METHODS if Ability.WINDOW in method_class(s).supports)
         raise ParameterError(f"{method.slug} cannot make windows of an endless plane; choose one of {able}.")
-    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)  # its size is only one to think of
+    canvas = Canvas(2 * exemplars[0].height, 2 * exemplars[0].width, endless=True)  # a typical size, to choose by
     return planned(Scene(exemplars, canvas), method, blend)
 
 
 def woven(plan: Plan, seed: int) -> Weave:
-    """Return the endless texture that is planned."""
+    """Return the endless texture of a plan."""
     exemplars = plan.scene.exemplars
     return Weave(exemplars, cast(WindowMethod, plan.method), seed, plan.joined, exemplars[0].pictures[0])

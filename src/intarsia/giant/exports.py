@@ -1,7 +1,7 @@
-"""A texture as one file, or as a folder of tiles, made at once: nothing bears its name before all of it is whole.
+"""Stores that are written atomically: a tiled BigTIFF, a folder of DeepZoom tiles, a picture of another format.
 
-It is written in a hidden folder beside its place, and moved there at the end. So a run that was stopped has made
-nothing, and the next one draws all cells: what goes on where it was is a zarr array alone.
+Each is written in a hidden folder next to its place, and moved there at the end. An interrupted run leaves nothing, and
+the next one renders all cells; only zarr arrays are resumed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from ..model.image import Kind, Plane
 from ..rendering.mixing import averaged
-from .picture import SIDE, Cell, Grid, Packer, Picture, Results, Store, check_side, extra
+from .picture import SIDE, Cell, Cut, Grid, Picture, Results, Store, check_side, extra
 
 _N = "(0|[1-9][0-9]*)"
 FILES = re.compile(rf"zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi(\.recipe\.json)?|image_files/{_N}/{_N}_{_N}\.png")
@@ -39,9 +39,9 @@ FOLDERS = re.compile(rf"c(/{_N}){{0,2}}|image_files(/{_N})?")
 
 
 def check_place(path: Path, woven: bool = False) -> None:
-    """Refuse a place that cannot be written, or where anything lies but an empty folder.
+    """Raise if a path cannot be written, or anything but an empty folder is there.
 
-    `woven`: what was woven there, and nothing else, is to be replaced.
+    `woven`: a store is to be replaced; the folder must hold nothing else.
     """
     try:
         folder = Path(os.path.realpath(path)).parent
@@ -60,7 +60,7 @@ def check_place(path: Path, woven: bool = False) -> None:
 
 
 def _check_woven(path: Path) -> None:
-    """Refuse to replace a folder that holds anything which was not woven."""
+    """Raise ParameterError if a folder holds anything that is not part of a store."""
     for at, below, here in os.walk(path):
         for entry in sorted(below + here):
             full = Path(at, entry)
@@ -72,38 +72,38 @@ def _check_woven(path: Path) -> None:
                 )
 
 
-AREA = 1 << 20  # px of a TIFF drawn together, about
-LONGEST = (1 << 32) - 1  # px of a side of a TIFF
+AREA = 1 << 20  # px of a TIFF that are rendered as one cell, about
+LONGEST = (1 << 32) - 1  # most px of a side of a TIFF
 LEVEL = 6  # of zlib
 
 COPIES = {"png": 3, "exr": 3, "hdr": 3, "webp": 12}
-"""How often the bytes of all pixels are held while they are packed: by us, by who packs them, and packed.
+"""Peak memory of encoding, in multiples of the bytes of all pixels, by format.
 
-Measured of noise, which nothing makes smaller: png 3.0 (16 bit 3.7), exr 3.0, hdr 2.3, webp 16 (of one colour 5.6).
+Measured on noise, which cannot be compressed: png 3.0 (16 bit 3.7), exr 3.0, hdr 2.3, webp 16 (of one colour 5.6).
 """
 
 OTHERWISE = 4
-"""The same for formats that are packed in memory and not in a file: 4.0 to 4.3."""
+"""The same for formats that are encoded in memory and not in a file: 4.0 to 4.3."""
 
 
 @dataclass
 class Export(Store):
-    """A file that is written at once."""
+    """A store that is written in a hidden folder and moved to its place when it is complete."""
 
     _draft: str = field(default="", init=False)  # the hidden folder
 
     def look(self) -> None:
-        """Refuse, before any work, a place where no file can be written, or one lies; writes nothing."""
+        """Raise, before any work, if no file can be written at the path, or one exists; writes nothing."""
         self._check_new(os.path.isfile(self.path))
         check_writable(self.path, self.force)
 
     def open(self) -> Iterable[int]:
-        """Begin; all cells are missing."""
+        """Return all cells as missing."""
         self.look()
         return range(len(self.grid))
 
     def finish(self) -> None:
-        """Move what is whole to its place."""
+        """Move the complete file to its place."""
         self.look()
         beside, target = recipe_path(self._staged), recipe_path(self._target)
         with suppress(OSError):
@@ -111,18 +111,18 @@ class Export(Store):
         os.replace(self._staged, self._target)
         if beside.exists():
             os.replace(beside, target)
-        elif self.force:  # it is that of what was here before
+        elif self.force:  # the recipe of the file that is replaced
             target.unlink(missing_ok=True)
         whole.settle(target.parent)
 
     def close(self) -> None:
-        """Take away what is not whole."""
+        """Remove the hidden folder."""
         if self._draft:
             whole.forget(self._staged)
             whole.take_away(self._draft)
 
     def _stage(self) -> Path:
-        """Make the hidden folder; return the path in it that bears the name of the store."""
+        """Make the hidden folder; return the path in it with the name of the store."""
         whole.sweep(self._target.parent)
         self._draft = whole.name_in(self._target.parent)
         os.mkdir(self._draft, 0o700)
@@ -146,7 +146,7 @@ class Export(Store):
 
 
 def tiff_tiles(tile: int, pixels: Array, cell: Cell) -> list[bytes]:
-    """Pack a row of tiles: differences along rows for whole numbers, then zlib."""
+    """Return a row of tiles encoded: horizontal differences for integers, then zlib."""
     pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
     packed = []
     for x in range(0, pixels.shape[1], tile):
@@ -160,13 +160,13 @@ def tiff_tiles(tile: int, pixels: Array, cell: Cell) -> list[bytes]:
 
 @dataclass
 class TiffStore(Export):
-    """One tiled BigTIFF, compressed with zlib; its tiles lie in it row by row, however many were drawn together."""
+    """One tiled BigTIFF, compressed with zlib; tiles are stored row by row, whatever the size of cells."""
 
     @classmethod
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
-    ) -> tuple[Grid, Packer]:
-        """Decide on rows of tiles; ParameterError for sides that TIFF does not hold."""
+    ) -> Cut:
+        """Cut into rows of tiles; ParameterError for sides that TIFF does not support."""
         extra("tifffile")
         tile = check_side("tile", side, 4096, 16)
         if max(sides) > LONGEST:
@@ -174,28 +174,28 @@ class TiffStore(Export):
         return Grid(*sides, tile, tile * max(AREA // tile**2, 1)), partial(tiff_tiles, tile)
 
     def fill(self, results: Results, run: Run) -> None:
-        """Write the tiles as they come, and what describes them."""
+        """Write the tiles as they arrive, and the metadata."""
         like, count, tile = self.texture.like, self.texture.channels, self.grid.rows
         colours = 3 if count >= 3 and like.kind is not Kind.DATA else 1
         staged, texts = self._stage(), json.dumps(self.recipe, sort_keys=True, separators=(",", ":"))
         with extra("tifffile").TiffWriter(staged, bigtiff=True, byteorder="<") as file:
             file.write(
                 (piece for _, pieces in results for piece in pieces),
-                shape=(self.grid.height, self.grid.width, count) if count > 1 else (self.grid.height, self.grid.width),
+                shape=(*self.grid.shape, count) if count > 1 else self.grid.shape,
                 dtype=np.uint8 if self.texture.dtype == bool else self.texture.dtype,
                 photometric="rgb" if colours == 3 else "minisblack", planarconfig="contig" if count > 1 else None,
                 extrasamples=[2 if like.alpha else 0] * (count - colours), tile=(tile, tile), compression="zlib",
                 predictor=2 if self.texture.dtype.kind in "bu" else None, iccprofile=like.meta.get("icc"),
                 description=MARK + texts, metadata=None, software=False,
             )  # fmt: skip
-        next(results, None)  # by which the last cell is counted
+        next(results, None)  # so that the last cell is counted
         with whole.open_again(staged) as written:
             whole.sync(written)
 
 
 @dataclass(frozen=True)
 class TilePacker:
-    """Packs a cell as its tiles, row by row."""
+    """Encodes a cell as its tiles, row by row."""
 
     tile: int
     like: Plane
@@ -205,15 +205,15 @@ class TilePacker:
         return [self.one(pixels[y : y + self.tile, x : x + self.tile]) for y, x in corners]
 
     def one(self, pixels: Array) -> bytes:
-        """A tile (h, w, C) as PNG."""
+        """Return a tile (h, w, C) as PNG."""
         return encode(self.like.like(pixels), "png", run=Run(1))
 
 
 @dataclass
 class TileStore(Export):
-    """A folder of DeepZoom tiles: ``image.dzi``, the recipe beside it, and ``image_files/LEVEL/COLUMN_ROW.png``.
+    """A folder of DeepZoom tiles: ``image.dzi``, the recipe next to it, and ``image_files/LEVEL/COLUMN_ROW.png``.
 
-    The last level is the texture; each other one is that below it, averaged.
+    The last level is the texture; each other one is averaged from the next finer one.
     """
 
     packer: TilePacker
@@ -222,7 +222,7 @@ class TileStore(Export):
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, TilePacker]:
-        """Decide on squares of tiles; ParameterError for pixels that PNG does not hold."""
+        """Cut into squares of tiles; ParameterError for pixels that PNG does not support."""
         tile, like = check_side("tile", side, 4096), texture.like
         if texture.dtype.name not in ("bool", "uint8", "uint16") or texture.channels > 4:
             raise ParameterError(
@@ -235,22 +235,22 @@ class TileStore(Export):
 
     @property
     def levels(self) -> int:
-        """How many levels there are; the first is a single pixel."""
-        return (max(self.grid.height, self.grid.width) - 1).bit_length() + 1
+        """The number of levels; the first is a single pixel."""
+        return (max(self.grid.shape) - 1).bit_length() + 1
 
     def tiles(self, level: int) -> Grid:
-        """The tiles of a level."""
+        """Return the tiles of a level."""
         times = 1 << (self.levels - 1 - level)
         return Grid(-(-self.grid.height // times), -(-self.grid.width // times), self.packer.tile, self.packer.tile)
 
     def look(self) -> None:
-        """Refuse, before any work, a place where anything lies but, with force, other tiles; writes nothing."""
+        """Raise, before any work, if anything but, with force, other tiles is at the path; writes nothing."""
         woven = recipe_path(self.path / "image.dzi").is_file()
         self._check_new(woven)
         check_place(self.path, woven)
 
     def fill(self, results: Results, run: Run) -> None:
-        """Write the tiles as they come, then the smaller levels, each from the one below it; and what viewers read."""
+        """Write the tiles as they arrive, then the smaller levels, each from the next finer one, and ``image.dzi``."""
         staged, tile = self._stage(), self.packer.tile
         for level in range(self.levels):
             (staged / "image_files" / str(level)).mkdir(parents=True)
@@ -271,11 +271,11 @@ class TileStore(Export):
             f'<Size Width="{self.grid.width}" Height="{self.grid.height}"/></Image>\n'
         )
         whole.fill(staged / "image.dzi", text.encode())
-        whole.fill(recipe_path(staged / "image.dzi"), json.dumps(self.recipe, sort_keys=True).encode())
-        getattr(os, "sync", lambda: None)()  # many small files at once are quicker than one by one
+        whole.fill(recipe_path(staged / "image.dzi"), self.text.encode())
+        getattr(os, "sync", lambda: None)()  # for many small files quicker than syncing each
 
     def finish(self) -> None:
-        """Move the folder to its place; what it replaces goes away with the hidden one."""
+        """Move the folder to its place; the one it replaces is removed with the hidden folder."""
         self.look()
         if self._target.exists():
             os.replace(self._target, f"{self._staged}.old")
@@ -283,7 +283,7 @@ class TileStore(Export):
         whole.settle(self._target.parent)
 
     def _reduce(self, level: int, cell: Cell) -> None:
-        """Make a tile of a level from the four of the next."""
+        """Make a tile of a level from the four of the next finer one."""
         below = self.tiles(level + 1)
         rows = range(2 * cell.row, min(2 * cell.row + 2, below.down))
         columns = range(2 * cell.column, min(2 * cell.column + 2, below.across))
@@ -296,24 +296,24 @@ class TileStore(Export):
         whole.fill(self._tile(level, cell.row, cell.column), smaller, durable=False)
 
     def _tile(self, level: int, row: int, column: int) -> Path:
-        """Where a tile is written."""
+        """Return the path of a tile."""
         return self._staged / "image_files" / str(level) / f"{column}_{row}.png"
 
 
 def as_they_are(pixels: Array, cell: Cell) -> list[bytes]:
-    """Send the pixels of a cell unpacked."""
+    """Return the raw bytes of a cell."""
     return [pixels.tobytes()]
 
 
 @dataclass
 class HeldStore(Export):
-    """A picture of any format that `write` knows, with the recipe; held in memory until all of it is drawn."""
+    """A picture of any format that `write` supports, with the recipe; held in memory until it is complete."""
 
     @classmethod
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
-    ) -> tuple[Grid, Packer]:
-        """Decide on cells; ParameterError for pixels and sizes that its format does not hold, and for chunks."""
+    ) -> Cut:
+        """Cut into cells; ParameterError for pixels and sizes that the format does not support, and for chunks."""
         if side:
             raise ParameterError(f"{path}: a picture in one piece has no chunks; drop --chunk, or name a .zarr.")
         try:
@@ -324,36 +324,32 @@ class HeldStore(Export):
 
     @property
     def held(self) -> int:
-        """Bytes of memory that the pixels of the picture take until it is written."""
+        """Bytes of memory that the pixels take until they are written."""
         pixels = self.grid.height * self.grid.width * self.texture.channels * self.texture.dtype.itemsize
         return pixels * COPIES.get(self._format, OTHERWISE)
 
     def look(self) -> None:
-        """Refuse, before any work, a place where no file can be written, or one lies; writes nothing."""
+        """Raise, before any work, if no file can be written at the path, or one exists; writes nothing."""
         super().look()
-        if not holds_recipe(format_of(self.path), self._text):
+        if not holds_recipe(format_of(self.path), self.text):
             check_writable(recipe_path(self.path), self.force)
 
     def packing(self, cell: Cell, pieces: list[bytes]) -> float:
-        """Say how many seconds it took to pack a cell alone as a file is packed; nothing is kept."""
+        """Return the seconds that it takes to encode a cell as a file of its own, which is discarded."""
         began = time.perf_counter()
         encode(self.texture.like.like(self._part(cell, pieces)), self._format)
         return time.perf_counter() - began
 
     def fill(self, results: Results, run: Run) -> None:
-        """Keep the pixels as they come, then write them."""
-        pixels = np.empty((self.grid.height, self.grid.width, self.texture.channels), self.texture.dtype)
+        """Collect the pixels as they arrive, then write them."""
+        pixels = np.empty((*self.grid.shape, self.texture.channels), self.texture.dtype)
         for cell, pieces in results:
             pixels[cell.box.y0 : cell.box.y1, cell.box.x0 : cell.box.x1] = self._part(cell, pieces)
-        write(self._stage(), self.texture.like.like(pixels), recipe=self._text, run=run)
+        write(self._stage(), self.texture.like.like(pixels), recipe=self.text, run=run)
 
     def _part(self, cell: Cell, pieces: list[bytes]) -> Array:
-        return np.frombuffer(pieces[0], self.texture.dtype).reshape(cell.box.height, cell.box.width, -1)
+        return np.frombuffer(pieces[0], self.texture.dtype).reshape(*cell.box.shape, -1)
 
     @property
     def _format(self) -> str:
         return format_of(self.path).name
-
-    @property
-    def _text(self) -> str:
-        return json.dumps(self.recipe, sort_keys=True)

@@ -1,7 +1,7 @@
-"""One plane of an endless texture, drawn anywhere; and what is asked of stores of it.
+"""Random-access rendering of one plane of an endless texture, and the interface of stores on disk.
 
-Every window is made alone: the map of the window with the margin that feather and finish reach, then its rendering. So
-it never depends on what was drawn before, on the size of the pieces, or on who draws them.
+Every window is computed on its own: its map with the margin that feather and finish need, then its rendering. So the
+pixels do not depend on windows rendered before, on the size of cells, or on who renders them.
 """
 
 from __future__ import annotations
@@ -14,16 +14,26 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from ..disk import free_memory
 from ..disk.whole import PathLike
-from ..foundation import MissingExtraError, ParameterError, ResourceError, called, expect_path, pair, said, whole
+from ..foundation import (
+    MissingExtraError,
+    ParameterError,
+    Record,
+    ResourceError,
+    called,
+    expect_path,
+    pair,
+    said,
+    whole_within,
+)
 from ..foundation.arrays import Array, Pair
 from ..foundation.blend import Blend
-from ..foundation.geometry import Box
+from ..foundation.geometry import Box, Shaped
 from ..foundation.run import Run
 from ..methods import FARTHEST, WindowMethod, recipe_settings
 from ..model import Exemplar
@@ -34,15 +44,14 @@ from ..synthesis import recipe_exemplars
 from ..version import VERSION
 
 SIDE = 1024
-"""Side of the cells, px, that large windows are made of."""
+"""Side of the cells, px, into which large windows are cut."""
 
 MOST_CELLS = 1 << 22
 SLICE = "give rows and columns as texture[y0:y1, x0:x1]"
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One piece of a stored picture: its number, its place among the cells, and its box within the picture."""
+class Cell(NamedTuple):
+    """One cell of a stored picture: its number, its row and column among the cells, and its box in the picture."""
 
     number: int
     row: int
@@ -51,7 +60,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Shaped):
     """A picture of height x width px, cut into cells; the last of each row and column may be smaller."""
 
     height: int
@@ -68,19 +77,19 @@ class Grid:
 
     @property
     def down(self) -> int:
-        """Cells one below the other."""
+        """Number of rows of cells."""
         return -(-self.height // self.rows)
 
     @property
     def across(self) -> int:
-        """Cells side by side."""
+        """Number of columns of cells."""
         return -(-self.width // self.columns)
 
     def __len__(self) -> int:
         return self.down * self.across
 
     def cell(self, number: int) -> Cell:
-        """The cell of a number, row by row."""
+        """Return the cell with a number, counted row by row."""
         row, column = divmod(number, self.across)
         y, x = row * self.rows, column * self.columns
         box = Box(y, x, min(y + self.rows, self.height), min(x + self.columns, self.width))
@@ -91,7 +100,7 @@ class Grid:
 
 
 def box_of(key: Any) -> Box:
-    """Understand a slice of an endless plane; negative numbers are places, not counted from an end."""
+    """Return the box of a slice of an endless plane; negative numbers are coordinates, not counted from an end."""
     if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(k, slice) for k in key):
         raise ParameterError(f"texture[{_said(key)}] is no window; {SLICE}.")
     ends = []
@@ -111,7 +120,7 @@ def box_of(key: Any) -> Box:
 
 
 def sides_of(shape: Any) -> Pair:
-    """Understand a size: one number is a square."""
+    """Return (height, width) of a size; one number is a square. ParameterError if it is out of range."""
     try:
         height, width = pair(shape)
     except ValueError:
@@ -122,7 +131,7 @@ def sides_of(shape: Any) -> Pair:
 
 
 def check_memory(box: Box, pixel: int) -> None:
-    """Refuse a window that cannot be held, and say how to stream it; `pixel` bytes each."""
+    """Raise ResourceError if a window of `pixel` bytes a px does not fit into free memory."""
     needed, free = box.height * box.width * pixel, free_memory()
     if free is not None and needed > free:
         raise ResourceError(
@@ -132,7 +141,7 @@ def check_memory(box: Box, pixel: int) -> None:
 
 
 def gigabytes(count: int) -> str:
-    """A number of bytes in words."""
+    """Return a number of bytes as text, in GB or MB."""
     return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{max(count // 1_000_000, 1)} MB"
 
 
@@ -148,15 +157,14 @@ def _said(key: Any) -> str:
     return ", ".join(words)[:100]
 
 
-LEAST = 16  # px: shortest side of chunks and tiles
+LEAST = 16  # px: least side of chunks and tiles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Picture:
-    """One plane of an endless texture, drawn where it is asked for.
+    """One plane of an endless texture, rendered window by window.
 
-    `exemplars`, `method`, with every parameter decided, and `seed`: what it is made of; `blend`: how pieces are joined;
-    `name`: the plane that is drawn.
+    `method` has every parameter decided; `blend`: how pieces are blended; `name`: the plane that is rendered.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -167,85 +175,85 @@ class Picture:
 
     @property
     def planes(self) -> tuple[str, ...]:
-        """The names of all planes, of packed maps these."""
+        """The names of all planes; packed maps count as one."""
         return self.exemplars[0].pictures
 
     def plane(self, name: str) -> Self:
-        """Return the same texture showing another plane, as ``texture.plane("normal")``."""
+        """Return the texture with another plane rendered, as ``texture.plane("normal")``."""
         if not isinstance(name, str) or name not in (*self.planes, *self.exemplars[0].drawn):
             raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(self.planes)}.")
         return replace(self, name=name)
 
     @property
     def like(self) -> Plane:
-        """The plane of the exemplar that is shown: its type, kind, transfer and meta are those of every window."""
+        """The plane of the exemplar that is rendered: its dtype, kind, transfer and meta are those of every window."""
         plane = self.exemplars[0].picture(self.name)
         assert plane is not None  # `plane` refuses others
         return plane
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """The type of the pixels, that of the exemplar."""
+        """The dtype of the pixels, that of the exemplar."""
         return self.like.pixels.dtype
 
     @property
     def channels(self) -> int:
-        """Channels of a pixel, opacity included."""
+        """The number of channels, opacity included."""
         return self.like.channels
 
     @property
     def scale(self) -> Pair:
-        """How many times larger, and how many times smaller, the plane is than the map."""
+        """By how much the plane is larger, and by how much it is smaller, than the map."""
         own, base = self.like.height, self.exemplars[0].height
         return max(own // base, 1), max(base // own, 1)
 
     def shape_of(self, height: int, width: int) -> tuple[int, ...]:
-        """The shape of the array of a window."""
+        """Return the shape of the array of a window."""
         return (height, width) if self.like.pixels.ndim == 2 else (height, width, self.channels)
 
-    def draw(self, box: Box, run: Run | None = None) -> Array:
-        """Return the pixels (h, w[, C]) of a box; at most 2048 x 2048 px of the map are held at a time."""
+    def draw(self, box: Box) -> Array:
+        """Return the pixels (h, w[, C]) of a box; at most 2048 x 2048 px of the map are in memory at a time."""
         step = max(2 * SIDE // self.scale[1], 1)
-        if max(box.height, box.width) <= step:
-            return self._drawn(box, run or Run(1))
-        return self._filled(box, step, lambda part: self._drawn(part, run or Run(1)), map)
+        if max(box.shape) <= step:
+            return self._drawn(box)
+        return self._filled(box, step, self._drawn, map)
 
     def _filled(self, box: Box, side: int, draw: Callable[[Box], Array], each: Callable[..., Iterable[Any]]) -> Array:
-        """Draw a box in pieces of `side` px, the first alone, as it prepares what the others share."""
-        out = np.empty(self.shape_of(box.height, box.width), self.dtype)
+        """Render a box in cells of `side` px; the first alone, as it fills the caches that the others share."""
+        out = np.empty(self.shape_of(*box.shape), self.dtype)
 
         def fill(cell: Cell) -> None:
             at = cell.box
             out[at.y0 : at.y1, at.x0 : at.x1] = draw(at.moved(box.y0, box.x0))
 
-        cells = iter(Grid(box.height, box.width, side, side))
+        cells = iter(Grid(*box.shape, side, side))
         fill(next(cells))
         for _ in each(fill, cells):
             pass
         return out
 
-    def _drawn(self, box: Box, run: Run) -> Array:
-        """Draw a box in one piece: its map with the margin that feather and finish reach, then the rendering."""
+    def _drawn(self, box: Box) -> Array:
+        """Render a box at once: its map with the margin that feather and finish need, then the rendering."""
         inner, (grow, shrink) = self.map_box(box), self.scale
         outer = self._around(inner)
         reach = inner.y0 - outer.y0
         part = Box(reach, reach, reach + inner.height, reach + inner.width)
-        pixels = render(self.exemplars, self.map(outer, run), self.name, self.blend, part, run).pixels
+        pixels = render(self.exemplars, self.map(outer), self.name, self.blend, part, Run(1)).pixels
         dy, dx = box.y0 - inner.y0 * grow // shrink, box.x0 - inner.x0 * grow // shrink
         return pixels[dy : dy + box.height, dx : dx + box.width]
 
     def _around(self, inner: Box) -> Box:
-        """A box of the map with what feather and finish reach around it."""
+        """Return a box of the map enlarged by the margin that feather and finish need."""
         reach = (self.blend.feather + 1) // 2 + sum(f.radius for f in self.blend.finish)
         reach = -(-reach // self.scale[1]) * self.scale[1]
         return Box(inner.y0 - reach, inner.x0 - reach, inner.y1 + reach, inner.x1 + reach)
 
-    def map(self, box: Box, run: Run | None = None) -> SourceMap:
-        """Return which exemplar pixel every pixel of a box is; px of the map, which larger planes show larger."""
-        return self.method.window(self.exemplars, box, self.seed, run or Run(1))
+    def map(self, box: Box) -> SourceMap:
+        """Return the source map of a box, in px of the map."""
+        return self.method.window(self.exemplars, box, self.seed, Run(1))
 
     def map_box(self, box: Box) -> Box:
-        """The box of the map that a box of the plane shows; ParameterError where it lies too far away."""
+        """Return the box of the map that covers a box of the plane; ParameterError if it is too far from the origin."""
         grow, shrink = self.scale
         found = Box(
             box.y0 // grow * shrink, box.x0 // grow * shrink, -(-box.y1 // grow) * shrink, -(-box.x1 // grow) * shrink
@@ -256,8 +264,8 @@ class Picture:
         return found
 
     @property
-    def recipe(self) -> dict[str, Any]:
-        """All that a pixel depends on, beside its place; but of functions among the parameters only the names."""
+    def recipe(self) -> Record:
+        """Everything that a pixel depends on besides its place; of functions among the parameters only the names."""
         return {
             "intarsia": VERSION,
             "method": self.method.slug,
@@ -268,10 +276,10 @@ class Picture:
             "plane": self.name,
         }
 
-    def recipe_over(self, box: Box) -> dict[str, Any]:
-        """All that the pixels of a box depend on: functions with a hash of all that they say for it.
+    def recipe_over(self, box: Box) -> Record:
+        """Return everything that the pixels of a box depend on: functions with a hash of their values in it.
 
-        They are asked for the whole box, in pieces; that is quick beside drawing it.
+        They are evaluated over the whole box, in parts, which takes little time compared to rendering.
         """
         around = self._around(self.map_box(box))
         return self.recipe | {"parameters": recipe_settings(self.method, self.exemplars, around)}
@@ -283,35 +291,39 @@ class Picture:
 
 
 Packer = Callable[[Array, Cell], list[bytes]]
-"""Turns the pixels of a cell into the bytes that a store holds; sent to the workers."""
+"""Encodes the pixels of a cell as the bytes of a store; sent to the workers."""
+
+Cut = tuple[Grid, Packer]
+"""The cells of a picture, and the function that encodes them."""
 
 Results = Generator[tuple[Cell, list[bytes]], None, None]
-"""Cells with their pieces, in order, as they are drawn."""
+"""Cells with their encoded pieces, in order."""
 
 
 @dataclass
 class Store(ABC):
-    """A picture on disk, made cell by cell: what is known of it before it is opened, and what is asked of it."""
+    """A picture on disk that is made cell by cell: its plan, and the interface of all stores."""
 
     path: Path
     texture: Picture
-    origin: Pair  # the pixel of the endless plane that comes first
-    grid: Grid  # how it is cut into cells
-    recipe: dict[str, Any]
+    origin: Pair  # the first pixel, in the endless plane
+    grid: Grid
+    recipe: Record
     force: bool
     packer: Packer
 
     resumes: ClassVar[bool] = False
-    """Whether it goes on where it was stopped."""
+    """Whether an interrupted store is resumed."""
 
     @classmethod
     def of(
-        cls, texture: Picture, path: PathLike, sides: Pair, origin: Any, side: int, force: bool
+        cls, texture: Picture, path: PathLike, shape: Any, origin: Any, side: int, force: bool
     ) -> Self:
-        """Plan a store with chunks or tiles of `side` px; nothing is written yet."""
+        """Return a planned store with chunks or tiles of `side` px; nothing is written."""
         expect_path(path)
+        sides = sides_of(shape)
         first = checked(texture, sides, origin)
-        grid, packer = cls.cut(texture, path, sides, side)  # refuses much before functions are asked for all of it
+        grid, packer = cls.cut(texture, path, sides, side)  # raises before functions are evaluated over all of it
         recipe = texture.recipe_over(Box(*first, first[0] + sides[0], first[1] + sides[1]))
         recipe |= {"size": [sides[1], sides[0]], "origin": [first[1], first[0]]}
         return cls(Path(path), texture, first, grid, recipe, force, packer)
@@ -320,39 +332,44 @@ class Store(ABC):
     @abstractmethod
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
-    ) -> tuple[Grid, Packer]:
-        """Decide on cells, and on what packs them; ParameterError for what such a store cannot hold."""
+    ) -> Cut:
+        """Return the cells and their packer; ParameterError for pixels or sizes that the store does not support."""
+
+    @property
+    def text(self) -> str:
+        """The recipe as JSON."""
+        return json.dumps(self.recipe, sort_keys=True)
 
     @property
     def held(self) -> int:
-        """Bytes of memory that it takes besides the cells under way: none, where every piece goes to the disk."""
+        """Bytes of memory besides the cells in progress; 0 if every piece is written to disk."""
         return 0
 
     def packing(self, cell: Cell, pieces: list[bytes]) -> float:
-        """Say how many seconds it takes to pack a cell once more, when all are there."""
+        """Return the seconds that it takes to encode a cell at the end, when all are there."""
         return 0.0
 
     @abstractmethod
     def look(self) -> None:
-        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+        """Raise, before any work, if the store cannot be made at its path; writes nothing."""
 
     @abstractmethod
     def open(self) -> Iterable[int]:
-        """Begin or go on; return the numbers of the cells that are missing or damaged, rising."""
+        """Start or resume; return the numbers of the missing or damaged cells, ascending."""
 
     @abstractmethod
     def fill(self, results: Results, run: Run) -> None:
-        """Write the cells that are missing as they come, in their order, and all that is made of them."""
+        """Write the missing cells as they arrive, in order, and everything derived from them."""
 
     def finish(self) -> None:  # noqa: B027
-        """Let the store bear its name, once it is full."""
+        """Move the complete store to its path."""
 
     def close(self) -> None:  # noqa: B027
-        """Let go of all files, and take away what is of no use."""
+        """Close all files and remove temporary ones."""
 
 
 def checked(texture: Picture, sides: Pair, origin: Any) -> Pair:
-    """Return the first pixel of a picture, or refuse one that lies too far away."""
+    """Return the first pixel of a picture; ParameterError if the picture is too far from the origin."""
     try:
         y, x = pair(origin if hasattr(origin, "__len__") else None)
     except ValueError:
@@ -363,19 +380,16 @@ def checked(texture: Picture, sides: Pair, origin: Any) -> Pair:
 
 
 def check_side(name: str, side: Any, most: int, multiple: int = 1) -> int:
-    """Refuse a side of chunks or tiles that cannot be."""
-    try:
-        number = whole(side)
-    except ValueError:
-        number = 0
-    if not LEAST <= number <= most or number % multiple:
-        step = "" if multiple == 1 else f", a multiple of {multiple}"
-        raise ParameterError(f"{name}={called(side)} is not allowed; give {LEAST} to {most} px{step}.")
+    """Return the side of chunks or tiles; ParameterError if it is out of range or no multiple of `multiple`."""
+    step = "" if multiple == 1 else f", a multiple of {multiple}"
+    number = whole_within(name, side, LEAST, most, f"px{step}")
+    if number % multiple:
+        raise ParameterError(f"{name}={number} is not allowed; give {LEAST} to {most} px{step}.")
     return number
 
 
 def extra(module: str) -> Any:
-    """Import a module of the extra; MissingExtraError names what installs it."""
+    """Import a module of the extra ``giant``; MissingExtraError says how to install it."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as e:

@@ -1,9 +1,8 @@
-"""Stream a texture into a store: what is there and whole stays, the rest is drawn, by anybody in the same bytes.
+"""Streaming a texture into a store by threads, processes or a dask cluster; valid cells of a resumed store are kept.
 
-Cells are drawn by threads, processes of this machine, or the workers of a dask cluster; results come in order. A task
-is sent once to every worker, with the analysed exemplar in it; then only boxes go out, and packed pieces come back, so
-that files are written by one process, and workers need no common disk. Few cells are under way at a time: memory is
-bounded.
+Results arrive in order and have the same bytes, whoever renders. The task, with the analysed exemplar, is sent once to
+every worker; then only boxes are sent, and encoded pieces come back, so that one process writes all files, and workers
+need no common disk. Few cells are in progress at a time, so memory is bounded.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -37,92 +36,78 @@ from ..foundation.params import functions_of
 from ..foundation.run import Run
 from ..methods import Method, traits
 from .exports import HeldStore, TiffStore, TileStore
-from .picture import Cell, Packer, Picture, Results, Store, checked, extra
+from .picture import Cell, Packer, Picture, Results, Store, checked, extra, sides_of
 from .zarrays import ZarrStore
 
 Task = Callable[[Cell], list[bytes]]
 Submit = Callable[[Cell], Any]
-"""Hands a cell out; a future of its pieces comes back."""
+"""Submits a cell; returns a future of its pieces."""
 
 ExecutorLike = Any
-"""None, the word or address of an executor, or a dask client: a type that is not installed cannot be named."""
+"""None, the name or address of an executor, or a dask client, whose type may not be installed."""
 
-CLIENT = ("scatter", "submit", "nthreads")  # what a dask client can do
-AHEAD = 2  # cells under way for each worker
-DEATHS = 3  # of workers one after another, without a result between them
+CLIENT = ("scatter", "submit", "nthreads")  # methods by which a dask client is recognised
+AHEAD = 2  # cells in progress for each worker
+DEATHS = 3  # of workers in succession, without a result between them
 PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
 
 
-@dataclass(frozen=True)
-class Threads:
-    """Threads of this process."""
-
-    workers: int
-
-    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        todo = iter(cells)
-        for cell in todo if self.workers == 1 else islice(todo, 1):  # the first prepares what the others share
-            yield cell, task(cell)
-        if self.workers > 1:
-            pool = ThreadPoolExecutor(self.workers)
-            try:
-                yield from _windowed(todo, AHEAD * self.workers, lambda cell: pool.submit(task, cell))
-            finally:
-                pool.shutdown(cancel_futures=True)
+def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
+    """Render cells by threads of this process."""
+    todo = iter(cells)
+    for cell in todo if workers == 1 else islice(todo, 1):  # the first fills the caches that the others share
+        yield cell, task(cell)
+    if workers > 1:
+        pool = ThreadPoolExecutor(workers)
+        try:
+            yield from _windowed(todo, AHEAD * workers, lambda cell: pool.submit(task, cell))
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
-@dataclass(frozen=True)
-class Processes:
-    """Processes of this machine; one that dies is replaced, and its cells are drawn again."""
+def by_processes(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
+    """Render cells by processes of this machine; one that dies is replaced, and its cells are rendered again."""
 
-    workers: int
+    @contextmanager
+    def begun() -> Iterator[Submit]:
+        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _hold, (task,))
+        try:
+            yield partial(pool.submit, _held)  # type: ignore[call-arg]
+        finally:
+            pool.shutdown(cancel_futures=True)
 
-    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        @contextmanager
-        def begun() -> Iterator[Submit]:
-            pool = ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), _hold, (task,))
-            try:
-                yield partial(pool.submit, _held)  # type: ignore[call-arg]
-            finally:
-                pool.shutdown(cancel_futures=True)
-
-        return _drawn_again(
-            cells, self.workers, begun, BrokenProcessPool,
-            f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script with "
-            "if __name__ == '__main__'.",
-        )  # fmt: skip
+    return _drawn_again(
+        cells, workers, begun, BrokenProcessPool,
+        f"{DEATHS} worker processes died one after another; use fewer (--threads), or guard the script with "
+        "if __name__ == '__main__'.",
+    )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """The workers of a dask cluster, by a client of it; what dies with a worker is sent and drawn again."""
+def by_cluster(client: Any, task: Task, cells: Iterable[Cell]) -> Results:
+    """Render cells by the workers of a dask cluster; cells lost with a worker are rendered again."""
 
-    client: Any
+    @contextmanager
+    def begun() -> Iterator[Submit]:
+        try:
+            sent = client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
+        except TimeoutError:
+            raise ResourceError(
+                f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
+            ) from None
+        yield partial(client.submit, operator.call, sent, pure=False, retries=DEATHS)
 
-    def in_order(self, task: Task, cells: Iterable[Cell]) -> Results:
-        @contextmanager
-        def begun() -> Iterator[Submit]:
-            try:
-                sent = self.client.scatter(task, broadcast=True, hash=False, timeout=PATIENCE)
-            except TimeoutError:
-                raise ResourceError(
-                    f"no worker of the cluster answered for {PATIENCE} s; look at their logs, or start some."
-                ) from None
-            yield partial(self.client.submit, operator.call, sent, pure=False, retries=DEATHS)
-
-        distributed = extra("distributed")
-        lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
-        died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
-        # dask hands cells to other workers itself, until none holds the task
-        why = "the workers of the cluster died again and again ({}); look at their logs."
-        workers = max(sum(int(n) for n in self.client.nthreads().values()), 1)
-        return _drawn_again(cells, workers, begun, died, why)
+    distributed = extra("distributed")
+    lost = distributed.comm.CommClosedError  # a worker died while the task was sent to it
+    died = (distributed.KilledWorker, distributed.client.FutureCancelledError, lost)
+    # dask hands cells to other workers itself, until none holds the task
+    why = "the workers of the cluster died again and again ({}); look at their logs."
+    return _drawn_again(cells, max(sum(client.nthreads().values()), 1), begun, died, why)
 
 
 def _drawn_again(
     cells: Iterable[Cell], workers: int, begun: Callable[[], AbstractContextManager[Submit]], died: Any, why: str
 ) -> Results:
-    """Have workers draw cells; when one dies, others begin with what was handed out and is not back."""
+    """Render cells by workers; when one dies, restart with the cells that were submitted and not returned."""
     todo, deaths, rest = deque[Cell](), 0, iter(cells)
     todo.extend(islice(rest, 1))
     while todo:
@@ -139,7 +124,7 @@ def _drawn_again(
 
 
 def check_executor(given: ExecutorLike) -> None:
-    """Refuse, before any work, an executor that is unknown, or whose packages are missing."""
+    """Raise, before any work, for an unknown executor, or one whose packages are missing."""
     known = given is None or (isinstance(given, str) and given in ("threads", "processes"))
     if known or all(hasattr(given, name) for name in CLIENT):
         return
@@ -152,10 +137,11 @@ def check_executor(given: ExecutorLike) -> None:
 
 
 def check_sendable(method: Method, given: ExecutorLike) -> None:
-    """Refuse, before any work, functions that other processes of this machine could not find."""
-    for name, field in functions_of(method).items() if isinstance(given, str) and given == "processes" else ():
+    """Raise, before any work, for functions among the parameters that cannot be pickled for other processes."""
+    sent = functions_of(method) if isinstance(given, str) and given == "processes" else {}
+    for name, function in sent.items():
         try:
-            ForkingPickler.dumps(field.value)
+            ForkingPickler.dumps(function.value)
         except Exception as e:  # whatever the function holds may fail in its own way
             raise ParameterError(
                 f"the function {name} cannot be sent to other processes ({said(e)}); define it at the top of a module, "
@@ -164,44 +150,37 @@ def check_sendable(method: Method, given: ExecutorLike) -> None:
 
 
 @contextmanager
-def executor_of(given: ExecutorLike, run: Run) -> Iterator[Threads | Processes | Cluster]:
-    """Understand who is to draw; what is started here is ended here."""
+def executor_of(given: ExecutorLike, run: Run) -> Iterator[Callable[[Task, Iterable[Cell]], Results]]:
+    """Yield the function that renders cells in order for an executor; a cluster started here is closed afterwards."""
     check_executor(given)
     if given is None or given == "threads":
-        yield Threads(run.workers)
+        yield partial(by_threads, run.workers)
     elif given == "processes":
-        yield Processes(run.workers)
+        yield partial(by_processes, run.workers)
     elif isinstance(given, str):
-        with _started(extra("distributed"), given, run) as client:
-            yield Cluster(client)
+        with ExitStack() as stack:
+            where = given
+            if given == "local":
+                kind = extra("distributed").LocalCluster
+                options = {"threads_per_worker": 1, "processes": True, "dashboard_address": None}
+                where = stack.enter_context(kind(n_workers=run.workers, **options))
+            yield partial(by_cluster, stack.enter_context(_client_at(where)))
     else:
-        yield Cluster(given)
+        yield partial(by_cluster, given)
 
 
-@contextmanager
-def _started(distributed: Any, where: str, run: Run) -> Iterator[Any]:
-    """A client of a cluster on this machine, or of one at an address."""
-    if where == "local":
-        with (
-            distributed.LocalCluster(
-                n_workers=run.workers, threads_per_worker=1, processes=True, dashboard_address=None
-            ) as cluster,
-            distributed.Client(cluster) as client,
-        ):
-            yield client
-        return
+def _client_at(where: Any) -> Any:
+    """Return a client of a dask cluster, or of the one at an address."""
     try:
-        client = distributed.Client(where, timeout=5)
+        return extra("distributed").Client(where, timeout=5)
     except (OSError, ValueError) as e:
         raise InputError(
             f"no dask scheduler answers at {where} ({type(e).__name__}); start one with: dask scheduler"
         ) from None
-    with client:
-        yield client
 
 
 def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
-    """Keep at most so many cells under way, and yield them in order."""
+    """Yield results in order, with at most `most` cells in progress."""
     under_way: deque[tuple[Cell, Any]] = deque()
     for cell in cells:
         under_way.append((cell, submit(cell)))
@@ -213,7 +192,7 @@ def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
 
 
 def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
-    """Hand out what was handed out before, then further cells, noting them."""
+    """Yield the cells in `todo`, then further ones, which are appended to it."""
     yield from tuple(todo)
     for cell in rest:
         todo.append(cell)
@@ -224,7 +203,7 @@ _task: list[Task] = []
 
 
 def _hold(task: Task) -> None:
-    """Keep the task in a worker process, which ends when the process that started it does."""
+    """Store the task in a worker process, which exits when its parent does."""
     _task[:] = [task]
     with suppress(ValueError):
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
@@ -242,9 +221,10 @@ def _held(cell: Cell) -> list[bytes]:
     return _task[0](cell)
 
 
-def array_of(texture: Picture, sides: Pair, chunks: Any, origin: Any) -> Any:
-    """Return a window of a texture as a dask array; the texture is one entry of its graph, sent once to a worker."""
+def array_of(texture: Picture, size: Any, chunks: Any, origin: Any) -> Any:
+    """Return a window of a texture as a dask array; the texture is one node of its graph, sent once to a worker."""
     dask, arrays = extra("dask"), extra("dask.array")
+    sides = sides_of(size)
     y, x = checked(texture, sides, origin)
     shape = texture.shape_of(*sides)
     wanted = chunks if isinstance(chunks, (tuple, list)) else (chunks, chunks)
@@ -263,7 +243,7 @@ def array_of(texture: Picture, sides: Pair, chunks: Any, origin: Any) -> Any:
 
 
 def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:
-    """Draw the block of a dask array that begins at (y, x) of the endless plane."""
+    """Render a block of a dask array whose first pixel is (y, x) of the endless plane."""
     rows, columns = block_info[None]["array-location"][:2]
     return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))
 
@@ -274,20 +254,19 @@ STORES: dict[str, tuple[type[Store], int]] = {
     "tiles": (TileStore, 256),
     "picture": (HeldStore, 0),
 }
-"""Name -> the store, and the usual side of its chunks or tiles; 0: it has none."""
+"""Name -> the class of the store, and the default side of its chunks or tiles; 0: it has none."""
 
 
 PER_PX, BETWEEN = 16, 140
-"""Bytes of memory of a px that is drawn, its map and weights; and what it takes besides where it is read between
-pixels."""
+"""Bytes of memory for each px that is rendered, for map and weights; and in addition if pixels are interpolated."""
 
 DRAWN = 1 << 22
-"""Px of the map that a worker holds at most."""
+"""Most px of the map that a worker holds."""
 
 
 @dataclass(frozen=True)
 class DrawnAndPacked:
-    """The task of a worker: draw a cell, pack it."""
+    """The task of a worker: render a cell and encode it."""
 
     texture: Picture
     origin: Pair
@@ -299,14 +278,14 @@ class DrawnAndPacked:
 
 
 def memory_of(store: Store, workers: int) -> int:
-    """Bytes that this process takes at least while so many workers fill a store."""
+    """Return the least memory, in bytes, of this process while `workers` fill a store."""
     return taken() + store.held + min(workers, len(store.grid)) * _drawn(store)
 
 
 def estimated(store: Store, workers: int) -> tuple[float, int]:
-    """Draw a cell of a store to tell what so many workers like this one will need to fill it; nothing is written.
+    """Return estimates of the seconds and the peak memory, in bytes, that `workers` need to fill a store.
 
-    Seconds, and bytes of this process's memory at its peak.
+    One cell is rendered to measure them; nothing is written.
     """
     task, cell = DrawnAndPacked(store.texture, store.origin, store.packer), store.grid.cell(0)
     task(cell)
@@ -320,14 +299,14 @@ def estimated(store: Store, workers: int) -> tuple[float, int]:
 
 
 def _drawn(store: Store) -> int:
-    """What a worker holds while it draws a cell, in bytes."""
+    """Return the memory of a worker while it renders a cell, in bytes."""
     box, texture = store.grid.cell(0).box, store.texture
     px, each = box.height * box.width, PER_PX + (0 if traits(texture.method).exact else BETWEEN)
     return int(min(px * texture.scale[1] ** 2, DRAWN) * each + px * 2 * texture.channels * texture.dtype.itemsize)
 
 
 def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Make a store; the same bytes, whoever draws, and however often it was interrupted."""
+    """Fill and finish a store; the bytes are the same whoever renders, and however often it was interrupted."""
     try:
         fill(store, executor, run)
         finish(store)
@@ -336,12 +315,12 @@ def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
 
 
 def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Draw what a store misses, and write it; the store stays open."""
+    """Render and write the missing cells of a store, which stays open."""
     total = len(store.grid)
     with legible(store):
         store.look()
         check_sendable(store.texture.method, executor)
-        with executor_of(executor, run) as workers:
+        with executor_of(executor, run) as drawn:
             missing = list(store.open())
             run.tick(total - len(missing), total)
             task = DrawnAndPacked(store.texture, store.origin, store.packer)
@@ -351,19 +330,19 @@ def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
                     yield result
                     run.tick(done, total)
 
-            with closing(workers.in_order(task, map(store.grid.cell, missing))) as results:
+            with closing(drawn(task, map(store.grid.cell, missing))) as results:
                 store.fill(counted(results), run)
 
 
 def finish(store: Store) -> None:
-    """Let a store that is full bear its name."""
+    """Move a complete store to its path."""
     with legible(store):
         store.finish()
 
 
 @contextmanager
 def legible(store: Store) -> Iterator[None]:
-    """Say in one line why a store could not be written."""
+    """Turn an OSError into a ResourceError of one line that says why a store could not be written."""
     try:
         yield
     except OSError as e:

@@ -1,8 +1,8 @@
-"""A texture as a zarr array (version 3), the one store that goes on where it was stopped.
+"""A texture as a sharded zarr array (version 3), the one store that is resumed after an interruption.
 
-What is done is told by the files alone: small chunks, each with its checksum (CRC-32C), several of them in a file. A
-file that is missing, cut or damaged is drawn again. The recipe is an attribute of the array, in ``zarr.json``, which
-lies on the disk before the first chunk is drawn; nothing else waits for the disk, as a loss of power costs time only.
+The files alone hold the progress: each shard holds several chunks with checksums (CRC-32C). A file that is missing,
+truncated or damaged is rendered again. The recipe is an attribute of the array, in ``zarr.json``, which is synced to
+disk before the first chunk is rendered; nothing else is synced, as a loss of power costs only time.
 """
 
 from __future__ import annotations
@@ -17,27 +17,27 @@ from typing import Any, ClassVar
 
 from ..disk import whole
 from ..disk.whole import PathLike
-from ..foundation import InputError, ParameterError
+from ..foundation import InputError, ParameterError, Record
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from .exports import check_place
 from .picture import SIDE, Cell, Grid, Picture, Results, Store, check_side, extra
 
 SIGN = "zarr.json"
-LONGEST = 1 << 26  # bytes of it
+LONGEST = 1 << 26  # most bytes of it
 
 
 @dataclass(frozen=True)
 class ZarrPacker:
-    """Packs cells as the files of a zarr array: chunks of `chunk` px in files of `side` px."""
+    """Encodes cells as shards of a zarr array: chunks of `chunk` px in files of `side` px."""
 
     chunk: int
     side: int
-    tail: tuple[int, ...]  # the channels, where the array has an axis for them
+    tail: tuple[int, ...]  # the channels, if the array has an axis for them
     dtype: str
 
-    def array(self, shape: Pair, attributes: dict[str, Any], files: dict[str, Any]) -> Any:
-        """Make an array whose files land in `files`."""
+    def array(self, shape: Pair, attributes: Record, files: Record) -> Any:
+        """Return an array whose files are stored in `files`."""
         zarr = extra("zarr")
         names = ("y", "x", "channel")[: 2 + len(self.tail)]
         return zarr.create_array(
@@ -49,24 +49,24 @@ class ZarrPacker:
         )  # fmt: skip
 
     def name(self, row: int, column: int) -> str:
-        """The file of a cell, below the folder of the array."""
+        """Return the path of a cell's file in the folder of the array."""
         return "/".join(["c", str(row), str(column), *("0" for _ in self.tail)])
 
     def __call__(self, pixels: Array, cell: Cell) -> list[bytes]:
-        files: dict[str, Any] = {}
+        files: Record = {}
         alone = self.array((self.side, self.side), {}, files)
         height, width = pixels.shape[:2]
         alone[:height, :width] = pixels.reshape(height, width, *self.tail)
         return [files[self.name(0, 0)].to_bytes()]
 
     def sound(self, data: bytes) -> bool:
-        """Say whether a file is as it was packed."""
-        files: dict[str, Any] = {}
+        """Whether a file can be decoded, checksums included."""
+        files: Record = {}
         alone = self.array((self.side, self.side), {}, files)
         files[self.name(0, 0)] = type(files[SIGN]).from_bytes(data)
         try:
             alone[:]
-        except Exception:  # whatever a codec says of damaged bytes
+        except Exception:  # codecs raise many kinds of errors for damaged bytes
             return False
         return bool(data)  # zarr takes an empty file for one that is missing
 
@@ -82,7 +82,7 @@ class ZarrStore(Store):
     def cut(
         cls, texture: Picture, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, ZarrPacker]:
-        """Decide on files of several chunks; MissingExtraError without zarr."""
+        """Cut into shards of several chunks; MissingExtraError without zarr."""
         extra("zarr")
         chunk = check_side("chunk", side, 8192)
         together = chunk * max(SIDE // chunk, 1)
@@ -90,25 +90,25 @@ class ZarrStore(Store):
         return Grid(*sides, together, together), ZarrPacker(chunk, together, tail, texture.dtype.name)
 
     def look(self) -> None:
-        """Refuse, before any work, a place where this store cannot be; writes nothing."""
+        """Raise, before any work, if the store cannot be made at its path; writes nothing."""
         self._begun()
 
     def open(self) -> Iterable[int]:
-        """Begin or go on; return the numbers of the cells whose files are missing or damaged."""
+        """Start or resume; return the numbers of the cells whose files are missing or damaged."""
         if not self._begun():
             self._begin()
         whole.sweep(self.path)
         return [cell.number for cell in self.grid if not self._sound(cell)]
 
     def fill(self, results: Results, run: Run) -> None:
-        """Write the files of the cells as they come."""
+        """Write the files of the cells as they arrive."""
         for cell, (data,) in results:
             place = self._place(cell)
             place.parent.mkdir(parents=True, exist_ok=True)
             whole.put(place, data, by=self.path)
 
     def _begun(self) -> bool:
-        """Say whether this array was begun at its place; refuse a place where it cannot be."""
+        """Whether this array exists at its path; raise if it cannot be made there."""
         found = described(self.path / SIGN)
         if found is None:
             check_place(self.path)
@@ -127,7 +127,7 @@ class ZarrStore(Store):
         return not differing
 
     def _begin(self) -> None:
-        """Make a new array, without chunks; what lay in its place goes away as a whole."""
+        """Make a new array without chunks; an array that it replaces is removed atomically."""
         target = Path(os.path.realpath(self.path))
         new, old = not target.exists(), whole.name_in(target.parent)
         whole.sweep(target.parent)
@@ -146,15 +146,15 @@ class ZarrStore(Store):
             whole.take_away(old)
 
     def _sign(self) -> bytes:
-        """The description of the array, with the recipe among its attributes."""
-        files: dict[str, Any] = {}
+        """Return the content of ``zarr.json``, with the recipe among the attributes."""
+        files: Record = {}
         recipe = self.recipe | {"chunk": self.packer.chunk}
-        self.packer.array((self.grid.height, self.grid.width), {"intarsia": recipe}, files)
+        self.packer.array(self.grid.shape, {"intarsia": recipe}, files)
         data: bytes = files[SIGN].to_bytes()
         return data
 
     def _sound(self, cell: Cell) -> bool:
-        """Say whether the file of a cell is there as it was written; ParameterError where no ordinary file lies."""
+        """Whether the file of a cell exists and is valid; ParameterError if it is no ordinary file."""
         place = self._place(cell)
         if not whole.is_file(place):
             return False
@@ -165,7 +165,7 @@ class ZarrStore(Store):
             return False
 
     def _place(self, cell: Cell) -> Path:
-        """Where the file of a cell belongs; ParameterError where the way there leads out of the store."""
+        """Return the path of a cell's file; ParameterError if it leads out of the store."""
         name = self.packer.name(cell.row, cell.column)
         for folder in reversed(Path(name).parents[:-1]):
             way = self.path / folder
@@ -174,10 +174,10 @@ class ZarrStore(Store):
         return self.path / name
 
 
-def described(place: Path) -> dict[str, Any] | None:
-    """The description of a zarr array; None where there is none, or where it is no texture.
+def described(place: Path) -> Record | None:
+    """Return the metadata of a zarr array; None if there is none, or it is no texture of this package.
 
-    InputError where it is damaged: nobody can say whose it is.
+    Raises InputError if it is damaged.
     """
     if not whole.is_file(place):
         return None

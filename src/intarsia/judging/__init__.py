@@ -1,6 +1,6 @@
-"""Judging an output by its exemplar, in parts that people agree with: windows, sources, parts, and one score.
+"""Quality score of a synthesised texture against its exemplar: a weighted sum of perceptual parts, 0 to 100.
 
-How good an output is, as people would say: parts between an anchor that is good and one that is bad, and their sum.
+Each part is normalised between an anchor for a true continuation and one for a bad result.
 
     found = ia.score("stones.png", "grown.png")
     found.total, found.parts["joins"].worth, found.parts["joins"].measured
@@ -10,17 +10,18 @@ The formula, with the weights of :data:`~intarsia.judging.parts.PARTS` (docs/sco
     worth of a part = 1 - (measured - good) / (bad - good), held between 0 and 1
     total = 100 * worth of "texture" * (1 - sum of weight * visible * sqrt(1 - worth)), at least 0
 
-``visible`` is 1, and for what is shown too often the grain of the exemplar: where every window returns, repeats are
-not seen. The root makes a first flaw count more than the tenth. "texture" is worth 1 where the output is of the
-exemplar's texture, and nothing where it is of another.
+``visible`` is 1, and for parts that measure repetition the grain of the exemplar: repeats are not seen if every window
+recurs. The root makes a first flaw count more than the tenth. "texture" is worth 1 if the output has the exemplar's
+texture, and 0 if it has another.
 
-Where an output loses is told place by place: what joins cost, and the places of the exemplar that it shows too often.
+Losses are also returned place by place: costs of joins, and places of the exemplar that are used too often.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,24 +30,23 @@ from ..analysis import block_sums, factor_for, window_sums
 from ..analysis.features import features
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array, Int16, Pair
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import Wrap, apart
 from ..model import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
 from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_side
 from .sources import STEP, Reference, Sources
 from .windows import SIDE, smaller
 
-CORNER = 512  # px: of an output of more than twice as much a side, its corners are looked at, so large each
+CORNER = 512  # px: of outputs of more than twice this side only the corners, of this size, are judged
 WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
-"""The least total of each word: nothing that a grader called broken is clean (docs/score.md)."""
-AROUND = 32  # px: an output that wraps is looked at so far beyond its borders
+"""The least total of each verdict: nothing that a grader called broken is clean (docs/score.md)."""
+AROUND = 32  # px by which periodic outputs are padded beyond their borders
 
 Pictures = Sequence[Int16]
 
 
-@dataclass(frozen=True)
-class Worth:
-    """One part of a score: what it is, the number that was measured, and the numbers that are worth 1 and 0."""
+class Worth(NamedTuple):
+    """One part of a score: its definition, the measured number, and the anchors that are worth 1 and 0."""
 
     part: Part
     measured: float
@@ -55,15 +55,15 @@ class Worth:
 
     @property
     def worth(self) -> float:
-        """1 for a true continuation, 0 for what is worth nothing."""
+        """The normalised score of the part: 1 at the good anchor, 0 at the bad one."""
         return min(1.0, max(0.0, (self.bad - self.measured) / (self.bad - self.good)))
 
 
 @dataclass(frozen=True)
 class Score:
-    """How good an output is: ``total`` from 0 to 100, and its parts by name; more is better.
+    """Quality of an output: ``total`` from 0 to 100, and its parts by name; higher is better.
 
-    ``grain`` says how little the exemplar repeats itself, 0 to 1.
+    ``grain``: how rarely windows of the exemplar recur in it, 0 to 1.
     """
 
     parts: dict[str, Worth]
@@ -76,11 +76,11 @@ class Score:
 
     @property
     def total(self) -> float:
-        """The one number: 100 for a true continuation, 0 where nothing is right."""
+        """The total score: 100 for a true continuation, 0 at worst."""
         return max(0.0, 100 * (1 - sum(self.loss(name) for name in self.parts)))
 
     def loss(self, name: str) -> float:
-        """How much one part takes from the total, of 1; another texture takes of what the others leave."""
+        """Return what one part subtracts from the total, of 1; "texture" takes its share of what the others leave."""
         one = self.parts[name]
         if one.part is TEXTURE:
             return (1 - one.worth) * max(0.0, 1 - sum(self.loss(other) for other in self.parts if other != name))
@@ -88,19 +88,19 @@ class Score:
 
     @property
     def ranked(self) -> list[str]:
-        """The names of the parts, what takes most first."""
+        """The names of the parts, the largest loss first."""
         return sorted(self.parts, key=lambda name: -self.loss(name))
 
     @property
     def verdict(self) -> str:
-        """The total in words, with what takes most from it."""
+        """The total in words, with the flaw of the largest loss."""
         if self.parts[TEXTURE.name].worth < 0.5:
             return "not this texture"
         word = next(word for least, word in WORDS if self.total >= least)
         return word.format(self.parts[self.ranked[0]].part.flaw)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON."""
+        """Return the score for JSON."""
         return {"total": round(self.total, 2), "verdict": self.verdict, "grain": round(self.grain, 3), "parts": {
             name: {
                 "worth": round(one.worth, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
@@ -110,9 +110,8 @@ class Score:
         }}  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Look:
-    """A part of an output that was looked at: row and column where it begins, in px, and what its windows show."""
+class Look(NamedTuple):
+    """A judged part of an output: row and column where it begins, in px, and the sources of its windows."""
 
     begin: Pair
     sources: tuple[Sources, ...]
@@ -120,20 +119,20 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A score, and what was seen when it was found: parts of the output, reduced `factor` times as the exemplars."""
+    """A score, and the judged parts of the output, reduced `factor` times like the exemplars."""
 
     score: Score
     looks: tuple[Look, ...]
     factor: int
 
     @property
-    def alone(self) -> Judged:
-        """The score, without what was seen."""
-        return Judged(self.score, (), self.factor)
+    def finest(self) -> list[Sources]:
+        """The sources of the smallest windows in each judged part; parts without windows are left out."""
+        return [look.sources[0] for look in self.looks if look.sources]
 
 
 def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Judged:
-    """Judge a picture by its base plane; InputError where that has other channels than the exemplars'."""
+    """Judge a picture by its base plane; InputError if its channels differ from the exemplars'."""
     first, base = exemplars[0].base, output.base
     if (base.kind, base.channels) != (first.kind, first.channels):
         raise InputError(
@@ -146,7 +145,7 @@ def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Jud
 
 
 def score_map(exemplars: Exemplars, smap: SourceMap) -> Score:
-    """Judge a map without holes by the pixels that it shows, not mixed at its cuts."""
+    """Return the score of a map without holes, rendered without feathering."""
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
     known = feats.memo("judging", lambda: known_of(pictures, exemplars))  # several maps of the same are judged
@@ -154,10 +153,10 @@ def score_map(exemplars: Exemplars, smap: SourceMap) -> Score:
 
 
 def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
-    """Return the output in features (H, W, C): every pixel as its exemplar has it."""
+    """Return a map rendered in feature space (H, W, C), without feathering."""
     if smap.which is None:
         return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
-    out = np.zeros((smap.height, smap.width, pictures[0].shape[2]), np.int16)
+    out = np.zeros((*smap.shape, pictures[0].shape[2]), np.int16)
     for number, picture in enumerate(pictures):
         at = smap.which == number
         out[at] = picture[smap.yx[at, 0], smap.yx[at, 1]]
@@ -165,22 +164,22 @@ def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
 
 
 class Known(NamedTuple):
-    """What is measured of exemplars once for all outputs: reduced `factor` times, and what their tiles measure."""
+    """Measurements of exemplars for all outputs: reduction factor, reference windows, bad anchors from random tiles."""
 
     factor: int
     reference: Reference
     worst: dict[str, float]
 
     def reduced(self, output: Int16) -> Int16:
-        """An output as the exemplars are looked at, held in their range, for which distances are exact."""
+        """Return an output reduced like the exemplars and clipped to their range, in which distances are exact."""
         pictures = self.reference.pictures
         low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
         return np.asarray(np.clip(smaller(output, self.factor), low, high), np.int16)
 
 
 def known_of(pictures: Pictures, exemplars: Exemplars) -> Known:
-    """Measure exemplars by the features of their base planes (H, W, C)."""
-    factor = max(factor_for(p.shape) for p in pictures)  # large ones are looked at reduced
+    """Return the measurements of exemplars, given the features of their base planes (H, W, C)."""
+    factor = max(factor_for(p.shape) for p in pictures)  # large ones are reduced
     masks = (e.usable for e in exemplars)
     reference = Reference(
         tuple(np.asarray(smaller(p, factor), np.int16) for p in pictures),
@@ -207,35 +206,31 @@ def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
 
 
 def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
-    """The output, a little beyond where it wraps, or the corners of a large one; and where each begins."""
-    around = [(0, AROUND if closed else 0) for closed in (wrap.y, wrap.x)]
+    """Return the parts of an output that are judged with their origins: all of it, padded if periodic, or corners."""
+    around = [(0, AROUND if closed else 0) for closed in wrap.closed]
     output = np.pad(output, (*around, (0, 0)), "wrap")
     short = 2 * CORNER + AROUND
-    ends = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
-    spans = list(ends)
-    return [
-        ((rows.start or 0, columns.start or 0), output[rows, columns]) for rows in spans[0] for columns in spans[1]
-    ]
+    spans = ([slice(n)] if n <= short else [slice(CORNER), slice(n - CORNER, n)] for n in output.shape[:2])
+    return [((rows.start or 0, columns.start or 0), output[rows, columns]) for rows, columns in product(*spans)]
 
 
-SIZES = 2  # of windows by which joins are told: the smallest
-MOST = 3  # places that are told of,
-MANY = 60  # but no further one where so many places of the output are told of already
-OFTEN = 2.5  # times the mean: what is shown less often is nothing to tell of
-RETURNS = 3  # places of the output that show it, at least
+SIZES = 2  # smallest sizes of windows by which joins are located
+MOST = 3  # overused places that are reported,
+MANY = 60  # but no further one once so many places of the output are reported
+OFTEN = 2.5  # times the mean: places used less often are not reported
+RETURNS = 3  # least occurrences in the output
 
-@dataclass(frozen=True)
-class Spot:
-    """A place of a picture: its middle and its radius, in px."""
+
+class Spot(NamedTuple):
+    """A circle in a picture: centre and radius, in px."""
 
     y: float
     x: float
     radius: float
 
 
-@dataclass(frozen=True)
-class Often:
-    """A place that is shown too often: in exemplar `number` at `place`, so many `times` the mean, at `spots`."""
+class Often(NamedTuple):
+    """An overused place: in exemplar `number` at `place`, used `times` the mean, and its occurrences (`spots`)."""
 
     number: int
     place: Spot
@@ -244,9 +239,9 @@ class Often:
 
 
 def joins_at(judged: Judged, size: Pair) -> Array:
-    """How much joins cost around every place of an output of `size`, 0 to 1: as much as any two windows differ.
+    """Return the local cost of joins in an output of `size`, 0 to 1, where 1 is the distance of unrelated windows.
 
-    Returns (rows, columns) of squares of 8 px, or of so many times more as the output was looked at reduced.
+    (rows, columns) of squares of 8 px, times the factor by which the output was reduced.
     """
     rows, columns = (-(-n // (STEP * judged.factor)) for n in size)
     total, count = np.zeros((rows, columns)), np.zeros((rows, columns), np.int64)
@@ -255,7 +250,7 @@ def joins_at(judged: Judged, size: Pair) -> Array:
         for sources in look.sources[:SIZES]:
             right, below = sources.changes / 1024
             y, x = (at + SIDE * sources.level.windows.factor // (2 * STEP) for at in (top, left))
-            for change in (right[:, 1:], below[1:]):  # the first follow none
+            for change in (right[:, 1:], below[1:]):  # the first have no predecessor
                 high, wide = min(change.shape[0], rows - y), min(change.shape[1], columns - x)
                 total[y : y + high, x : x + wide] += change[:high, :wide]
                 count[y : y + high, x : x + wide] += 1
@@ -267,8 +262,8 @@ def joins_at(judged: Judged, size: Pair) -> Array:
 
 
 def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Often, ...]:
-    """Look for the places of the exemplars that are shown far more often than others, the most used first."""
-    first = [look.sources[0] for look in judged.looks if look.sources]
+    """Return the places of the exemplars that are used far more often than others, the most used first."""
+    first = judged.finest
     if not first:
         return ()
     table = first[0].level.windows.table
@@ -291,11 +286,11 @@ def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[
 
 
 def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
-    """How often pixels of each exemplar are shown, as far as windows tell, of what they would be on average.
+    """Return how often pixels of each exemplar are used, relative to the mean, estimated from windows.
 
-    Where a map is known, it tells this exactly. The rest of an exemplar that is looked at reduced counts as 0.
+    `SourceMap.usage` gives exact counts if the map is known. Pixels left over by the reduction count as 0.
     """
-    first = [look.sources[0] for look in judged.looks if look.sources]
+    first = judged.finest
     out = [np.zeros(size) for size in exemplars]
     if not first:
         return out
@@ -315,7 +310,7 @@ def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
 
 
 def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tuple[int, int, int]]:
-    """Where each exemplar begins in the table of windows, how high and how wide it is there."""
+    """Return for each exemplar its first row in the table of windows, its height and its width there."""
     windows, out, begin = sources.level.windows, list[tuple[int, int, int]](), 0
     for size in exemplars:
         room = [n // factor // windows.factor - SIDE + 1 for n in size]
@@ -326,7 +321,7 @@ def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tupl
 
 
 def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Spot]:
-    """The exemplar, and the place in it, of the square of the table that begins at `at`."""
+    """Return the exemplar, and the place in it, of the square of the table that begins at `at`."""
     windows, (row, column) = sources.level.windows, at
     rows = _rows(sources, factor, exemplars)
     number = max(n for n, (begin, height, _) in enumerate(rows) if height and begin <= row)
@@ -342,7 +337,7 @@ def _radius(sources: Sources, factor: int) -> float:
 
 
 def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
-    """The places of the output that show the square of the table that begins at `at`."""
+    """Return the places of the output whose sources lie in the square of the table that begins at `at`."""
     out = list[Spot]()
     for look in judged.looks:
         if not look.sources:
@@ -358,11 +353,6 @@ def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
             y, x = (
                 (b + float(m) * judged.factor) % n for b, m, n in zip(look.begin, middle, output, strict=True)
             )
-            if all(max(_apart(y, s.y, output[0]), _apart(x, s.x, output[1])) > radius for s in out):
+            if all(max(apart(y, s.y, output[0], True), apart(x, s.x, output[1], True)) > radius for s in out):
                 out.append(Spot(y, x, radius))
     return out
-
-
-def _apart(a: float, b: float, length: int) -> float:
-    """How far two places are along an axis that may be closed: seen twice where it is."""
-    return min(abs(a - b), length - abs(a - b))

@@ -1,7 +1,7 @@
-"""A result as a notebook shows it: the picture, where its pixels come from as a pointer goes over it, and its score.
+"""HTML representation of a synthesis for notebooks: the picture, an interactive source map, and the score.
 
-The page part holds everything it needs, its pictures and its map as data, and asks nobody for anything. It stays below
-1 MB for any size: what is too large is shown reduced, which it says.
+The HTML is self-contained, with pictures and map as data, and loads nothing. It stays below 1 MB for any size: larger
+pictures are reduced, and the reduction is stated.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from ..model.sourcemap import HOLE, SourceMap
 from . import score_map
 from .windows import smaller
 
-SIDE, SMALL = 512, 256  # px: the picture and the exemplars are shown no larger
-PICTURE, EXEMPLARS, MAP = 360_000, 120_000, 200_000  # bytes that they may take, before they are written as text
-SHOWN = 6  # exemplars; of more, the names alone are told
-JUDGED = 1 << 22  # px: larger maps are judged where that is asked for
-QUALITY = 88  # of a JPEG, where a PNG is too large
+SIDE, SMALL = 512, 256  # px: largest side of the picture, and of the exemplars
+PICTURE, EXEMPLARS, MAP = 360_000, 120_000, 200_000  # most bytes of each, before base64
+SHOWN = 6  # exemplars; of more, only the names are shown
+JUDGED = 1 << 22  # px: larger maps are not judged here
+QUALITY = 88  # of a JPEG, if a PNG is too large
 
 STYLE = """
 .intarsia-made { display: flex; flex-wrap: wrap; gap: 16px; align-items: flex-start;
@@ -82,7 +82,7 @@ SCRIPT = """
 
 
 def html_of(picture: Plane, exemplars: Exemplars, smap: SourceMap, about: str) -> str:
-    """Return a picture with its map as a part of an HTML page; `about` says in words how it was made."""
+    """Return a picture with its map as an HTML fragment; `about` describes how it was made."""
     seen, less = _shown(picture, SIDE, PICTURE, "the output")
     size = f"{picture.width}x{picture.height} px"
     size += f", shown reduced {less} times" if less > 1 else ""
@@ -107,7 +107,7 @@ def _figure(exemplar: Exemplar, most: int) -> str:
 
 
 def _score(exemplars: Exemplars, smap: SourceMap) -> str:
-    """The score and its parts; a line where there is none."""
+    """Return the score and its parts as HTML; a sentence if there is none."""
     if smap.height * smap.width > JUDGED:
         return "<p>intarsia.score judges pictures of this size.</p>"
     try:
@@ -120,7 +120,7 @@ def _score(exemplars: Exemplars, smap: SourceMap) -> str:
 
 
 def _shown(plane: Plane, side: int, most: int, alt: str) -> tuple[str, int]:
-    """An image of at most `most` bytes, reduced by whole numbers; and how many times it was."""
+    """Return an <img> of at most `most` bytes, reduced by an integer factor; and that factor."""
     pixels = looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR)
     pixels = pixels.reshape(*pixels.shape[:2], -1)
     step = max(-(-max(pixels.shape[:2]) // side), 1)
@@ -139,11 +139,11 @@ def _shown(plane: Plane, side: int, most: int, alt: str) -> tuple[str, int]:
 
 
 def _packed(smap: SourceMap) -> tuple[int, int, str]:
-    """Rows and columns of a map, reduced to what fits, and itself: how far each pixel moved, and which exemplar it is.
+    """Return rows and columns of a map reduced to fit into MAP bytes, and its data: offsets and exemplar numbers.
 
-    Steps (rows, then columns) are int32, little-endian, and exemplars uint8, packed by zlib and written as base64.
+    Offsets (rows, then columns) are int32, little-endian, and exemplars uint8, compressed by zlib, as base64.
     """
-    step = max(-(-max(smap.height, smap.width) // SIDE), 1)
+    step = max(-(-max(smap.shape) // SIDE), 1)
     while True:
         height, width = max(smap.height // step, 1), max(smap.width // step, 1)
         rows = (2 * np.arange(height) + 1) * smap.height // (2 * height)

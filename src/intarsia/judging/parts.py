@@ -1,14 +1,13 @@
-"""The parts of a score: what is measured of an output, in which unit, and what the ends of its scale are.
+"""The parts of the score: definitions, units, anchors, and how each is measured.
 
-Every part is 1 for an output as good as a true continuation of the exemplar, and 0 for one of squares laid side by side
-without looking, or what the table names in place of it. Whatever is measured is a ratio of sums of whole numbers.
+Every part is 1 for an output as good as a true continuation of the exemplar, and 0 for random squares placed without
+matching, or at the anchor in the table. All measurements are ratios of sums of integers.
 
-Whether it is of the texture of its exemplar at all is asked of windows of every size, by three questions. *Is what it
-shows there?* How far windows are from the exemplar, of what its own are from one another. *Does it go on as there?* At
-how many steps from window to window another place of the exemplar begins. *Is it like it on the whole?* By how much the
-cosines of windows differ in mean and spread. What is grown may show a part of its exemplar alone, or be cut into small
-pieces; what is plain finds its like in a rich exemplar: each fails one question or two. Only another texture fails all
-three, so the answers are multiplied.
+Whether an output has the texture of its exemplar at all is measured on windows of every size as a product of three
+numbers: the distance of windows to the exemplar, relative to distances within it; the share of steps from window to
+window at which another place of the exemplar begins; the difference in mean and spread of the cosines of windows. A
+synthesised texture may show only a part of its exemplar, or be cut into small pieces, and a plain one finds matches in
+a rich exemplar: each is high in one or two of the numbers. Only another texture is high in all three.
 
 Sources: pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (section 3.1); statistics of
 filters as what a texture is, Heeger and Bergen 1995; the product, repeats and the scales are our own.
@@ -28,21 +27,21 @@ from ..foundation.filters import moving_sums
 from .sources import NEXT, STEP, Reference, Sources, continued
 from .windows import SIDE, poses
 
-# A place of the exemplar may return; one that returns with its surroundings is seen to, as a leaf with the same three
-# beside it. Of numbers read off a map this kind agreed best with people on which of two outputs repeats itself.
-REACH = 25  # windows of the output, 200 px: so far two places are seen together; 128 px: fewer pairs are told apart
+# A single place of the exemplar may recur unseen; one that recurs with its surroundings is noticed. Of the measures on
+# maps this one agreed best with people on which of two outputs repeats itself.
+REACH = 25  # windows of the output, 200 px: repeats are noticed within it; 128 px: fewer pairs are told apart
 NEAR = 3  # windows: nearer ones overlap
-AROUND = 2  # windows on every side are surroundings, so 5 x 5, and
-MOST = 14  # of them, over half, must be the same; 3 x 3 or 7 x 7 of them name the better as often
-SAME = 2  # px of the reduced picture: so near sources are the same
+AROUND = 2  # windows on every side are the surroundings, so 5 x 5, and
+MOST = 14  # of them, over half, must be the same; 3 x 3 or 7 x 7 name the better output as often
+SAME = 2  # px of the reduced picture: sources within it are the same
 
 
 class Part(NamedTuple):
-    """One part of a score: its name, its unit, what it means, its weight in the total, and its anchors.
+    """One part of the score: name, unit, meaning, weight in the total, and anchors.
 
-    ``good`` is what a true continuation measures; ``bad`` what is worth nothing, None: what tiles of the exemplar
-    measure, which is held at least ``least`` away. ``grainy`` parts are seen as far as the exemplar does not repeat.
-    ``flaw``: what people see where it takes most.
+    ``good``: the value of a true continuation; ``bad``: the value that is worth 0, None for that of random tiles of the
+    exemplar, at least ``least`` away from ``good``. ``grainy`` parts are weighted by the grain of the exemplar.
+    ``flaw``: what people see if this part takes most.
     """
 
     name: str
@@ -79,14 +78,14 @@ PARTS = (
 
 
 def sources_of(reference: Reference, picture: Int16) -> list[Sources]:
-    """Look for the sources of the windows of an output picture (H, W, C), of every size that it can hold."""
+    """Return the sources of the windows of an output picture (H, W, C), for every size that fits."""
     return [Sources.of(level, picture) for level in reference.levels if min(picture.shape[:2]) >= level.least_side]
 
 
 def measured(
     reference: Reference, picture: Int16, sources: Sequence[Sources], parts: Sequence[Part] = PARTS
 ) -> dict[str, float]:
-    """Measure parts of an output picture (H, W, C) with its `sources`, in the features of its exemplars."""
+    """Return the measured parts of an output picture (H, W, C), given in the features of its exemplars."""
     every, sources = sources, sources[:2]
     sides = [min(p.shape[:2]) for p in reference.pictures]
     how: dict[str, Callable[[], float]] = {
@@ -107,12 +106,12 @@ def _mean(values: list[float], nothing: float = 0.0) -> float:
 
 
 def square_side(table: Array) -> int:
-    """How wide the places are of which it is counted how often they are shown, in windows of a table."""
+    """Return the side of the squares whose use is counted, in windows of a table."""
     return max(3, int(min(table.shape)) // 12)
 
 
 def shown(table: Array, usage: Array) -> Array:
-    """How often every square of a table of windows is shown, by the `usage` of each; -1 where it is not whole."""
+    """Return the sum of `usage` over every square of a table of windows; -1 for squares with gaps."""
     side = square_side(table)
     if min(table.shape) < side:
         return np.zeros((0, 0), np.int64)
@@ -121,7 +120,7 @@ def shown(table: Array, usage: Array) -> Array:
 
 
 def _overused(sources: Sources) -> float:
-    """How often the place is shown that 2 % are shown more often than, by the mean; places are a twelfth wide."""
+    """Return the 98th percentile of the use of squares, a twelfth of the exemplar wide, relative to the mean."""
     every = shown(sources.level.windows.table, sources.usage)
     often = np.sort(every[every >= 0])
     mean = float(often.sum()) / max(often.size, 1)
@@ -129,9 +128,9 @@ def _overused(sources: Sources) -> float:
 
 
 def _salient(reference: Reference, sources: Sources) -> float:
-    """How often the places that strike are shown, by the mean of all: each by its saliency and its showings."""
+    """Return the use of salient places relative to the mean, weighted by saliency and use."""
     windows, usage = sources.level.windows, sources.usage
-    half = SIDE // 4 // windows.stride  # within half a window around: sources stray
+    half = SIDE // 4 // windows.stride  # counted within half a window, as sources are inexact
     often = window_sums(np.pad(usage, half), (2 * half + 1,) * 2)
     weight = usage * windows.middles(reference.salient)
     mean = usage.sum() * (2 * half + 1) ** 2 / np.count_nonzero(windows.table >= 0)
@@ -139,7 +138,7 @@ def _salient(reference: Reference, sources: Sources) -> float:
 
 
 def _again(sources: Sources, sides: Sequence[int]) -> float:
-    """The share of windows that are shown again with their surroundings within 3/4 of the shorter side, in percent.
+    """Return the share of windows that recur with their surroundings within 3/4 of the shorter side, in percent.
 
     `sides`: the shorter sides of the exemplars, px.
     """
@@ -147,7 +146,7 @@ def _again(sources: Sources, sides: Sequence[int]) -> float:
 
 
 def shown_again(sources: Sources, reach: int) -> Mask:
-    """Which windows return within `reach` windows together with most of the 5 x 5 around them."""
+    """Return a mask of the windows that recur within `reach` windows together with most of the 5 x 5 around them."""
     windows = sources.level.windows
     at = (windows.at[sources.number] * windows.stride).astype(np.int16)
     y, x = (np.ascontiguousarray(at[..., k]) for k in (0, 1))
@@ -168,13 +167,13 @@ def shown_again(sources: Sources, reach: int) -> Mask:
 
 
 def _most(same: Array) -> Mask:
-    """Where most of the 5 x 5 around are the same; what lies outside is not."""
+    """Return a mask of where at least MOST of the 5 x 5 around are True; the outside counts as False."""
     counts = moving_sums(moving_sums(same.astype(np.int64), 0, AROUND, "constant"), 1, AROUND, "constant")
     return np.asarray(counts >= MOST)
 
 
 def mean_step(pictures: Sequence[Array], usable: Sequence[Mask | None]) -> float:
-    """Return the mean step between neighbours, summed over channels; only where both may be used."""
+    """Return the mean absolute difference of neighbours, summed over channels, where both are usable."""
     total = count = 0
     for p, free in zip(pictures, usable, strict=True):
         wide = p.astype(np.int32)
@@ -193,25 +192,24 @@ def _blurred(reference: Reference, picture: Array) -> float:
 
 
 def _lattice(reference: Reference, picture: Array) -> float:
-    """By how much more the output differs from itself a period on; 0 where the exemplar has none."""
-    if reference.periods is None:
-        return 0.0
-    return max(0.0, reference.periods.lost(picture, reference.pictures[0], reference.usable[0]))
+    """Return the loss of periodicity in percent; 0 if the exemplar has no periods."""
+    periods = reference.periods
+    return max(0.0, periods.lost(picture, reference.pictures[0], reference.usable[0])) if periods else 0.0
 
 
-# Halved and doubled on 143 textures; what is seen then stands in docs/design/012.
-MANY = 625  # windows: four beside four that do not overlap; mean and spread of fewer are chance,
-LEAST = 16  # and of an output that has not the area of so many
-PLAIN = 0.2  # of what any two windows differ by is added to what the exemplar's own do: in a lattice that is nothing
-FAINT = 0.04  # of the largest spread is added to each: a cosine that hardly varies says nothing
-TURNED = 300  # windows that are looked for in every pose,
-CHANCE = 1.5  # times as far: of eight poses one is nearer by chance
+# Halved and doubled on 143 textures; results are in docs/design/012.
+MANY = 625  # least windows of an exemplar for mean and spread (4 x 4 that do not overlap),
+LEAST = 16  # and least area of an output, in windows
+PLAIN = 0.2  # of the unrelated distance, added to the mean own distance, which is 0 for a perfect lattice
+FAINT = 0.04  # of the largest spread, added to each: cosines that hardly vary are unreliable
+TURNED = 300  # windows that are searched in every pose;
+CHANCE = 1.5  # correction of their distance, as the nearest of eight poses is nearer by chance
 
 
 def unlike(sources: Sequence[Sources], enough: float) -> float:
-    """By how much an output is of another texture than its exemplar, in percent.
+    """Return how much an output differs in texture from its exemplar, in percent.
 
-    Where that is more than `enough`, pieces may have been mirrored and turned: windows are looked for in every pose.
+    If that is more than `enough`, pieces may be mirrored or rotated, and windows are compared in every pose.
     """
     many = [s for s in sources if _tells(s)] or sources[:1]
     found = math.inf
@@ -231,17 +229,13 @@ def _far(sources: Sources) -> float:
 
 
 def _far_turned(sources: Sources) -> float:
-    some = _flat(sources)[:: -(-sources.number.size // TURNED)]
+    some = sources.flat[:: -(-sources.number.size // TURNED)]
     least = np.min([sources.level.windows.nearest(waves)[0] for waves in poses(some)], axis=0)
     return CHANCE * float(least.mean()) / _usual(sources)
 
 
 def _usual(sources: Sources) -> float:
     return float(sources.level.own.mean()) + PLAIN * sources.level.unrelated
-
-
-def _flat(sources: Sources) -> Array:
-    return sources.waves.reshape(-1, sources.waves.shape[2])
 
 
 def _begun(sources: Sources) -> float:
@@ -254,11 +248,11 @@ def _begun(sources: Sources) -> float:
 
 
 def _differs(sources: Sources) -> float:
-    return _off(_flat(sources), sources.level.windows.waves)
+    return _off(sources.flat, sources.level.windows.waves)
 
 
 def _differs_turned(sources: Sources) -> float:
-    return _off(*(np.concatenate(poses(waves)) for waves in (_flat(sources), sources.level.windows.waves)))
+    return _off(*(np.concatenate(poses(waves)) for waves in (sources.flat, sources.level.windows.waves)))
 
 
 def _off(some: Array, others: Array) -> float:
@@ -268,6 +262,6 @@ def _off(some: Array, others: Array) -> float:
 
 
 def _moments(waves: Array) -> tuple[Array, Array]:
-    """The mean and the spread of every cosine; sums of whole numbers below 2**53 are exact."""
+    """Return mean and standard deviation of every cosine; sums of integers below 2**53 are exact."""
     total, squares = (w.sum(axis=0, dtype=np.float64) / len(waves) for w in (waves, waves * waves))
     return total, np.sqrt(np.maximum(squares - total * total, 0))

@@ -1,12 +1,11 @@
-"""What is known of exemplars before an output is judged; where its windows come from, and what changes where two meet.
+"""Sources of an output's windows in the exemplar, cost of joins between neighbours, and reference measurements.
 
-An output that is made of pieces shows each piece beside others. Continue the source of a window by a step: where the
-output goes on in the same piece, this is what it shows. Where it does not, the two differ as the exemplar does, a
-little where a gap was met, as much as unrelated windows where a stone was cut. Where the exemplar has periods, pieces
-that lie whole periods apart meet as they do in it: a brick may stand beside any other.
+Continue the source of a window by a step. Within one piece the next window of the output shows the same. Across a join
+it differs: a little if the join runs along a gap, as much as unrelated windows if it cuts through a stone. Joins of
+pieces that are whole periods of the exemplar apart cost nothing: one brick may follow any other.
 
-Of exemplars their windows are known, how alike these are, and an output of which the worth is known: `tiles` lays small
-squares of the exemplar side by side without looking, and no method joins pieces worse.
+References of an exemplar: its windows, how similar they are to one another, and as an anchor a bad output: `tiles`
+places small random squares of the exemplar next to one another, and no method joins pieces worse.
 """
 
 from __future__ import annotations
@@ -27,26 +26,25 @@ from ..lattice import Vector, find_lattice
 from .windows import ALL, SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px
-ASKED = 1100  # windows of which the exemplar's own nearest is looked for
-FEW = 16  # windows; of fewer nothing is known
-REGULAR, GRAINY = 0.15, 0.35  # own distance by that of unrelated windows: below every window returns, above none does
-STAGE = 4101  # keeps the draws of tiles apart from others
-TILES = 8  # tiles lie side by side in an exemplar's side
-ANCHOR = 256  # px: side of the picture of tiles, at least
+ASKED = 1100  # windows whose nearest in the exemplar itself is searched
+FEW = 16  # windows; fewer are not evaluated
+REGULAR, GRAINY = 0.15, 0.35  # own distance by that of unrelated windows: below every window recurs, above none does
+STAGE = 4101  # stream of the random numbers of tiles
+TILES = 8  # tiles along an exemplar's side
+ANCHOR = 256  # px: least side of the picture of tiles
 
-LOOSE = 3  # px: pieces may lie so far off a period at most, where the lattice itself is as irregular
-FINE = 3  # times the slack: shorter periods cannot be told from others
-FAR = 3, 4  # of a side: periods longer than this leave too little to compare
+LOOSE = 3  # px: largest tolerance of periods, if the lattice itself is as irregular
+FINE = 3  # times the tolerance: shorter periods cannot be distinguished
+FAR = 3, 4  # of a side: longer periods leave too little to compare
 
 
 @dataclass(frozen=True)
 class Periods:
-    """The vectors (rows, columns) by which an exemplar repeats, one or two, and how loose they are; 1/256 px.
+    """The one or two lattice vectors (rows, columns) of an exemplar, and their tolerance; 1/256 px.
 
-    Where an exemplar has a lattice, or rows, a whole brick may lie wherever a brick may: a join between two pieces that
-    lie a whole number of periods apart is what the exemplar itself does at every period, and costs nothing. What is
-    lost where periods are not kept is seen from the picture alone: it differs more from itself, a period on, than the
-    exemplar does.
+    A join between two pieces that are a whole number of periods apart occurs in the exemplar itself at every period,
+    and costs nothing. Whether periods are kept is measured on the picture alone: otherwise it differs more from itself,
+    shifted by a period, than the exemplar does.
     """
 
     vectors: tuple[Vector, ...]
@@ -54,16 +52,16 @@ class Periods:
 
     @classmethod
     def of(cls, picture: Int16, usable: Mask | None) -> Periods | None:
-        """Find the periods of an exemplar (H, W, C); None where it has none."""
+        """Return the periods of an exemplar (H, W, C); None if it has none."""
         found = find_lattice(picture, usable).accepted
         if found is None:
             return None
         return cls(tuple((int(y), int(x)) for y, x in found.vectors), min(int(UNIT * found.residual), UNIT * LOOSE))
 
     def kept(self, moved: Array, slack: int) -> Mask:
-        """Whether moves (..., 2), in px, lead from one place to its like, a whole number of periods on.
+        """Whether offsets (..., 2), in px, are a whole number of periods.
 
-        By `slack` px they may miss it, and by what the periods are loose. Nowhere, where periods are too short to tell.
+        Within `slack` px plus the tolerance of the periods. False everywhere if periods are too short for that.
         """
         far = np.asarray(moved, np.int64) * UNIT
         shorter = min(math.isqrt(y * y + x * x) for y, x in self.vectors)
@@ -84,7 +82,7 @@ class Periods:
 
     @property
     def shifts(self) -> Iterator[Pair]:
-        """The periods, and both diagonals of a cell, in whole px, none of them upward."""
+        """The periods and both diagonals of a cell, rounded to px, none of them upward."""
         (a, b), *other = self.vectors
         every = [(a, b), *other, *((a + s * c, b + s * d) for c, d in other for s in (1, -1))]
         for y, x in every:
@@ -92,9 +90,10 @@ class Periods:
             yield (rows, columns) if rows >= 0 else (-rows, -columns)
 
     def lost(self, picture: Array, exemplar: Array, usable: Mask | None) -> float:
-        """By how much more an output differs from itself a period on than the exemplar, in percent of unrelated places.
+        """Return by how much more an output differs from itself, shifted by a period, than the exemplar does.
 
-        The mean over the shifts that both have room for; below 0 where it differs less.
+        In percent of the difference of unrelated places; the mean over the shifts that fit into both; negative if it
+        differs less.
         """
         found = []
         for shift in self.shifts:
@@ -107,10 +106,10 @@ class Periods:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Windows of one size: those of the exemplars, and how far these are from one another, in 1/16.
+    """The windows of the exemplars at one size, and distances among them, in 1/16.
 
-    ``own``: of some of them, evenly spread, the distances to their nearest elsewhere; ``usual`` is the median of
-    these, ``unrelated`` the distance of any two. ``periods``: of the exemplar.
+    ``own``: distances of a regular sample of windows to the nearest one elsewhere; ``usual``: their median;
+    ``unrelated``: median distance of pairs. ``periods``: of the exemplar.
     """
 
     windows: Windows
@@ -121,17 +120,17 @@ class Level:
 
     @cached_property
     def untoned(self) -> int:
-        """How far two windows are by their tones alone that have nothing to do with one another, in 1/16."""
+        """Median distance of unrelated windows by their mean tones alone, in 1/16."""
         return self.windows.unrelated(self.windows.tones)
 
     @property
     def least_side(self) -> int:
-        """The shortest side of an output, px, that holds a window."""
+        """The least side of an output, px, that holds a window."""
         return SIDE * self.windows.factor
 
     @classmethod
     def of(cls, windows: Windows, periods: Periods | None = None) -> Level | None:
-        """Measure how alike the windows are; None where they are too few, or lie too near one another."""
+        """Measure the distances among the windows; None if they are too few, or too close to one another."""
         own = windows.own(ASKED)[1]
         if len(own) < FEW:
             return None
@@ -141,25 +140,25 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Exemplars as the judge sees them: int16 pictures (H, W, C) of the base plane, and which px may be used."""
+    """Exemplars as they are compared: int16 features (H, W, C) of the base plane, and masks of usable px."""
 
     pictures: tuple[Int16, ...]
     usable: tuple[Mask | None, ...]
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
-        """The windows of 16, 32 and 64 px; fewer sizes, or none, of an exemplar that is too small."""
+        """The windows of 16, 32 and 64 px; fewer sizes, or none, if an exemplar is too small."""
         cut = (Windows.of(list(self.pictures), list(self.usable), factor) for factor in REDUCTIONS)
         return tuple(level for w in cut if w is not None and (level := Level.of(w, self.periods)) is not None)
 
     @cached_property
     def periods(self) -> Periods | None:
-        """By which steps the exemplar repeats; None where it does not, or there are several."""
+        """The periods of the exemplar; None if it has none, or there are several exemplars."""
         return Periods.of(self.pictures[0], self.usable[0]) if len(self.pictures) == 1 else None
 
     @cached_property
     def grain(self) -> float:
-        """How little the exemplar repeats itself: 0 where every window returns, 1 where none is like another."""
+        """How rarely windows of the exemplar recur in it: 0 if every one does, 1 if none is like another."""
         if not self.levels:
             return 0.0
         share = self.levels[0].usual / self.levels[0].unrelated
@@ -167,14 +166,14 @@ class Reference:
 
     @cached_property
     def salient(self) -> tuple[Array, ...]:
-        """How salient every pixel of the exemplars is; 0 where it does not strike."""
+        """The saliency of every pixel of the exemplars; 0 where it is not salient."""
         strikes = [popout(p, free) for p, free in zip(self.pictures, self.usable, strict=True)]
         flat = np.split(saliency(strikes, 0.0), np.cumsum([s.size for s in strikes])[:-1])
         return tuple(part.reshape(s.shape) for part, s in zip(flat, strikes, strict=True))
 
     @cached_property
     def tiles(self) -> Int16:
-        """Squares of the exemplars, an eighth of the shorter side wide, side by side as they are drawn."""
+        """A picture of random squares of the exemplars, an eighth of the shorter side wide, without matching."""
         both = zip(self.pictures, self.usable, strict=True)
         spots = [(n, p) for n, (p, free) in enumerate(both) if free is None or free.any()]
         side = max(1, min(min(p.shape[:2]) for _, p in spots) // TILES)
@@ -195,13 +194,13 @@ class Reference:
 
 
 def _nearest(number: Array, by: int) -> Array:
-    """Divide whole numbers, rounded to the nearest."""
+    """Return integers divided by an integer, rounded to the nearest."""
     sign = 1 if by > 0 else -1
     return np.asarray((2 * sign * number + sign * by) // (2 * sign * by))
 
 
 def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
-    """How much a picture differs from itself, moved: 0 not at all, 1 as unrelated places do; None where that is far."""
+    """Return the difference of a picture to itself, shifted, relative to unrelated places; None if shifted too far."""
     (rows, columns), size = shift, picture.shape[:2]
     if any(abs(move) * FAR[1] >= n * FAR[0] for move, n in zip(shift, size, strict=True)):
         return None
@@ -217,18 +216,18 @@ def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
 
 
 STEP = 8  # px between neighbouring windows of the output
-ROUNDS = 3  # of looking at what neighbours show
-NEAR = 115, 100  # a neighbour's source is taken where it is nearly as near,
-SLACK = 20  # or nearer by a 20th of what is usual
+ROUNDS = 3  # of propagation of sources to neighbours
+NEAR = 115, 100  # a neighbour's continued source is taken if its distance is at most 1.15 times the least one
+SLACK = 20  # plus a 20th of the usual distance
 NEXT = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """The windows of an output of one size, on a grid of STEP px, and which windows of the exemplar they show.
+    """The windows of an output of one size, on a grid of STEP px, and their source windows in the exemplar.
 
-    ``waves`` (rows, columns, features); ``distance`` to the nearest window, in 1/16; ``number``: of the window that
-    each shows, chosen among those nearly as near so that neighbours agree.
+    ``waves`` (rows, columns, features); ``distance`` to the nearest window, in 1/16; ``number`` of the source window,
+    chosen among those nearly as near so that neighbours are coherent.
     """
 
     level: Level
@@ -238,23 +237,28 @@ class Sources:
 
     @classmethod
     def of(cls, level: Level, picture: Array) -> Sources:
-        """Look for the sources of an output picture (H, W, C)."""
+        """Find the sources of the windows of an output picture (H, W, C)."""
         waves = level.windows.cut(picture, STEP)
         distance, number = level.windows.nearest(waves.reshape(-1, waves.shape[2]))
         distance, number = (a.reshape(waves.shape[:2]) for a in (distance, number))
         return cls(level, waves, distance, _agreed(level, waves, distance, number))
 
     @property
-    def changes(self) -> Array:
-        """How much changes from each window to the next, right and below: 0 nothing, 1024 as much as any two differ.
+    def flat(self) -> Array:
+        """The windows as (n, features)."""
+        return self.waves.reshape(-1, self.waves.shape[2])
 
-        Nothing where the two lie whole periods of the exemplar apart.
+    @property
+    def changes(self) -> Array:
+        """The cost of the joins to the right and lower neighbours: 0 none, 1024 the distance of unrelated windows.
+
+        0 if the sources are whole periods of the exemplar apart.
         """
         return self._changes(ALL, self.level.unrelated, 1)
 
     @property
     def steps(self) -> Array:
-        """The same of the mean tone of windows alone, up to twice as much as any two differ."""
+        """The same for the mean tone of windows alone, up to twice the distance of unrelated ones."""
         return self._changes(self.level.windows.tones, self.level.untoned, 2)
 
     def _changes(self, features: slice, unrelated: int, most: int) -> Array:
@@ -269,7 +273,7 @@ class Sources:
         return np.stack(out)
 
     def _kept(self, step: Pair) -> Mask:
-        """Where a window shows what lies whole periods of the exemplar away from what the one before leads to."""
+        """Whether the source of a window is whole periods away from the continued source of its predecessor."""
         windows, periods = self.level.windows, self.level.periods
         if periods is None:
             return np.zeros(self.number.shape, bool)
@@ -280,14 +284,17 @@ class Sources:
 
     @property
     def usage(self) -> Array:
-        """How often each place of the exemplar's table of windows is shown."""
+        """How often each entry of the exemplar's table of windows is used."""
         table = self.level.windows.table
         at = self.level.windows.at[self.number.ravel()]
         return np.bincount(at[:, 0] * table.shape[1] + at[:, 1], minlength=table.size).reshape(table.shape)
 
 
 def continued(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
-    """What every window would show if the one before it, by `step`, went on; -1 off the exemplar. And where one is."""
+    """Return the source of every window's predecessor, by `step`, continued by that step; and where there is one.
+
+    -1 where it leaves the exemplar.
+    """
     windows = level.windows
     rows, columns = number.shape
     inside = np.zeros(number.shape, bool)
@@ -302,7 +309,7 @@ def continued(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
 
 
 def _agreed(level: Level, waves: Array, distance: Array, number: Array) -> Array:
-    """Let every window show what its neighbours' sources continue with, where that is nearly as near."""
+    """Return sources made coherent: a neighbour's continued source is taken if nearly as near (Ashikhmin 2001)."""
     number = number.copy()
     limit = distance * NEAR[0] // NEAR[1] + level.usual // SLACK
     for _ in range(ROUNDS):

@@ -1,7 +1,7 @@
-"""Windows of a picture as short vectors of whole numbers, and the nearest among them.
+"""Windows as low-frequency DCT coefficients in integers, and exact nearest-neighbour search among them.
 
-Windows of 8 x 8 px of a picture that is reduced 2, 4 or 8 times are compared by their lowest cosines. All vectors are
-whole numbers so short that single precision adds their products exactly: the same nearest window on every machine.
+Windows of 8 x 8 px of a picture reduced 2, 4 or 8 times are compared by their lowest cosines. The vectors are integers
+so short that float32 products and sums are exact: the same nearest window on every machine.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ COSINES = 4  # the lowest along each axis, those whose orders add up to less: te
 ORDERS = [(k, other) for k in range(COSINES) for other in range(COSINES - k)]  # down and across
 FINE = 64  # cosines are whole multiples of 1 / FINE
 LONGEST = 2**22  # squared length of a vector: products and sums of two such stay below 2**24, which float32 holds
-MOST = 16500  # windows of an exemplar: of more, every second or third along each axis is taken
-BATCH = 128  # windows that are compared at once: what a cache holds
+MOST = 16500  # windows of an exemplar; of more, every second or third along each axis is taken
+BATCH = 128  # windows that are compared at a time, which fit into a cache
 ALL = slice(None)  # features
 ROOT = 16  # distances are whole numbers of 1 / ROOT
 
 
 @cache
 def _cosines() -> Array:
-    """The lowest cosines of a window, as whole numbers: (SIDE * SIDE, 10)."""
+    """Return the lowest cosines of a window as integers: (SIDE * SIDE, 10)."""
     i = np.arange(SIDE)
     waves = np.array([np.cos(np.pi * k * (2 * i + 1) / (2 * SIDE)) * (1 if k else 0.5**0.5) for k in range(COSINES)])
     both = [np.multiply.outer(waves[k], waves[other]).ravel() for k, other in ORDERS]
@@ -37,7 +37,7 @@ def _cosines() -> Array:
 
 
 def poses(waves: Array) -> list[Array]:
-    """Return windows (n, features) as they look in the eight isometries: cosines of odd orders change their sign."""
+    """Return windows (n, features) in the eight isometries: cosines of odd orders change sign, axes swap."""
     each = waves.reshape(len(waves), -1, len(ORDERS))
     turned = each[:, :, [ORDERS.index((across, down)) for down, across in ORDERS]]
     signs = [[(-1) ** (a * down + b * across) for down, across in ORDERS] for a in (0, 1) for b in (0, 1)]
@@ -45,14 +45,14 @@ def poses(waves: Array) -> list[Array]:
 
 
 def smaller(picture: Array, factor: int) -> Array:
-    """Average blocks of factor x factor px, in whole numbers."""
+    """Return means over blocks of factor x factor px, rounded down."""
     return picture if factor == 1 else block_sums(picture, factor) // (factor * factor)
 
 
 def waves_of(picture: Array, rows: Array, columns: Array, middle: Array, shorten: int) -> Array:
     """Return the cosines of the windows that begin at all of `rows` and `columns`: float32 (rows, columns, features).
 
-    `middle` is taken off every channel first, and all is divided by `shorten`, in whole numbers.
+    `middle` is subtracted from every channel first; the result is divided by `shorten` and rounded.
     """
     held = np.lib.stride_tricks.sliding_window_view(picture, (SIDE, SIDE), axis=(0, 1))[rows][:, columns]
     flat = held.reshape(len(rows), len(columns), picture.shape[2], -1) - middle[:, None]
@@ -65,8 +65,8 @@ class Windows:
     """The windows of one or more exemplars at one reduction.
 
     ``waves`` float32 (n, features); ``at`` int (n, 2): row and column of each in ``table``, which holds their numbers,
-    -1 where there is none. Exemplars lie below one another in it, as far apart as a window is wide. ``stride``: how
-    many px of the reduced picture lie between neighbours of the table.
+    -1 for none. Exemplars are stacked vertically in it, separated by SIDE rows. ``stride``: px of the reduced picture
+    between neighbours of the table.
     """
 
     factor: int
@@ -80,7 +80,7 @@ class Windows:
 
     @classmethod
     def of(cls, pictures: list[Array], usable: list[Mask | None], factor: int) -> Windows | None:
-        """Cut all windows of which every pixel may be used; None where there is none."""
+        """Cut all windows with usable pixels only; None if there are none."""
         small = [smaller(p, factor) for p in pictures]
         room = [(p.shape[0] - SIDE + 1, p.shape[1] - SIDE + 1) for p in small]
         count = sum(max(0, h) * max(0, w) for h, w in room)
@@ -121,7 +121,7 @@ class Windows:
         return waves_of(small, rows, columns, self.middle, self.shorten)
 
     def middles(self, pictures: Sequence[Array]) -> Array:
-        """Return what pictures (H, W) as large as the exemplars hold at the middle of every window, like ``table``."""
+        """Return the values of pictures (H, W), as large as the exemplars, at the window centres, as ``table``."""
         out, begin = np.zeros(self.table.shape), 0
         for p in pictures:
             rows, columns = (np.arange(0, n // self.factor - SIDE + 1, self.stride) for n in p.shape)
@@ -141,9 +141,9 @@ class Windows:
         return rooted((off * off).sum(axis=-1))
 
     def own(self, most: int) -> tuple[Array, Array]:
-        """Look for the nearest of `most` of its windows, evenly spread, half a window away or more.
+        """Find the nearest other window, half a window away or more, for a regular sample of about `most` windows.
 
-        Returns their numbers and distances in 1 / ROOT; those that have none are left out.
+        Returns the numbers of the sample and the distances in 1 / ROOT; windows without a neighbour are left out.
         """
         some = np.arange(0, len(self.waves), max(1, -(-len(self.waves) // most)))
         reach = -(-(SIDE // 2 + 1) // self.stride)
@@ -160,11 +160,11 @@ class Windows:
 
     @property
     def tones(self) -> slice:
-        """Which features are the means of the channels."""
+        """The features that are the means of the channels."""
         return slice(0, None, len(_cosines()[0]))
 
     def unrelated(self, features: slice = ALL) -> int:
-        """Return how far two windows are that have nothing to do with one another: the median over many pairs."""
+        """Return the median distance of many pairs of windows, in 1 / ROOT."""
         n = len(self.waves)
         one = np.arange(0, n, max(1, n // 2000))
         other = (one * 7919 + n // 3) % n
@@ -172,7 +172,7 @@ class Windows:
 
 
 def _whole(usable: Mask, factor: int, rows: Array, columns: Array) -> Mask:
-    """Which windows hold usable pixels alone."""
+    """Return a mask of the windows with usable pixels only."""
     free = blocks(usable, factor).all(axis=(1, 3))
     held = np.lib.stride_tricks.sliding_window_view(free, (SIDE, SIDE))[rows][:, columns]
     return np.asarray(held.all(axis=(2, 3)))
@@ -193,5 +193,5 @@ def nearest(waves: Array, others: Array, squares: Array) -> tuple[Array, Array]:
 
 
 def rooted(squares: Array) -> Array:
-    """Return square roots of whole numbers as whole numbers of 1 / ROOT."""
+    """Return square roots of integers in units of 1 / ROOT, rounded."""
     return np.asarray(np.rint(ROOT * np.sqrt(np.maximum(squares, 0).astype(np.float64))), np.int64)

@@ -1,6 +1,4 @@
-"""Published methods, one file each.
-
-What every method offers, the list of methods, and the parameters that several have: told once, meant alike.
+"""Synthesis methods, one file each: their interface, the list of methods, and shared parameters.
 
 Imports nothing heavy: listings must be quick.
 """
@@ -13,7 +11,7 @@ from enum import StrEnum
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from ..foundation import InputError, ParameterError, called
+from ..foundation import InputError, ParameterError, Record, called
 from ..foundation.blend import Blend
 from ..foundation.geometry import Wrap
 from ..foundation.params import AUTO, Parameter, check, extent, param, parameters
@@ -26,13 +24,13 @@ if TYPE_CHECKING:
     from ..model.sourcemap import SourceMap
 
 FARTHEST = 1 << 40
-"""Px from the origin, up, down and to the sides, in which windows of an endless plane may lie."""
+"""Largest distance, px along each axis, of windows of an endless plane from the origin."""
 
 
 class Ability(StrEnum):
-    """What a method can be asked for beyond filling a plain canvas; every claim is tested."""
+    """What a method supports beyond filling a plain canvas; every claim is tested."""
 
-    WRAP = "wrap"  # a canvas that continues in itself
+    WRAP = "wrap"  # a periodic canvas
     START = "start"  # a canvas that is partly filled
     MASK = "mask"  # exemplars with pixels that must not be sampled
     GUIDE = "guide"  # labels or a target picture
@@ -41,34 +39,50 @@ class Ability(StrEnum):
     WINDOW = "window"  # any window of an endless canvas, alone
 
 
-class Method(Protocol):
-    """A published way to grow a texture: a frozen dataclass of its parameters, and one verb."""
+def abilities(*names: str) -> frozenset[Ability]:
+    """Return the abilities of these names."""
+    return frozenset(map(Ability, names))
 
-    slug: ClassVar[str]
-    paper: ClassVar[str]
-    summary: ClassVar[str]
-    supports: ClassVar[frozenset[Ability]]
+
+class Method(Protocol):
+    """A synthesis method: a frozen dataclass of its parameters that fills a canvas."""
+
+    @property
+    def slug(self) -> str:
+        """Its name in listings and recipes."""
+
+    @property
+    def paper(self) -> str:
+        """The papers that it follows."""
+
+    @property
+    def summary(self) -> str:
+        """What it does, in a few words."""
+
+    @property
+    def supports(self) -> frozenset[Ability]:
+        """What it can be asked for."""
 
     @property
     def blend(self) -> Blend:
-        """How the pieces are meant to be joined; follows from the parameters."""
+        """The blend of its pieces; follows from the parameters."""
 
     def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
-        """Return the method with every automatic parameter decided, or refuse what cannot work."""
+        """Return the method with every automatic parameter decided; raise if it cannot work."""
 
     def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-        """Fill the canvas and return the map. The same arguments give the same map, whatever `run` holds."""
+        """Fill the canvas and return the map; the same arguments give the same map, whatever `run` is."""
 
 
 class Traits(NamedTuple):
-    """What a method may say of itself besides, each as an attribute of this name; what holds where it says nothing.
+    """Optional attributes of a method, with their defaults.
 
-    exact : its maps name whole pixels, neither scaled nor turned by fractions.
+    exact : its maps name whole pixels, neither scaled nor rotated.
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
-    hangs : how patches lie at the borders, as :func:`intarsia.foundation.geometry.laid` has it.
+    hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.laid`.
     channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
-    asked : returns, for parameters that are functions, a hash of all that they say over a canvas or a box.
-    terms : returns what else than seams its energy has, of a map, by name, in knees per million px.
+    asked : returns, for parameters that are functions, a hash of their values over a canvas or a box.
+    terms : returns the terms of its energy besides seams, of a map, by name, in knees per million px.
     """
 
     exact: bool = True
@@ -84,23 +98,23 @@ class Traits(NamedTuple):
 
     @property
     def spans(self) -> dict[str, list[int] | None]:
-        """Pitch and footprint as JSON holds them: x before y."""
+        """Pitch and footprint for JSON, x before y."""
         return {"pitch": self.pitch and [*self.pitch[::-1]], "footprint": self.footprint and [*self.footprint[::-1]]}
 
 
 def traits(method: Method) -> Traits:
-    """Return what a method says of itself besides, filled up with what holds where it says nothing."""
+    """Return the optional attributes of a method, with defaults for those that it does not have."""
     return Traits(**{name: getattr(method, name) for name in Traits._fields if hasattr(method, name)})
 
 
 def recipe_settings(
     method: Method, exemplars: tuple[Exemplar, ...] = (), where: Canvas | Box | None = None
-) -> dict[str, Any]:
-    """The parameters as recipes hold them: JSON, extents x before y, tuples as lists.
+) -> Record:
+    """Return the parameters as saved in recipes: JSON, extents x before y, tuples as lists.
 
-    Functions are given by name, and for a picture (`where`) also by a hash of all that they say for it.
+    Functions are given by name, and for a picture (`where`) also by a hash of their values.
     """
-    out: dict[str, Any] = {}
+    out: Record = {}
     for p in parameters(method):
         value = getattr(method, p.name)
         if isinstance(value, tuple):
@@ -111,30 +125,30 @@ def recipe_settings(
     return out
 
 
-def method_of(slug: str, settings: dict[str, Any]) -> Method:
-    """Make a method again from its parameters as recipes hold them; ParameterError where they cannot be."""
-    kinds = {p.name: p.kind for p in parameters(method_class(slug))}
-    flipped = {n: v[::-1] if kinds.get(n) == "extent" else v for n, v in settings.items() if isinstance(v, list)}
+def method_of(slug: str, settings: Record) -> Method:
+    """Return a method from its parameters as saved in recipes; ParameterError if they are invalid."""
+    extents = {p.name for p in parameters(method_class(slug)) if p.kind == "extent"}
+    flipped = {n: v[::-1] if n in extents else v for n, v in settings.items() if isinstance(v, list)}
     return make(slug, settings | {n: tuple(v) for n, v in flipped.items()})
 
 
 def keeps_lattice(method: Method) -> bool:
-    """Say whether a method lays its pieces on a lattice."""
+    """Whether a method aligns its pieces to a lattice."""
     return any(p.name == "lattice" for p in parameters(method)) and traits(method).snap == "on"
 
 
 def measures_distances(method: Method | type[Method]) -> bool:
-    """Say whether a method, or a class of them, looks for patches by their distances."""
+    """Whether a method, or a class of methods, searches patches by distance."""
     return getattr(method, "measures", False)
 
 
 class MethodBase:
-    """What the methods of this package begin with: parameters in range, exact copies, and an engine that works.
+    """Base class of methods: checks parameters, copies exactly, and delegates to an engine.
 
-    Those of others need not inherit from it; what works by itself names no engine.
+    Methods of other packages need not inherit from it; those that work by themselves have no engine.
 
-    ``engine``: the module whose functions `resolved`, `synthesize` and `window` do what those of the method promise.
-    They are given the method first, `synthesize` one that is resolved.
+    ``engine``: the module whose functions `resolved`, `synthesize` and `window` implement those of the method. They get
+    the method as first argument, `synthesize` one that is resolved.
     """
 
     engine: ClassVar[str] = ""
@@ -148,33 +162,33 @@ class MethodBase:
         return Blend(0)
 
     def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
-        """Decide what is automatic; without an engine nothing is."""
+        """Return the method with automatic parameters decided by the engine; itself without an engine."""
         found: Self = engine_of(self).resolved(self, exemplars, canvas) if self.engine else self
         return found
 
     def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-        """Have the engine make the map."""
+        """Return the map made by the engine."""
         method = self.resolved(exemplars, canvas)
         smap: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
         return smap
 
     def terms(self, exemplars: Exemplars, smap: SourceMap) -> Mapping[str, int]:
-        """Ask the engine what it makes small beside seams, where it has a function `terms`."""
+        """Return the terms of the energy besides seams, if the engine has a function `terms`."""
         engine: Any = engine_of(self) if self.engine else None
         return engine.terms(self, exemplars, smap) if hasattr(engine, "terms") else {}
 
 
 class EndlessBase(MethodBase):
-    """What methods begin with whose engine makes windows, each alone."""
+    """Base class of methods whose engine makes single windows of an endless plane."""
 
     def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-        """Have the engine make a box of the endless plane."""
+        """Return the map of a box of the endless plane, made by the engine."""
         smap: SourceMap = engine_of(self).window(self, exemplars, box, seed, run)
         return smap
 
 
 class WindowMethod(Method, Protocol):
-    """A method whose map can be made window by window, each alone: one that claims WINDOW."""
+    """A method with the ability WINDOW: any window of its map can be computed on its own."""
 
     def window(self, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
         """Return the map of a box of the endless plane, at most FARTHEST px away; it depends on nothing outside.
@@ -190,11 +204,11 @@ REFUSED = {
     Ability.MASK: "cannot avoid masked pixels; drop the mask",
     Ability.SEVERAL: "grows from one exemplar; give one",
 }
-"""What is said where an ability is asked for that a method does not claim; the first of them is said."""
+"""Messages for abilities that a method does not have, in order of precedence."""
 
 
 def needed(exemplars: Exemplars, canvas: Canvas) -> frozenset[Ability]:
-    """Return the abilities that exemplars and canvas ask for."""
+    """Return the abilities that exemplars and canvas need."""
     asked = {
         Ability.WRAP: canvas.wrap is not Wrap.NONE,
         Ability.START: canvas.start is not None,
@@ -206,13 +220,13 @@ def needed(exemplars: Exemplars, canvas: Canvas) -> frozenset[Ability]:
 
 
 def check_start(start: SourceMap, exemplars: Exemplars) -> None:
-    """A start map must point into the exemplars that are given, at whole pixels."""
+    """Raise InputError if a start map does not point into the given exemplars, at whole pixels."""
     if not start.exact:
         raise InputError(
             "the map's pieces are turned, scaled or moved by fractions of a pixel (frame, sub), which no method can "
             "continue or repair; give one without."
         )
-    if [(s.height, s.width) for s in start.sources] != [(e.height, e.width) for e in exemplars]:
+    if [s.shape for s in start.sources] != [e.shape for e in exemplars]:
         raise InputError(
             "the start map was made of exemplars of other sizes; give the same exemplars in the same order."
         )
@@ -220,7 +234,7 @@ def check_start(start: SourceMap, exemplars: Exemplars) -> None:
 
 
 def check_abilities(method: Method, exemplars: Exemplars, canvas: Canvas) -> None:
-    """Refuse to ask a method for what it does not claim."""
+    """Raise ParameterError if exemplars or canvas need an ability that the method does not have."""
     missing = needed(exemplars, canvas) - method.supports
     for ability, words in REFUSED.items():
         if ability in missing:
@@ -248,17 +262,17 @@ METHODS = {
 
 
 PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "correction2008")
-"""The documents of which all settings can be asked for at once: packages of `published`."""
+"""Documents with presets of all settings: packages of `published`."""
 
 
 def preset(document: str) -> dict[str, str]:
-    """Return what a document sets: options of grow, and their values as they are written."""
+    """Return the preset of a document: options of grow, with values as on the command line."""
     found: dict[str, str] = importlib.import_module(f"..published.{document}", __package__).PRESET
     return dict(found)
 
 
 def engine_of(method: MethodBase) -> Any:
-    """Return the module that works for a method; it is imported when it is asked for."""
+    """Return the engine module of a method, imported at the first call."""
     return importlib.import_module(method.engine)
 
 
@@ -272,14 +286,14 @@ def method_class(slug: str) -> type[Any]:
 
 
 def parameters_of(slug: Any) -> dict[str, Parameter]:
-    """The parameters of a method by name; none of the choice among methods, and of what is no method."""
+    """Return the parameters of a method by name; empty if `slug` is no method, or "auto"."""
     known = isinstance(slug, str) and slug in METHODS
     return {p.name: p for p in parameters(method_class(slug))} if known else {}
 
 
 @cache
 def known_parameters(slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
-    """Every parameter of a method by name, and the methods that have it; of the method `slug` alone, if it is one."""
+    """Return all parameters by name with the methods that have them; only those of `slug` if it is a method."""
     found: dict[str, tuple[Parameter, list[str]]] = {}
     for one in (slug,) if slug in METHODS else METHODS:
         for name, p in parameters_of(one).items():
@@ -288,7 +302,7 @@ def known_parameters(slug: str | None = None) -> dict[str, tuple[Parameter, list
 
 
 def check_method(given: Any) -> Method:
-    """Return a method, or refuse what is none, such as a class of methods."""
+    """Return the method; ParameterError if it is none, such as a class of methods."""
     if isinstance(given, type) or not (hasattr(given, "resolved") and hasattr(given, "synthesize")):
         able = isinstance(given, type) and hasattr(given, "resolved")
         means = f"{given.__name__}()" if able else "a method, or its name"
@@ -297,8 +311,8 @@ def check_method(given: Any) -> Method:
     return method
 
 
-def make(slug: str, values: dict[str, Any]) -> Method:
-    """Make the method `slug` with the given parameters, refusing any that it does not have."""
+def make(slug: str, values: Record) -> Method:
+    """Return the method `slug` with the given parameters; ParameterError for any that it does not have."""
     cls = method_class(slug)
     known = [p.name for p in parameters(cls)]
     for name in values:
@@ -332,8 +346,8 @@ search_ways = partial(
     param, "fast", "choice", "short-list at reduced resolution, or at full resolution", choices=("fast", "exact")
 )
 cut_cost = partial(
-    param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square "
-    "up to what is clearly seen, so that many faint steps are cheaper than a strong one",
+    param, kind="choice", help="cost of a cut: colour difference, that divided by the gradient, or sharp: its square, "
+    "truncated, so that many faint steps are cheaper than a strong one",
     choices=("difference", "gradient", "sharp"),
 )  # fmt: skip
 layout = partial(
@@ -349,13 +363,13 @@ boundary_poses = partial(
     param, AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
 )
 boundary_slack = partial(
-    param, AUTO, "int", "how far a label may stray over such a boundary, else it is cut there; automatic: half a patch",
+    param, AUTO, "int", "how far a label may reach over such a boundary, else it is cut there; automatic: half a patch",
     low=0, high=1 << 16, unit="px",
 )  # fmt: skip
 
 
 class CutSquares(MethodBase):
-    """Squares that overlap their neighbours and are cut along seams: what follows from `patch` and `overlap`."""
+    """Base class of methods with overlapping square patches: attributes that follow from `patch` and `overlap`."""
 
     patch: int | tuple[int, int] | None
     overlap: int | tuple[int, int] | None
@@ -377,7 +391,7 @@ class CutSquares(MethodBase):
 
     @property
     def hangs(self) -> int | None:
-        """From the first corner on at their pitch, or spread to end at the border."""
+        """0: from the first corner at their exact pitch; None: spread to end at the border."""
         return 0 if self.layout == "raster" else None
 
     @property

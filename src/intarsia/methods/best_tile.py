@@ -1,11 +1,11 @@
-"""The best tile, repeated: one period of a regular texture, chosen where its opposite borders agree most.
+"""Best tile: repetition of the one period of a regular texture whose opposite borders differ least.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
 and Lopez Recas's thesis of the same year, 4.1: the best self-similar tile, repeated.
 
-Departures: lattice vectors of fractions of a px, by exact fractions, so that nothing drifts; pixels under a mask are
-not used; around a wrapped canvas the lattice is strained by at most 2 %; courses without a period along them are cut
-off where that shows least.
+Departures: lattice vectors are exact fractions of a px, so that nothing drifts; masked pixels are not used; on a
+periodic canvas the lattice is strained by at most 2 %; courses without a period along them are cut where that shows
+least.
 
 Cost: one difference image for each vector, running sums over it, and a division for every output pixel.
 """
@@ -13,28 +13,26 @@ Cost: one difference image for each vector, running sums over it, and a division
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
-from ..foundation.params import param
-from . import Ability, EndlessBase
+from ..foundation.params import Steps, Weights, param
 
 
 @dataclass(frozen=True)
-class BestTile(EndlessBase):
-    """Repeat the one period of the exemplar whose opposite borders agree most."""
+class BestTile(methods.EndlessBase):
+    """Repeat the one period of the exemplar whose opposite borders differ least."""
 
-    slug: ClassVar[str] = "best-tile"
-    paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
-    summary: ClassVar[str] = "one period of a regular texture, again and again"
-    engine: ClassVar[str] = "intarsia.regular.best_tile"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
+    slug = "best-tile"
+    paper = "Lopez Recas, Hilsmann and Eisert 2011"
+    summary = "one period of a regular texture, again and again"
+    engine = "intarsia.regular.best_tile"
+    supports = methods.abilities("wrap", "mask", "window")
 
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
-        "by which steps the texture repeats; automatic: found in the exemplar"
+    lattice: Steps | None = methods.lattice_vectors(
+        "the lattice vectors of the texture; automatic: found in the exemplar"
     )
     band: int = param(
         8, "int", "width of the borders of the tile that are compared; narrower where the exemplar has no room",
         low=1, high=256, unit="px",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()

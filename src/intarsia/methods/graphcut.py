@@ -1,78 +1,75 @@
-"""Graph-cut textures: patches of free shape, whose seams later patches may cover again.
+"""Graph-cut textures: patches of free shape placed by maximum flow, and refinement by expansion moves.
 
 Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph Cuts", ACM
 Transactions on Graphics (SIGGRAPH) 2003.
 
-Departures: windows are filled in raster order, so that work and memory stay local, and a patch reaches no further
-around its window than `overreach`; twelve placements are drawn, and compared by cuts on every sixth px; strong steps
-cost more than in proportion (`seam`); placements are found by outlines and slow colour, too (`structure`); what is
-shown more often than area asks costs more, in the choice of placements (`usage`) and in the cut (`evenness`); the
-energy of old seams lies on the pixel grid itself, without nodes of their own; refinement searches for nothing, but
-lets every piece grow over its neighbours. Under a guide patches are chosen as in image quilting, and none grows.
+Departures: windows are filled in raster order, so that work and memory stay local, and a patch extends no further
+around its window than `overreach`; twelve placements are drawn at random, and compared by coarse cuts on every sixth
+px; strong steps cost more than in proportion (`seam`); placements are compared by outlines and slow colour, too
+(`structure`); pixels that are used more often than their share of the area cost more, in the choice of placements
+(`usage`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid itself, without seam nodes;
+refinement does not search, but makes an expansion move for every piece. With a guide patches are chosen as in image
+quilting, without expansion moves.
 
-Cost: for each window one FFT search, twelve maximum flows over a thirty-sixth of the window and what lies about it,
-and one over all of it; about 1.2 N_out / pitch^2 of them. For each piece one over it and up to two patches around.
+Cost: for each window one FFT search, twelve maximum flows over a thirty-sixth of the window and its surroundings, and
+one over all of it; about 1.2 N_out / pitch^2 windows. For each piece one flow over it and up to two patches around.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
-from ..foundation.params import AUTO, param
-from . import Ability
+from ..foundation.params import AUTO, Extent, Poses, Steps, Weights, param
 
-LARGEST = 1 << 16  # px, of a window
+LARGEST = 1 << 16  # px: largest side of a window
 
 
 @dataclass(frozen=True)
 class Graphcut(methods.CutSquares):
-    """Lay large patches, cut out in the shape that fits best, and cover the worst seams once more."""
+    """Place large patches cut by minimum cuts, then refine the worst seams."""
 
-    slug: ClassVar[str] = "graphcut"
-    paper: ClassVar[str] = "Kwatra et al. 2003"
-    summary: ClassVar[str] = "patches of free shape, which grow over each other"
-    engine: ClassVar[str] = "intarsia.seams.sewing"
-    measures: ClassVar[bool] = True
-    supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
-    )
+    slug = "graphcut"
+    paper = "Kwatra et al. 2003"
+    summary = "patches of free shape, which grow over each other"
+    engine = "intarsia.seams.sewing"
+    measures = True
+    supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 
-    patch: int | tuple[int, int] | None = param(
+    patch: Extent = param(
         AUTO, "extent", "side of a window; automatic: about one element of the texture, half as large again with a "
         "lattice or a start",
         low=1, high=LARGEST, unit="px",
     )  # fmt: skip
-    overlap: int | tuple[int, int] | None = param(
+    overlap: Extent = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     overreach: int | None = param(
-        AUTO, "int", "how far around its window a patch may replace what is there; automatic: a third of the patch",
+        AUTO, "int", "how far around its window a patch may replace pixels; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     refinements: int = param(
-        1, "int", "how often every piece may grow over its neighbours, where that makes the map cheaper",
+        1, "int", "rounds of expansion moves: every piece may replace its neighbours where that lowers the energy",
         low=0, high=1000,
     )  # fmt: skip
     seam: str = methods.cut_cost("sharp")
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()
     structure: float = methods.structure_weight()
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
-        "two steps by which the texture repeats, or the one between its rows: patches are laid whole steps from the "
-        "first, give or take 3 px, by one vector 1 px; automatic: anywhere"
+    lattice: Steps | None = methods.lattice_vectors(
+        "the lattice vectors of the texture, two or one: offsets of patches from the first are multiples of them, "
+        "within 3 px, with one vector 1 px; automatic: any offsets"
     )
-    isometries: str | tuple[int, ...] = methods.poses()
+    isometries: Poses = methods.poses()
     usage: float = methods.usage_price()
     evenness: float = param(
-        0.25, "float", "price of showing a pixel of the exemplar once more that is shown as often as area asks, in "
-        "knees (three eighths of the spread of colours); up to 64 times as much where it strikes, nothing on bare "
-        "ground, in step with a lattice only what strikes; 0: none",
+        0.25, "float", "price of using a pixel of the exemplar more often than its share of the area, in knees (three "
+        "eighths of the spread of colours); up to 64 times as much if it is salient, nothing on bare ground, with "
+        "lattice only salient pixels; 0: none",
         low=0, high=100,
     )  # fmt: skip
 
     @property
     def snap(self) -> str:
-        """Whether patches keep to a lattice."""
+        """Whether patches are aligned to a lattice."""
         return "on" if self.lattice else "off"

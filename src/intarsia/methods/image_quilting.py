@@ -1,13 +1,13 @@
-"""Image quilting: patches that match their neighbours, joined along the cheapest seam.
+"""Image quilting: overlapping patches that match their neighbours, joined along minimum cuts.
 
 Efros and Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001; Robinson 2004
 (see docs/sources-002.md).
 
-Departures: the seam is the true minimum cut of the whole overlap, of whatever shape, measured between pixel pairs,
-where the source joins two paths that each see single pixels; patches on a wrapped border or in a last row are matched
-and cut against every neighbour; patches already used cost a little more, so that striking spots do not return too
-often; where one patch continues the texture exactly, others that fit nearly as well may still be drawn, for otherwise
-the exemplar would be copied on and on.
+Departures: the seam is the minimum cut of the whole overlap region, of any shape, with costs between pixel pairs, where
+the source joins two paths with costs of single pixels; patches on a periodic border or in a last row are matched and
+cut against every neighbour; patches already used cost a little more, so that salient spots do not recur too often; if
+one patch continues the texture exactly, others that fit nearly as well may still be drawn, as otherwise the exemplar
+would be copied verbatim.
 
 Cost: one FFT search over the reduced exemplar for each patch, about N_out / pitch^2 of them.
 """
@@ -15,39 +15,35 @@ Cost: one FFT search over the reduced exemplar for each patch, about N_out / pit
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
-from ..foundation.params import AUTO, param
-from . import Ability
+from ..foundation.params import AUTO, Extent, Poses, Weights, param
 
 
 @dataclass(frozen=True)
 class ImageQuilting(methods.CutSquares):
-    """Lay overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
+    """Place overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
 
-    slug: ClassVar[str] = "image-quilting"
-    paper: ClassVar[str] = "Efros and Freeman 2001; Robinson 2004"
-    summary: ClassVar[str] = "matching patches joined along the cheapest seam"
-    engine: ClassVar[str] = "intarsia.patches.quilting"
-    measures: ClassVar[bool] = True
-    supports: ClassVar[frozenset[Ability]] = frozenset(
-        {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
-    )
+    slug = "image-quilting"
+    paper = "Efros and Freeman 2001; Robinson 2004"
+    summary = "matching patches joined along the cheapest seam"
+    engine = "intarsia.patches.quilting"
+    measures = True
+    supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 
-    patch: int | tuple[int, int] | None = methods.patch_side()
-    overlap: int | tuple[int, int] | None = param(
+    patch: Extent = methods.patch_side()
+    overlap: Extent = param(
         AUTO, "extent", "width that two neighbours share; automatic: a third of the patch",
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     layout: str = methods.layout()
     tolerance: float = param(0.1, "float", "choose among patches up to this much worse than the best", low=0, high=100)
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
-    isometries: str | tuple[int, ...] = methods.poses()
+    channel_weights: Weights = methods.channel_weights()
+    isometries: Poses = methods.poses()
     usage: float = methods.usage_price()
     min_repeat_distance: int = methods.repeat_distance()
     search: str = methods.search_ways()
     seam: str = methods.cut_cost("difference")
     boundary_patch: int | None = methods.boundary_patch()
-    boundary_isometries: str | tuple[int, ...] | None = methods.boundary_poses()
+    boundary_isometries: Poses | None = methods.boundary_poses()
     boundary_slack: int | None = methods.boundary_slack()

@@ -1,14 +1,14 @@
-"""Near-regular textures: blocks of whole periods at random, the gaps between them filled to fit.
+"""Near-regular texture synthesis: random blocks of whole lattice periods, with the gaps between them filled to fit.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
 and Lopez Recas's thesis of the same year, 4.2.
 
-Each of the ways to lay has its own file, and tells there what departs from the source: the mosaic of lattice blocks
-(`regular/mosaic.py`), courses where only rows repeat (`regular/wall.py`), and the best tile, where an exemplar holds
-too little for a mosaic (`regular/tiling.py`). The blocks of the source are the method `gap-filling`.
+Each layout has its own file, with its departures from the source: the mosaic of lattice blocks
+(`regular/mosaic.py`), courses for 1-D lattices (`regular/wall.py`), and the best tile, if an exemplar is too small for
+a mosaic (`regular/tiling.py`). The blocks of the source are the method `gap-filling`.
 
-Courses that converge or bow are first laid straight, by a map of whole pixels. The thesis names this as future work
-(chapter 6); how it is done is this project's own.
+Courses that converge or bow are rectified first, by a map of whole pixels. The thesis names this as future work
+(chapter 6); the algorithm is this project's own.
 
 Cost: for every second block a comparison of all its positions on the pixels around it.
 """
@@ -16,26 +16,24 @@ Cost: for every second block a comparison of all its positions on the pixels aro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from .. import methods
 from ..foundation.blend import Blend
-from ..foundation.params import AUTO, param
-from . import Ability, EndlessBase
+from ..foundation.params import AUTO, Steps, Weights, param
 
 
 @dataclass(frozen=True)
-class NearRegular(EndlessBase):
-    """Lay blocks of whole periods at random places of the lattice, and fill the gaps between them to fit."""
+class NearRegular(methods.EndlessBase):
+    """Place blocks of whole periods at random lattice points, and fill the gaps between them to fit."""
 
-    slug: ClassVar[str] = "near-regular"
-    paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
-    summary: ClassVar[str] = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
-    engine: ClassVar[str] = "intarsia.regular.near_regular"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.START, Ability.MASK, Ability.WINDOW})
+    slug = "near-regular"
+    paper = "Lopez Recas, Hilsmann and Eisert 2011"
+    summary = "bricks, tiles, weaves: blocks of whole periods, gaps filled to fit"
+    engine = "intarsia.regular.near_regular"
+    supports = methods.abilities("wrap", "start", "mask", "window")
 
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
-        "by which steps the texture repeats; automatic: found in the exemplar"
+    lattice: Steps | None = methods.lattice_vectors(
+        "the lattice vectors of the texture; automatic: found in the exemplar"
     )
     block: int | None = param(
         AUTO, "int", "wanted side of a block, rounded to whole periods; automatic: one period, at least about 40 px",
@@ -44,20 +42,20 @@ class NearRegular(EndlessBase):
     border: int = param(
         14, "int", "width of the zone in which a gap is compared and cut in", low=2, high=256, unit="px"
     )
-    slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    slack: int = param(3, "int", "how far a gap's block may deviate from the lattice", low=0, high=16, unit="px")
     heights: str = param(
         "equal", "choice", "heights of courses: equal, as the lattice says, or unequal, by the lines that run across "
         "the exemplar between them; the lattice then is their mean pitch",
         choices=("equal", "unequal"),
     )
     straighten: str = param(
-        "auto", "choice", "lay slanted, converging or bent courses straight first, by whole px; auto: where they then "
-        "repeat much better, not with given vectors; on: wherever courses of bricks are not; vectors hold after it",
+        "auto", "choice", "rectify slanted, converging or bent courses first, by whole px; auto: if they then repeat "
+        "much better, not with given vectors; on: whenever courses of bricks are not straight; vectors hold after it",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()
 
     @property
     def blend(self) -> Blend:
-        """Exact copies; courses laid straight mix the steps of their edges over 4 px."""
+        """Exact copies; rectified courses are feathered over 4 px."""
         return Blend(4 if self.straighten == "on" else 0)

@@ -1,16 +1,16 @@
-"""Parallel controllable synthesis: coordinates handed down from coarse to fine, jittered, and corrected.
+"""Parallel controllable texture synthesis: coordinates upsampled from coarse to fine, jittered, and corrected.
 
 Lefebvre and Hoppe, "Parallel controllable texture synthesis", SIGGRAPH 2005, and "Appearance-space texture synthesis",
-SIGGRAPH 2006. What a memorandum of 2008 says otherwise is a method of its own, correction-2008.
+SIGGRAPH 2006. The variant of a memorandum of 2008 is a method of its own, correction-2008.
 
-Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be made alone.
+Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be computed
+on its own.
 
-Departures: distances are whole numbers; the 32 numbers of a neighbourhood are compared in full, not projected again;
-jumps are looked for in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel
-are those of its different continuations, not those of its neighbours, then shifted;
-an exemplar that is no torus is mirrored beyond its borders for comparisons alone: no pixel at the border is a
-candidate; for a piece as large as half the exemplar several places are drawn, and the one that repeats its neighbours
-least is taken.
+Departures: distances are integers; the 32 numbers of a neighbourhood are compared in full, not projected again; jumps
+are searched in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel are
+those of its different continuations, not those of its neighbours, then shifted; an exemplar that is not toroidal is
+mirrored beyond its borders for comparisons only: no pixel at the border is a candidate; for a piece as large as half
+the exemplar several places are drawn, and the one that repeats its neighbours least is used.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -18,13 +18,12 @@ Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from .. import methods
 from ..foundation import ParameterError
 from ..foundation.field import Field
-from ..foundation.params import AUTO, functions_of, param
-from . import Ability, EndlessBase, engine_of
+from ..foundation.params import AUTO, Steps, Weights, functions_of, param
 
 if TYPE_CHECKING:
     from ..foundation.geometry import Box
@@ -33,14 +32,14 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ParallelControllable(EndlessBase):
-    """Refine an endless map of the exemplar from coarse to fine, moving pixels at random and mending what broke."""
+class ParallelControllable(methods.EndlessBase):
+    """Refine an endless map of the exemplar from coarse to fine by random jitter and correction."""
 
-    slug: ClassVar[str] = "parallel-controllable"
-    paper: ClassVar[str] = "Lefebvre and Hoppe 2005, 2006"
-    summary: ClassVar[str] = "coarse to fine, endless: any window alone, randomness set for each scale"
-    engine: ClassVar[str] = "intarsia.corrections.parallel_controllable"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.GUIDE, Ability.WINDOW})
+    slug = "parallel-controllable"
+    paper = "Lefebvre and Hoppe 2005, 2006"
+    summary = "coarse to fine, endless: any window alone, randomness set for each scale"
+    engine = "intarsia.corrections.parallel_controllable"
+    supports = methods.abilities("wrap", "mask", "guide", "window")
 
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
@@ -48,21 +47,21 @@ class ParallelControllable(EndlessBase):
         "element (of clouds, and with snap, feature, angle or zoom: on all), then 0, and 1 from half the exemplar on",
         low=0, high=1,
     )  # fmt: skip
-    jitter_output: Field | float | None = param(  # noqa: RUF009
-        AUTO, "field", "what part of the jitter holds where in the output, black none, white all of it; automatic: all",
+    jitter_output: Field | float | None = param(
+        AUTO, "field", "factor of the jitter over the output, black none, white all of it; automatic: all",
         low=0, high=1, over="output",
     )  # fmt: skip
-    jitter_exemplar: Field | float | None = param(  # noqa: RUF009
-        AUTO, "field", "what part of the jitter holds for pixels that come from where in the exemplar, so that black "
-        "parts stay as they are; automatic: all", low=0, high=1, over="exemplar",
+    jitter_exemplar: Field | float | None = param(
+        AUTO, "field", "factor of the jitter by the place in the exemplar that pixels come from, so that black parts "
+        "are kept intact; automatic: all", low=0, high=1, over="exemplar",
     )  # fmt: skip
     snap: str = param(
         "auto", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
         "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
         choices=("auto", "on", "off"),
     )  # fmt: skip
-    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
-        "by which steps the texture repeats, where pixels snap; automatic: found in the exemplar"
+    lattice: Steps | None = methods.lattice_vectors(
+        "the lattice vectors of the texture, if pixels snap; automatic: found in the exemplar"
     )
     kappa: float | str = param(
         2, "price", "a jump counts as so many times farther than a continuation, distances not squared; 1: no "
@@ -70,7 +69,7 @@ class ParallelControllable(EndlessBase):
         low=1, high=1000,
     )  # fmt: skip
     passes: int = param(2, "int", "how often every pixel of a level is corrected", low=0, high=8)
-    feature: Field | str | None = param(  # noqa: RUF009
+    feature: Field | str | None = param(
         AUTO, "picture", "outlines to keep: the edges of the picture, or those of what is white in a mask of yours; "
         "how far they are is compared as well; automatic: none",
         low=0, high=1, over="exemplar", choices=("edges",),
@@ -80,18 +79,18 @@ class ParallelControllable(EndlessBase):
         high=100,
     )  # fmt: skip
     pin: tuple[tuple[int, ...], ...] | None = param(
-        AUTO, "pins", "what of the exemplar is shown where in the output, within a radius; the seam around is found; "
+        AUTO, "pins", "places of the exemplar to show at places of the output, within a radius, cut along a seam; "
         "automatic: nothing", low=-(1 << 40), high=1 << 40, unit="px",
     )  # fmt: skip
-    angle: Field | float = param(  # noqa: RUF009
-        0, "field", "how far the texture lies turned, to the left as seen; pixels are then read between pixels",
+    angle: Field | float = param(
+        0, "field", "rotation of the texture, counterclockwise; pixels are then interpolated",
         low=-180, high=180, unit="degrees", over="output",
     )  # fmt: skip
-    zoom: Field | float = param(  # noqa: RUF009
-        1, "field", "how many times larger the texture is shown; pixels are then read between pixels",
+    zoom: Field | float = param(
+        1, "field", "magnification of the texture; pixels are then interpolated",
         low=0.25, high=4, over="output",
     )  # fmt: skip
-    channel_weights: tuple[float, ...] | None = methods.channel_weights()
+    channel_weights: Weights = methods.channel_weights()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -100,10 +99,10 @@ class ParallelControllable(EndlessBase):
 
     @property
     def exact(self) -> bool:
-        """Whether pixels are copies: not so where the texture lies turned or scaled."""
+        """Whether pixels are exact copies: not if the texture is rotated or scaled."""
         return (self.angle, self.zoom) == (0, 1)
 
     def asked(self, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
-        """Return a hash of what each function among the parameters says at all places that a picture asks it for."""
-        found: dict[str, str] = engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
+        """Return for each function among the parameters a hash of its values at all places that a picture needs."""
+        found: dict[str, str] = methods.engine_of(self).asked(self, exemplars, where) if functions_of(self) else {}
         return found

@@ -1,22 +1,21 @@
-"""Plain repetition: the exemplar again and again; right for a picture that is already tileable.
+"""Plain repetition of the exemplar, for pictures that are tileable already.
 
-No paper; the yardstick for repetition. Cost: none to speak of.
+No paper; the reference for repetition. Cost: negligible.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
-from . import Ability, EndlessBase
+from . import EndlessBase, abilities
 
 
 @dataclass(frozen=True)
 class Repeat(EndlessBase):
     """Repeat the exemplar side by side."""
 
-    slug: ClassVar[str] = "repeat"
-    paper: ClassVar[str] = "none"
-    summary: ClassVar[str] = "the exemplar again and again"
-    engine: ClassVar[str] = "intarsia.regular.repeat"
-    supports: ClassVar[frozenset[Ability]] = frozenset({Ability.START, Ability.WINDOW})
+    slug = "repeat"
+    paper = "none"
+    summary = "the exemplar again and again"
+    engine = "intarsia.regular.repeat"
+    supports = abilities("start", "window")

@@ -1,6 +1,6 @@
-"""What a synthesis is given, and what it hands on: planes, exemplars, canvas, and the map.
+"""Data model of a synthesis: planes, exemplars, canvas, guide, and source map.
 
-The exemplar: aligned planes of one surface, which of its pixels may be used, and what is known of it.
+This module holds the exemplar: aligned planes of one surface, a mask of usable pixels, and cached measurements.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..foundation import PLANE_WEIGHTS, SCALARS, InputError, ParameterError, called, expect, said
 from ..foundation.arrays import Mask, Pair, marks, masked_pixels, pixels_of
+from ..foundation.geometry import Shaped
 from .image import PACKED, PACKINGS, Kind, Plane, packed, packs_of, unpacked
 from .sourcemap import Source
 
@@ -26,18 +27,18 @@ KIND_OF_NAME = {
     **dict.fromkeys(("height", "roughness", "metallic", "ao", "opacity", "specular", *PACKINGS, PACKED), Kind.DATA),
     **dict.fromkeys(("label", "labels", "id", "ids"), Kind.LABEL),
 }
-"""What a plane of this name holds; any other name is a colour."""
+"""Kind of a plane by its name; any other name is a colour."""
 
 REDUCED = "(reduced)"
-"""The first plane of a magnified exemplar: its base at reduced size, which is compared and never written."""
+"""Name of the first plane of a magnified exemplar: its base at reduced size, compared and never written."""
 
 
 class NotFiniteError(InputError):
-    """Pixels that would be used are NaN or infinite."""
+    """Usable pixels are NaN or infinite."""
 
 
 @dataclass(frozen=True, eq=False)
-class Exemplar:
+class Exemplar(Shaped):
     """An example of a texture: one or more aligned planes.
 
     Parameters
@@ -46,22 +47,22 @@ class Exemplar:
         The first plane is the base, which sets the size. The others have its size, or a whole multiple of it,
         or a whole fraction.
     usable : bool array, shape (H, W), optional
-        False where pixels must not be sampled. None: all may be. None at all may be usable: such a picture can
-        still lie under a start map.
+        False where pixels must not be sampled. None: all may be. A mask without usable pixels is allowed: such a
+        picture can still be shown by a start map.
     toroidal : bool
-        True where the exemplar continues in itself across its borders.
+        True if the exemplar is periodic across its borders.
     name : str
         A short name, for messages and maps.
     weights : dict of str to float
-        How much planes count in matching, 0 to 100 times as much as they usually do. A plane of weight 0 is drawn, and
-        not compared. The name of a packed map stands for all planes in it.
+        Weights of planes in matching, 0 to 100; 1 is usual. A plane of weight 0 is rendered, but not compared. The
+        name of a packed map stands for all planes in it.
 
     Raises
     ------
     InputError
-        where sizes do not fit, or a usable pixel is NaN or infinite.
+        if sizes do not fit, or a usable pixel is NaN or infinite.
     ParameterError
-        for weights of no plane, or that leave nothing to compare.
+        for weights of unknown planes, or that leave nothing to compare.
     """
 
     planes: Mapping[str, Plane]
@@ -85,7 +86,7 @@ class Exemplar:
             check_size(f"the plane {name}", plane, "the base", self.base)
         if self.usable is not None:
             usable = marks(self.usable, "the mask")
-            if usable.shape != (self.height, self.width):
+            if usable.shape != self.shape:
                 raise InputError(
                     f"the mask is {usable.shape[1]}x{usable.shape[0]} px, the exemplar "
                     f"{self.width}x{self.height}; make them equal."
@@ -101,12 +102,11 @@ class Exemplar:
         cls, pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar, *, usable: ArrayLike | None = None,
         toroidal: bool | None = None, name: str | None = None, weights: Mapping[str, float] | None = None,
     ) -> Exemplar:  # fmt: skip
-        """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` tell the kind.
+        """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` give the kind.
 
-        Those named ``orm``, ``arm`` or ``rma`` are unpacked into planes of one channel; ``render("orm")`` draws them
-        as one.
-        Masked pixels of a masked array are not used, and those of a picture of Pillow are taken as it shows them. Of an
-        exemplar another is made where anything is named: pixels must then be usable by its own mask and by `usable`.
+        Planes named ``orm``, ``arm`` or ``rma`` are unpacked into planes of one channel; ``render("orm")`` renders them
+        as one. Masked pixels of a masked array are not usable; Pillow images are taken as Pillow displays them. Given
+        an exemplar, a copy with the given fields is returned; the masks are combined.
         """
         mask = None if usable is None else marks(usable, "the mask")
         if isinstance(pixels, Exemplar):
@@ -126,7 +126,7 @@ class Exemplar:
             masked = masked_pixels(p)
             if masked is not None:
                 base = next(iter(planes.values()))
-                left = ~resized(masked, (base.height, base.width))
+                left = ~resized(masked, base.shape)
                 mask = left if mask is None else _both(mask, left)
         name = "exemplar" if name is None else name
         return cls(planes, mask, toroidal is not None and toroidal, name, {} if weights is None else weights)
@@ -141,24 +141,24 @@ class Exemplar:
 
     @property
     def drawn(self) -> tuple[str, ...]:
-        """The names of the planes that are drawn: all, but for the reduced one of a magnified exemplar."""
+        """The names of the planes that are rendered: all but the reduced one of a magnified exemplar."""
         names = tuple(self.planes)
         return names[1:] if names[0] == REDUCED and len(names) > 1 else names
 
     @property
     def packs(self) -> dict[str, tuple[str, ...]]:
-        """The names of packed maps, and of the planes that they hold, channel by channel."""
+        """The names of packed maps -> the names of their planes, channel by channel."""
         return packs_of({name: self.planes[name] for name in self.drawn})
 
     @property
     def pictures(self) -> tuple[str, ...]:
-        """The names of the pictures that files hold: the planes that are drawn, of packed maps these."""
+        """The names of the output files' pictures: the rendered planes, those of a packed map as one."""
         packs = self.packs
         owner = {plane: pack for pack, own in packs.items() for plane in own}
         return tuple(dict.fromkeys(owner.get(name, name) for name in self.drawn))
 
     def picture(self, name: str) -> Plane | None:
-        """Return the plane of a name, or the packed map of a name as one plane; None where there is neither."""
+        """Return the plane or the packed map of this name as one plane; None if there is neither."""
         if name in self.planes:
             return self.planes[name]
         own = self.packs.get(name)
@@ -166,22 +166,22 @@ class Exemplar:
 
     @property
     def compared(self) -> tuple[str, ...]:
-        """The names of the planes that say what fits: all, but for the one that a reduced plane stands for.
+        """The names of the planes that are compared in matching: all but the one that a reduced plane stands for.
 
-        The first is always among them; others that do not count are not.
+        The first is always included; others only with a weight above 0.
         """
         first, *others = self.planes if self.drawn == tuple(self.planes) else (REDUCED, *self.drawn[1:])
         return (first, *(name for name in others if self.weight(name)))
 
     def weight(self, name: str) -> float:
-        """Return how much a plane counts, relative to what is usual; channels of packed maps without a name do not."""
+        """Return the weight of a plane in matching; by default 1, and 0 for unnamed channels of packed maps."""
         name = self.drawn[0] if name == REDUCED else name
         usual = 0.0 if PACKED in self.planes[name].meta and name not in SCALARS else 1.0
         return self.weights.get(name, usual)
 
     @property
     def times(self) -> int:
-        """How many times larger than the map the pictures of a magnified exemplar are; 1 for all others."""
+        """Magnification: how many times larger than the map the pictures are; 1 unless the exemplar is magnified."""
         return 1 if REDUCED not in self.planes else max(self.planes[self.drawn[0]].height // self.height, 1)
 
     @property
@@ -196,28 +196,28 @@ class Exemplar:
 
     @property
     def free(self) -> Mask:
-        """Which pixels may be used (H, W), also where all may."""
-        return np.ones((self.height, self.width), bool) if self.usable is None else np.asarray(self.usable)
+        """The mask of usable pixels (H, W), also if all are usable."""
+        return np.ones(self.shape, bool) if self.usable is None else np.asarray(self.usable)
 
     @property
     def source(self) -> Source:
-        """What a map remembers of this exemplar."""
-        return Source(self.name, self.height, self.width, self.digest)
+        """The entry of this exemplar in a source map."""
+        return Source(self.name, *self.shape, self.digest)
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that matters for a result, as 64 hexadecimal digits."""
+        """SHA-256 of everything that affects a result, as 64 hexadecimal digits."""
         return self.memo("digest", self._digest)
 
     def memo(self, key: Any, make: Callable[[], T]) -> T:
-        """Return what is known under `key`, making it at the first asking."""
+        """Return the value cached under `key`; computed at the first call."""
         if key not in self._memo:
             self._memo[key] = make()
         value: T = self._memo[key]
         return value
 
     def latest(self, name: str, key: Any, make: Callable[[], T]) -> T:
-        """Return what was made last under `name` if it was for `key`; else make it, in place of the other."""
+        """Return the value of the single-slot cache `name` if it was made for `key`; else compute and replace it."""
         found = self._memo.get(name)
         if found is None or found[0] != key:
             found = self._memo[name] = key, make()
@@ -235,7 +235,7 @@ class Exemplar:
         return h.hexdigest()
 
     def _check_weights(self) -> None:
-        """Keep the weights plane by plane, without those that change nothing."""
+        """Normalise the weights to single planes, without those that are the default."""
         expect(self.weights, Mapping, "weights", "a number for each name of a plane")
         packs, weights = self.packs, dict[str, float]()
         for name, weight in self.weights.items():
@@ -259,7 +259,7 @@ class Exemplar:
             return
         bad = ~np.isfinite(plane.samples).all(axis=2)
         if self.usable is not None:
-            bad &= resized(self.usable, (plane.height, plane.width))
+            bad &= resized(self.usable, plane.shape)
         if bad.any():
             raise NotFiniteError(
                 f"{int(bad.sum())} pixels of the plane {name} are NaN or infinite; "
@@ -271,7 +271,7 @@ Exemplars = Sequence[Exemplar]
 
 
 def check_size(name: str, plane: Plane, first: str, base: Plane) -> None:
-    """Refuse a plane whose size does not fit that of the base; `name` and `first` are what messages call them."""
+    """Raise InputError if the size of a plane does not fit that of the base; `name`, `first`: names in messages."""
     size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
     if plane.height * base.width != plane.width * base.height:
         raise InputError(f"{name} is {size}, of another shape than {first} ({other}); scale both axes alike.")
@@ -295,12 +295,12 @@ def _plane(name: str, pixels: ArrayLike | Plane) -> Plane:
 
 
 def _both(mask: Mask, other: Mask) -> Mask:
-    """What both masks leave; one of another size than the exemplar goes on alone, and is refused there."""
+    """Return the intersection of two masks; `mask` alone if sizes differ, which the caller refuses later."""
     return mask & other if mask.shape == other.shape else mask
 
 
 def resized(mask: Mask, size: Pair) -> Mask:
-    """Return a mask of a plane at the size of another one (height, width): a pixel counts that shows any marked one."""
+    """Return a mask resized to (height, width); when reduced, a pixel is True if any of its pixels is."""
     if mask.shape[0] > size[0]:
         times = mask.shape[0] // size[0]
         if mask.shape != (size[0] * times, size[1] * times):
@@ -311,5 +311,5 @@ def resized(mask: Mask, size: Pair) -> Mask:
 
 
 def sampled(exemplars: Sequence[Exemplar]) -> list[Exemplar]:
-    """The exemplars that are not only there to lie under a start map; all where none is."""
+    """Return the exemplars with usable pixels; all if there are none."""
     return [e for e in exemplars if e.usable is None or e.usable.any()] or list(exemplars)

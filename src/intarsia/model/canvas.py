@@ -1,6 +1,6 @@
-"""The canvas: how large, how it wraps, what is already on it, and what it should look like where.
+"""The canvas: size, periodicity, a partly filled start map, and a guide (labels or a target for texture transfer).
 
-A guide says the last: a picture beside each exemplar, and one for the canvas.
+A guide holds one picture for each exemplar and one for the canvas.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ from ..foundation import (
     whole_within,
 )
 from ..foundation.arrays import Array
-from ..foundation.geometry import Wrap
+from ..foundation.geometry import Shaped, Wrap
 from .image import Kind, Plane
 from .sourcemap import SourceMap
 
 
 @dataclass(frozen=True)
-class Canvas:
-    """The place to fill.
+class Canvas(Shaped):
+    """The output to fill.
 
     Parameters
     ----------
     height, width : int
         Size in px, at least 1; at most 2**31 px in all.
     wrap : Wrap
-        Along which axes the output must continue in itself.
+        Along which axes the output must be periodic.
     start : SourceMap, optional
-        A map of the same size, partly filled (``which`` = 255 in its holes); what is there stays.
+        A map of the same size, partly filled (``which`` = 255 in its holes); filled pixels are kept.
     guide : Guide, optional
-        What should be where.
+        Labels or a target picture.
     rim : int, optional
         How deep, in px from the nearest hole, start pixels may be replaced. None: the method's choice.
     endless : bool
-        True where the size is only one to think of: what is made are windows of an endless plane.
+        True if windows of an endless plane are made; the size is then only a typical one.
     """
 
     height: int
@@ -64,7 +64,7 @@ class Canvas:
     def __post_init__(self) -> None:
         for side in ("height", "width"):
             object.__setattr__(self, side, whole_within(side, getattr(self, side), -MAX_PIXELS))
-        if min(self.height, self.width) < 1 or self.height * self.width > MAX_PIXELS:
+        if min(self.shape) < 1 or self.height * self.width > MAX_PIXELS:
             refused = f"size={called(self.width)}x{called(self.height)} is not allowed"
             raise ParameterError(f"{refused}; give sides of at least 1 px, at most 2**31 px in all.")
         object.__setattr__(self, "wrap", chosen(Wrap, "wrap", self.wrap))
@@ -72,7 +72,7 @@ class Canvas:
         expect(self.guide, (Guide, NoneType), "guide", "a Guide")
         target = None if self.guide is None else self.guide.target
         for what, its in (("start map", self.start), ("guide's target", target)):
-            if its is not None and (its.height, its.width) != (self.height, self.width):
+            if its is not None and its.shape != self.shape:
                 size = f"{its.width}x{its.height} px"
                 raise InputError(f"the {what} is {size}, the canvas {self.width}x{self.height}; make them equal.")
         if self.rim is not None:
@@ -87,11 +87,11 @@ SHIFTS = (32, 16, 0)  # bits: where red, green and blue stand in a number
 
 @dataclass(frozen=True)
 class Guide:
-    """Labels, or a target picture, on both sides: beside the exemplars and over the canvas.
+    """Guidance by labels or by a target picture: one picture for each exemplar and one for the canvas.
 
-    With labels (kind LABEL) the inside of a region of the target is made of patches that lie wholly in that label,
-    and its boundaries of patches that hold a boundary. With other pictures every patch should look like the target
-    in the guide: texture transfer.
+    With labels (kind LABEL) the inside of a region of the target is filled with patches that lie wholly in that label,
+    and its boundaries with patches that hold a boundary. With other pictures patches are chosen to look like the
+    target in the guide: texture transfer.
 
     Parameters
     ----------
@@ -100,10 +100,10 @@ class Guide:
     target : Plane
         The same for each canvas pixel, of the same kind and number of channels.
     weight : float
-        How much the guide counts against the seams, 0 to 100; alpha of Multrus 2003, 5.3. A patch costs
+        Weight of the guide against the seams, 0 to 100; alpha of Multrus 2003, 5.3. A patch costs
         ``d * d + weight * weight * g * g``. Both are root mean squares on a scale of 0 to 1: d of the differences
-        where the patch meets what is there, 1 being the range of the exemplars' values; g of the guide's differences
-        over the whole patch, so that with labels g * g is the share of pixels of another label.
+        in the overlap region, 1 being the range of the exemplars' values; g of the guide's differences over the whole
+        patch, so that with labels g * g is the share of pixels of another label.
     reach : int
         With labels: pixels within so many px of a boundary count as partly of both labels, so that patches whose
         boundary lies close by are better than others. 0: a label differs or it does not.
@@ -111,7 +111,7 @@ class Guide:
     Raises
     ------
     InputError
-        where kind or channels of the pictures differ, or the target names labels that no source has.
+        if kind or channels of the pictures differ, or the target has labels that no source has.
     """
 
     source: Plane | Sequence[Plane]
@@ -147,27 +147,27 @@ class Guide:
 
     @property
     def sources(self) -> tuple[Plane, ...]:
-        """The pictures beside the exemplars."""
+        """The guide pictures of the exemplars."""
         return (self.source,) if isinstance(self.source, Plane) else tuple(self.source)
 
     @property
     def is_labels(self) -> bool:
-        """True where the guide holds labels."""
+        """Whether the guide holds labels."""
         return self.target.kind is Kind.LABEL
 
     @property
     def names(self) -> tuple[int, ...]:
-        """The labels that the target asks for, in their order."""
+        """The labels of the target, ascending."""
         return tuple(np.unique(self.target.pixels).tolist()) if self.is_labels else ()
 
     def name_of(self, label: int) -> str:
-        """What a label is called: its colour, where it was one."""
+        """Return the name of a label: its colour if it was read from one, else its number."""
         called = self.target.meta.get("labels", ())
         return str(called[label]) if label < len(called) else str(label)
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that matters for a result."""
+        """SHA-256 of everything that affects a result."""
         h = hashlib.sha256(f"{float(self.weight)!r}|{int(self.reach)}".encode())
         for plane in (*self.sources, self.target):
             plane.hashed(h)
@@ -175,12 +175,12 @@ class Guide:
 
     @property
     def digests(self) -> tuple[str, ...]:
-        """SHA-256 of each source and of the target; of labels by what they are called, so that each stands alone."""
+        """SHA-256 of each source and of the target; of labels by their names, so that each is comparable alone."""
         return tuple(self._digest(plane) for plane in (*self.sources, self.target))
 
     @property
     def as_recipe(self) -> dict[str, Any]:
-        """What a recipe holds of it: hashes of the pictures, and how much they count."""
+        """The guide as saved in recipes: hashes of the pictures, weight and reach."""
         *labels, target = self.digests
         said = {"sha256": self.digest, "labels": labels, "target": target}
         return said | {"weight": self.weight, "reach": self.reach}
@@ -207,14 +207,14 @@ class Guide:
 
 
 def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object]) -> list[Plane]:
-    """Read pictures whose colours are labels: the same colour is the same number in all of them.
+    """Convert label pictures from colours to numbers; the same colour gets the same number in all of them.
 
     Parameters
     ----------
     pictures : (name, Plane) of each
-        Those beside the exemplars, and last the target: gray or colour, 8 or 16 bits a channel.
+        Those of the exemplars, and last the target: gray or colour, 8 or 16 bits a channel.
     warn : function
-        Told in one line where a few stray pixels, of smoothed edges, became the label of the nearest colour.
+        Called with one line if a few stray pixels, of smoothed edges, were given the label of the nearest colour.
 
     Returns
     -------
@@ -224,7 +224,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
     Raises
     ------
     InputError
-        for other pixels, too many colours, too many stray pixels, and a target with labels that are nowhere else.
+        for other pixels, too many colours, too many stray pixels, and a target with labels that no source has.
     """
     counted = [np.unique(_packed(*one), return_inverse=True, return_counts=True) for one in pictures]
     areas = [plane.height * plane.width for _, plane in pictures]
@@ -248,7 +248,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
         if stray:
             warn(f"{name}: {stray} px of {kinds} odd colours were given the nearest label.")
         apart = ((_channels(colours)[:, None] - _channels(labels)) ** 2).sum(axis=2)
-        numbers.append(apart.argmin(axis=1)[at].reshape(plane.height, plane.width).astype(np.uint8))
+        numbers.append(apart.argmin(axis=1)[at].reshape(plane.shape).astype(np.uint8))
     there = set().union(*(np.unique(n).tolist() for n in numbers[:-1]))
     missing = sorted(set(np.unique(numbers[-1]).tolist()) - there)
     if missing:
@@ -260,7 +260,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
 
 
 def _packed(name: str, plane: Plane) -> Array:
-    """The colours of a picture, red, green and blue of 16 bits each, as one number for each pixel (H, W)."""
+    """Return the colours of a picture, 16 bits each of red, green and blue, as one number for each pixel (H, W)."""
     samples = plane.samples
     if plane.is_float or samples.dtype == np.uint32:
         raise InputError(f"{name} has {samples.dtype} pixels; save labels with 8 or 16 bits a channel.")

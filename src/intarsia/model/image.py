@@ -1,10 +1,10 @@
-"""A plane is one picture of a surface: pixels, what they mean, and how they are coded.
+"""Planes: images with a kind (colour, data, normal, label) and a transfer curve; packed maps; conversion of depths.
 
-Packed maps are files whose channels hold one map each: occlusion, roughness and metallic in red, green and blue. Each
-channel becomes a plane of its own, so that it is compared by its own range; they are drawn, and written, as one
-picture again, channel beside channel.
+Packed maps are files whose channels hold one map each, such as occlusion, roughness and metallic in red, green and
+blue. Each channel becomes a plane of its own, so that it is compared by its own range; they are rendered and written as
+one picture again.
 
-Below planes stand other depths of pixels alone, each rounded to the nearest value, and 8 bits to look at.
+Below planes: conversion between depths, rounded to the nearest value, and to 8 bits for display.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..foundation import CHANNELS, InputError, ParameterError, chosen, expect, said
-from ..foundation.arrays import Array, pixels_of
+from ..foundation.arrays import Array, Floats, pixels_of
+from ..foundation.geometry import Shaped
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
 MAX_SIDE = 1 << 20
@@ -29,14 +29,14 @@ PACKINGS = {
     "arm": ("ao", "roughness", "metallic"),
     "rma": ("roughness", "metallic", "ao"),
 }
-"""What the channels of a packed map hold whose name says it."""
+"""Contents of the channels of packed maps with these names."""
 
 PACKED = "packed"
-"""A packed map whose name does not say what it holds; and the fact of a plane that tells where it was packed."""
+"""Name of a packed map without a fixed order of channels; also the key of `Plane.meta` for where a plane was packed."""
 
 
 class Kind(StrEnum):
-    """What the numbers of a plane mean, and so how votes for a pixel mix."""
+    """What the values of a plane mean, which decides how overlapping pieces are mixed."""
 
     COLOUR = "colour"  # mixed in linear light, with alpha premultiplied
     DATA = "data"  # mixed as it is: height, roughness, occlusion
@@ -45,34 +45,33 @@ class Kind(StrEnum):
 
 
 class Transfer(StrEnum):
-    """How light became numbers."""
+    """Transfer curve of colour values."""
 
     SRGB = "srgb"
     LINEAR = "linear"
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Shaped):
     """One picture of a surface: an array, its kind and its transfer curve.
 
     Parameters
     ----------
     pixels : array, shape (H, W) or (H, W, C), C in 1..64
-        bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, unless it is read-only with
-        all that lies under it; then never written to.
-        A picture of Pillow is taken as Pillow shows it, at its depth; a palette of labels by its numbers.
+        bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, unless the array and its base
+        are read-only. Pillow images are taken as Pillow displays them, at their depth; palettes of labels by index.
         Integer colour and data span the range of their type; float colour is 1.0 at white.
     kind : Kind
         COLOUR with 2 or 4 channels has alpha last, not premultiplied.
     transfer : Transfer
-        SRGB or LINEAR; matters for COLOUR only.
+        SRGB or LINEAR; used for COLOUR only.
     meta : dict
-        Facts that travel to the output file: ``icc`` (bytes), ``name`` (the format it was read from).
+        Metadata copied to the output file: ``icc`` (bytes), ``name`` (the format it was read from).
 
     Raises
     ------
     InputError
-        for another dtype or shape, or a plane without pixels.
+        for other dtypes or shapes, or an empty array.
     """
 
     pixels: Array
@@ -123,26 +122,26 @@ class Plane:
     @property
     def samples(self) -> Array:
         """The pixels as (H, W, C), a view."""
-        return self.pixels.reshape(self.height, self.width, -1)
+        return self.pixels.reshape(*self.shape, -1)
 
     @property
     def alpha(self) -> bool:
-        """True where the last channel is opacity."""
+        """Whether the last channel is opacity."""
         return self.kind is Kind.COLOUR and self.channels in (2, 4)
 
     @property
     def is_float(self) -> bool:
-        """True for half, float and double pixels."""
+        """Whether pixels are half, float or double."""
         return bool(np.issubdtype(self.pixels.dtype, np.floating))
 
     def like(self, pixels: Array) -> Plane:
-        """Return other pixels (H, W, C) as a plane of the same kind, coding and number of dimensions."""
+        """Return pixels (H, W, C) as a plane of the same kind, transfer, meta and number of dimensions."""
         if self.pixels.ndim == 2:
             pixels = pixels[:, :, 0]
         return Plane(pixels, self.kind, self.transfer, self.meta)
 
     def hashed(self, digest: Any, name: str = "") -> None:
-        """Feed a digest with all of a plane that matters for a result."""
+        """Update a hash with everything of the plane that affects a result."""
         p = self.pixels
         digest.update(f"{name}|{self.kind}|{self.transfer}|{p.dtype}|{p.shape}|".encode())
         digest.update(p.astype(p.dtype.newbyteorder("<"), copy=False).data)
@@ -156,31 +155,31 @@ class Plane:
 
 
 def _frozen(pixels: Array) -> bool:
-    """Whether nobody can write to an array any more, neither through it nor through the array that it is a view of."""
+    """Whether an array and the array that it is a view of are both read-only."""
     under = pixels if pixels.base is None else pixels.base
     return type(under) is np.ndarray and under.base is None and not (pixels.flags.writeable or under.flags.writeable)
 
 
 def unpacked(name: str, plane: Plane, order: Sequence[str] | None = None, file: str = "") -> dict[str, Plane]:
-    """Return the channels of a packed map as planes of data, by their names.
+    """Split a packed map into planes of data, one for each channel, by name.
 
     Parameters
     ----------
     name : str
-        What the map is called: ``orm``, ``arm``, ``rma`` or ``packed``.
+        Name of the map: ``orm``, ``arm``, ``rma`` or ``packed``.
     plane : Plane
         As many channels as are named, or more: those without a name are called ``orm_a`` and the like.
     order : sequence of str, optional
-        What the channels hold, ``""`` where that is not known; by default as `name` says.
+        Contents of the channels, ``""`` if not known; by default given by `name`.
     file : str
-        What messages call the map.
+        Name of the map in messages.
 
     Raises
     ------
     ParameterError
-        where neither `order` nor `name` says what the channels hold.
+        if neither `order` nor `name` gives the contents of the channels.
     InputError
-        for a map of fewer channels.
+        for a map with fewer channels.
     """
     names = PACKINGS.get(name) if order is None else order
     file = file or f"the plane {name}"
@@ -201,7 +200,7 @@ def unpacked(name: str, plane: Plane, order: Sequence[str] | None = None, file: 
 
 
 def packs_of(planes: Mapping[str, Plane]) -> dict[str, tuple[str, ...]]:
-    """Tell which planes lie in one packed map: its name -> theirs, channel by channel."""
+    """Return the complete packed maps among planes: name of the map -> names of its planes, channel by channel."""
     found: dict[str, dict[int, str]] = {}
     counts: dict[str, int] = {}
     for name, plane in planes.items():
@@ -212,7 +211,7 @@ def packs_of(planes: Mapping[str, Plane]) -> dict[str, tuple[str, ...]]:
 
 
 def packed(planes: Sequence[Plane]) -> Plane:
-    """Return planes of one channel as one plane again."""
+    """Return planes of one channel stacked as one plane."""
     first = planes[0]
     about = {key: value for key, value in first.meta.items() if key != PACKED}
     return Plane(np.dstack([p.pixels for p in planes]), first.kind, first.transfer, about)
@@ -226,7 +225,7 @@ DTYPE_OF_DEPTH = {"8": "uint8", "16": "uint16", "half": "float16", "float": "flo
 
 
 def dtype_of(depth: int | str) -> str:
-    """Return the type of pixel that a depth means."""
+    """Return the dtype of a depth: 8, 16, half or float."""
     word = str(depth).lower() if isinstance(depth, (int, str)) else ""
     if isinstance(depth, bool) or word not in DTYPE_OF_DEPTH:
         raise ParameterError(f"depth={said(depth)} is not allowed; choose 8, 16, half or float.")
@@ -236,9 +235,8 @@ def dtype_of(depth: int | str) -> str:
 def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> Array:
     """Return pixels (H, W) or (H, W, C) in another type; `kind` is "colour", "data" or "label".
 
-    Colour keeps its look: where floats become whole numbers, linear light gets the sRGB curve, and where whole numbers
-    become floats it is taken off. Whole numbers clip to 0..1, NaN becomes 0. Labels keep their numbers, and are refused
-    where these do not fit.
+    Colour: from floats to integers linear light is encoded by the sRGB curve, from integers to floats it is decoded.
+    Integers clip to 0..1, NaN becomes 0. Labels keep their numbers; ParameterError if these do not fit.
     """
     floats = pixels.dtype.kind == "f"
     if pixels.dtype == dtype:
@@ -249,7 +247,7 @@ def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
         with np.errstate(over="ignore"):
             return pixels.astype(dtype)
     if not floats and dtype.kind == "u":
-        return _by_rows(pixels, dtype, lambda p: _other_codes(p, dtype))
+        return _by_rows(pixels, dtype, _other_codes)
     if floats:
         return _by_rows(pixels, dtype, lambda p: _to_codes(p, kind, linear, dtype))
     top = np.float64(np.iinfo(pixels.dtype).max)
@@ -257,7 +255,7 @@ def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
 
 
 def _by_rows(pixels: Array, dtype: np.dtype[Any], change: Callable[[Array], Array]) -> Array:
-    """Change some rows at a time: on the way a sample takes 40 bytes."""
+    """Apply a conversion to a few rows at a time, as intermediate results take 40 bytes a sample."""
     made = np.empty(pixels.shape, dtype)
     rows = max(1, _TOGETHER // max(1, pixels[:1].size))
     for y in range(0, len(pixels), rows):
@@ -273,18 +271,17 @@ def _to_codes(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> A
     return np.floor(values * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
-def to_srgb(linear: Array) -> NDArray[np.float64]:
-    """Encode linear light by the sRGB curve (IEC 61966-2-1)."""
+def to_srgb(linear: Array) -> Floats:
+    """Return linear light encoded by the sRGB curve (IEC 61966-2-1)."""
     v = np.clip(np.nan_to_num(linear, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
-    code: NDArray[np.float64] = np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
+    code: Floats = np.where(v <= 0.0031308, 12.92 * v, 1.055 * np.power(v, 1 / 2.4) - 0.055)
     return code
 
 
-def from_srgb(code: Array) -> NDArray[np.float64]:
-    """Decode the sRGB curve to linear light."""
+def from_srgb(code: Array) -> Floats:
+    """Return sRGB values decoded to linear light."""
     v = np.asarray(code, np.float64)
-    light: NDArray[np.float64] = np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
-    return light
+    return np.where(v <= 0.04045, v / 12.92, np.power((v + 0.055) / 1.055, 2.4))
 
 
 def _on_colour(values: Array, kind: str, curve: Callable[[Array], Array]) -> Array:
@@ -295,26 +292,24 @@ def _on_colour(values: Array, kind: str, curve: Callable[[Array], Array]) -> Arr
     return np.concatenate([curve(values[..., :-1]), values[..., -1:]], axis=-1)
 
 
-def _other_codes(pixels: Array, dtype: np.dtype[Any]) -> Array:
+def _other_codes(pixels: Array) -> Array:
     if pixels.dtype == np.uint8:
         return pixels.astype(np.uint16) * np.uint16(257)
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
 
 
 def _numbers_kept(pixels: Array, dtype: np.dtype[Any]) -> Array:
-    if pixels.dtype == bool:
-        return pixels.astype(dtype)
-    converted = pixels.astype(dtype)
-    if not np.array_equal(converted.astype(pixels.dtype), pixels):
+    kept = pixels.astype(dtype)
+    if not np.array_equal(kept.astype(pixels.dtype), pixels):
         raise ParameterError(f"labels up to {pixels.max()} do not fit {dtype}; choose a larger depth, or .tif.")
-    return converted
+    return kept
 
 
 def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
-    """Return 8 bits to look at: floats clipped, heights stretched to their range, labels in colours.
+    """Return 8 bits for display: floats clipped, data normalised to its range, labels in distinct colours.
 
-    `pixels`: (H, W) or (H, W, C), as is what comes back. `kind` is "colour", "data" or "label"; `linear`: whether
-    colours are linear light.
+    `pixels` and the result: (H, W) or (H, W, C). `kind` is "colour", "data" or "label"; `linear`: whether colours are
+    linear light.
     """
     samples = pixels.reshape(*pixels.shape[:2], -1)
     if kind == "label":
@@ -327,7 +322,7 @@ def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
 
 
 def encoded(pixels: Array, quality: int | None = None) -> bytes:
-    """Return 8 bits (H, W) or (H, W, C) as the bytes of a PNG, or, where a quality of 1 to 95 is named, of a JPEG."""
+    """Return 8-bit pixels (H, W) or (H, W, C) encoded as PNG, or as JPEG if a quality of 1 to 95 is given."""
     from PIL import Image
 
     buffer = io.BytesIO()
@@ -347,15 +342,11 @@ def _to_its_range(samples: Array) -> Array:
 
 
 def _in_colours(values: Array) -> Array:
-    """Give every label a colour of its own; the colours of a coloured label map stay."""
+    """Return a distinct colour for every label; coloured label maps keep their colours."""
     if values.dtype == bool:
         return values.astype(np.uint8) * np.uint8(255)
     if values.shape[2] > 1:
-        return (
-            (values & 255).astype(np.uint8)
-            if values.dtype == np.uint32
-            else converted(values, "data", False, EIGHT)
-        )
+        return values.astype(np.uint8) if values.dtype == np.uint32 else converted(values, "data", False, EIGHT)
     if values.dtype.kind == "f":
         values = values.astype(np.float32).view(np.uint32)
     mixed = values[:, :, 0].astype(np.uint32)

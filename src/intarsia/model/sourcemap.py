@@ -1,6 +1,6 @@
-"""The map: for every output pixel, the exemplar pixel that it is. All else is a rendering of it.
+"""Source map: for every output pixel the coordinates of the exemplar pixel it is copied from; saved as .npz.
 
-Maps are kept as .npz files, read with care: what arrays claim is checked before memory is taken for them.
+Pictures are renderings of a map. Files are read defensively: headers of arrays are checked before memory is allocated.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..disk import check_cost, no_room
 from ..disk.whole import ordinary
@@ -25,6 +24,7 @@ from ..foundation import (
     InputError,
     IntarsiaError,
     ParameterError,
+    Record,
     ResourceError,
     chosen,
     expect,
@@ -34,19 +34,19 @@ from ..foundation import (
 )
 from ..foundation.arrays import Array, Float32, Floats, Int32, Int64, Mask, UInt8
 from ..foundation.blend import Blend
-from ..foundation.geometry import ISOMETRIES, Box, Wrap
+from ..foundation.geometry import ISOMETRIES, Box, Shaped, Wrap
 
 AREA = 64.0
-"""A frame shows at most so many times the area of the exemplar, and at least 1 over it."""
+"""Largest scale of area of a frame, and the inverse of the least."""
 
 STEP = 64.0
-"""Most px of the exemplar, along each axis, that a step of one px in the output may be."""
+"""Largest step in the exemplar, px along each axis, for one px in the output."""
 
 ASIDE = 1.0
-"""Most px that an entry may lie beside its exemplar pixel."""
+"""Largest offset of an entry from its exemplar pixel, px."""
 
 ROWS = 16
-"""Rows of a map that are checked together: what is computed of them stays in a core's cache."""
+"""Rows of a map that are checked at a time, so that temporaries fit into a core's cache."""
 
 UPRIGHT = np.eye(2, dtype=np.float32)
 
@@ -54,7 +54,10 @@ _POSES = np.array([isometry.j for isometry in ISOMETRIES], np.float64)
 
 
 def frozen(name: str, value: Any, dtype: Any, shape: tuple[int, ...] | None) -> Array | None:
-    """Return an array of a map as one of this type that cannot be written to; a `shape` of None is that of ``yx``."""
+    """Return an array of a map, read-only and of type `dtype`; InputError if it has another shape.
+
+    A `shape` of None stands for (height, width, 2), that of ``yx``.
+    """
     if value is None and shape is not None:
         return None
     with np.errstate(over="ignore", invalid="ignore"):  # what becomes infinite is refused as such
@@ -72,13 +75,13 @@ def frozen(name: str, value: Any, dtype: Any, shape: tuple[int, ...] | None) -> 
 
 
 def check_frames(frame: Array | None, sub: Array | None, pose: Array | None, holes: Array) -> None:
-    """Refuse frames and fractions that nothing can be drawn from; what stands in holes is never read.
+    """Check frames and fractions; values in holes are ignored.
 
     Raises
     ------
     InputError
-        where a frame stands beside a pose, is not finite, shows more than 64 times the area or less than 1/64 of it, or
-        takes steps of more than 64 px; where a fraction is not finite, or more than 1 px.
+        if both frame and pose are given; if a frame is not finite, scales areas by more than 64 or less than 1/64, or
+        takes steps of more than 64 px; if a fraction is not finite, or more than 1 px.
     """
     if frame is not None:
         if pose is not None:
@@ -95,7 +98,7 @@ def check_frames(frame: Array | None, sub: Array | None, pose: Array | None, hol
 
 
 def _unsound(frame: Array, holes: Array) -> int:
-    """Count frames, outside of holes, that nothing can be drawn from."""
+    """Return the number of invalid frames outside of holes."""
     with np.errstate(invalid="ignore", over="ignore"):
         yy, yx, xy, xx = (np.ascontiguousarray(frame[..., m, n], np.float64) for m in (0, 1) for n in (0, 1))
         area = np.abs(yy * xx - yx * xy)
@@ -106,24 +109,24 @@ def _unsound(frame: Array, holes: Array) -> int:
 
 
 def matrices(frame: Array | None, pose: Array) -> Floats:
-    """Return J of every pixel, (H, W, 2, 2), of frames, or of poses where there are none."""
+    """Return the Jacobian of every pixel, (H, W, 2, 2), from frames, or from poses if there are none."""
     return frame.astype(np.float64) if frame is not None else _POSES[np.minimum(pose, 7)]
 
 
 def positions(yx: Array, sub: Array | None) -> Floats:
-    """Return where in the exemplar every pixel lies, (H, W, 2), with its fraction."""
+    """Return the exemplar position of every pixel, (H, W, 2), fractions included."""
     return yx + (np.zeros(2) if sub is None else sub.astype(np.float64))
 
 
 HOLE = 255
-"""Value of ``which`` where no exemplar pixel has been chosen yet."""
+"""Value of ``which`` for pixels that are not filled yet."""
 
 _TYPES = {"yx": np.int32, "which": np.uint8, "pose": np.uint8, "frame": np.float32, "sub": np.float32}
 
 
 @dataclass(frozen=True)
-class Source:
-    """What a map remembers of an exemplar: a name, its size in px, and the digest of its content."""
+class Source(Shaped):
+    """The entry of an exemplar in a map: its name, its size in px, and the digest of its content."""
 
     name: str
     height: int
@@ -132,28 +135,28 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
-class SourceMap:
-    """For every output pixel one exemplar pixel, and how the exemplar lies there.
+class SourceMap(Shaped):
+    """For every output pixel the exemplar pixel it is copied from, and the pose of the exemplar there.
 
     Parameters
     ----------
     yx : int32 array, shape (H, W, 2)
         Row and column of the exemplar pixel; (0, 0) in holes.
     which : uint8 array, shape (H, W), optional
-        Number of the exemplar; ``HOLE`` (255) where nothing is chosen. None: exemplar 0 everywhere.
+        Number of the exemplar; ``HOLE`` (255) in holes. None: exemplar 0 everywhere.
     pose : uint8 array, shape (H, W), optional
         Isometry 0..7 around the pixel. None: upright everywhere.
     sources : sequence of Source
         The exemplars, in the order of their numbers.
     wrap : Wrap
-        Along which axes the map closes on itself.
+        Along which axes the map is periodic.
     blend : Blend
         The blend that the method proposes.
     frame : float32 array, shape (H, W, 2, 2), optional
-        In place of ``pose``, where a piece is scaled, turned or bent: the matrix from steps in the output to steps in
-        the exemplar, rows (y, x). At most 64 times the area, at least 1/64 of it.
+        Instead of ``pose`` if pieces are scaled, rotated or warped: the Jacobian from steps in the output to steps in
+        the exemplar, rows (y, x). Scales areas by at most 64, at least 1/64.
     sub : float32 array, shape (H, W, 2), optional
-        How far beside its exemplar pixel the entry lies, -0.5 to 0.5 px mostly. None: nowhere.
+        Fraction of a px from the exemplar pixel, -0.5 to 0.5 mostly. None: 0 everywhere.
     """
 
     yx: Int32
@@ -190,12 +193,12 @@ class SourceMap:
 
     @property
     def exact(self) -> bool:
-        """Whether pixels are copies, bit for bit; with a frame or fractions they are read between pixels."""
+        """Whether pixels are copied bit for bit; with frames or fractions they are interpolated."""
         return self.frame is None and self.sub is None
 
     @property
     def holes(self) -> Mask:
-        """True where no exemplar pixel is chosen."""
+        """Mask of the pixels that are not filled."""
         return np.asarray(self.numbers == HOLE)
 
     @property
@@ -206,17 +209,17 @@ class SourceMap:
         return tuple(int(p) for p in np.unique(self.pose[~self.holes]))
 
     def window(self, box: Box) -> SourceMap:
-        """Cut out a box; along wrapped axes it may reach over the border, or lie anywhere."""
+        """Return the map of a box; along periodic axes it may cross the border, or lie anywhere."""
         expect(box, Box, "the window", "a Box")
         rows = _positions(box.y0, box.y1, self.height, self.wrap.y, "rows")
         columns = _positions(box.x0, box.x1, self.width, self.wrap.x, "columns")
         index = np.ix_(rows, columns)
-        return replace(self, **{name: array[index] for name, array in self._arrays().items()}, wrap=Wrap.NONE)
+        return replace(self, **{name: array[index] for name, array in self.arrays.items()}, wrap=Wrap.NONE)
 
     def pieces(self) -> Int32:
-        """Number the connected pieces: (H, W) int32, equal where one exemplar continues unbroken.
+        """Return the labels of connected pieces, (H, W) int32: neighbours with the same offset share a label.
 
-        With frames or fractions, it continues where neighbours lie within 1 px of where the mean of their frames leads.
+        With frames or fractions: neighbours that lie within 1 px of where the mean of their frames leads.
         """
         from ..kernels.maps import label_flowing, label_pieces
 
@@ -226,9 +229,9 @@ class SourceMap:
         return label_pieces(self.yx, self.numbers, self.turns)[0]
 
     def usage(self) -> list[Int64]:
-        """Count for each exemplar, shape (height, width), how often every pixel is shown.
+        """Return for each exemplar (height, width) how often every pixel is used.
 
-        Raises InputError where the map points outside its exemplars, ResourceError where memory is short.
+        Raises InputError if the map points outside its exemplars, ResourceError if memory is short.
         """
         if self.sources:
             self.check_sources()
@@ -243,13 +246,13 @@ class SourceMap:
             except (MemoryError, OverflowError):
                 size = f"{source.width}x{source.height} px"
                 raise ResourceError(f"the exemplar {source.name} of {size} is too large to count its uses.") from None
-            counts.append(flat.reshape(source.height, source.width))
+            counts.append(flat.reshape(source.shape))
         return counts
 
     def st_map(self) -> Float32:
         """Return an ST map for compositing tools: (H, W, 2) float32, (s, t) in 0..1, t upward, pixel centres.
 
-        Only a map of a single exemplar has one.
+        Raises ParameterError for maps of several exemplars.
         """
         if len(self.sources) != 1:
             raise ParameterError(
@@ -262,7 +265,7 @@ class SourceMap:
         return np.stack([s, t], axis=2).astype(np.float32)
 
     def save(self, path: str | Path) -> None:
-        """Write the map as .npz, arrays under their names; replaces the file whole or not at all."""
+        """Write the map as .npz, arrays under their names; a file that exists is replaced atomically."""
         from ..disk.whole import write_bytes
 
         expect_path(path)
@@ -271,18 +274,17 @@ class SourceMap:
     def to_bytes(self) -> bytes:
         """Return the content of the .npz file; equal maps give equal bytes."""
         about = {"sources": [asdict(s) for s in self.sources], "wrap": self.wrap.value, **self.blend.as_recipe}
-        arrays: dict[str, Any] = {"yx": self.yx, "about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
-        arrays |= self._arrays()
-        return packed(arrays)
+        said = {"about": np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)}
+        return packed({"yx": self.yx, **said, **self.arrays})
 
     @classmethod
     def load(cls, path: str | Path) -> SourceMap:
-        """Read a map that :meth:`save` wrote; InputError for anything else, ResourceError where memory is short.
+        """Read a map that :meth:`save` wrote; InputError for anything else, ResourceError if memory is short.
 
-        A map may cost what a picture may (``INTARSIA_MAX_PIXELS``): its arrays are measured before they are unpacked.
+        The limit of pictures holds for maps (``INTARSIA_MAX_PIXELS``); sizes are checked before arrays are read.
         """
         expect_path(path)
-        with unpacked(path, _TYPES) as (arrays, about):
+        with unpacked(path) as (arrays, about):
             return cls(
                 **arrays, sources=tuple(_source(**s) for s in about["sources"]), wrap=Wrap(about["wrap"]),
                 blend=Blend.of(about),
@@ -294,14 +296,14 @@ class SourceMap:
         h = hashlib.sha256(f"{self.yx.shape}{self.wrap}".encode())
         for part in (self.yx.astype("<i4", copy=False), self.numbers, self.turns):
             h.update(np.ascontiguousarray(part).data)
-        for name, fine in (("frame", self.frame), ("sub", self.sub)):
-            if fine is not None:
+        for name in ("frame", "sub"):
+            if name in self.arrays:
                 h.update(name.encode())
-                h.update(fine.astype("<f4", copy=False).data)
+                h.update(self.arrays[name].astype("<f4", copy=False).data)
         return h.hexdigest()
 
     def check_sources(self) -> None:
-        """Refuse a map that points outside its exemplars."""
+        """Raise InputError if the map points outside its exemplars."""
         which, pose = self.numbers, self.turns
         if pose.max(initial=0) > 7:
             raise InputError("the map holds isometries above 7; it is damaged.")
@@ -313,31 +315,34 @@ class SourceMap:
             if yx.size and (yx.min() < 0 or yx[:, 0].max() >= source.height or yx[:, 1].max() >= source.width):
                 raise InputError(f"the map points outside its exemplar {source.name}; it is damaged.")
 
-    def _arrays(self) -> dict[str, Any]:
+    @property
+    def arrays(self) -> Record:
+        """The arrays that there are, by name."""
         return {name: getattr(self, name) for name in _TYPES if getattr(self, name) is not None}
 
     @property
     def numbers(self) -> UInt8:
-        """The exemplar of every pixel (H, W), also where the map leaves it out."""
-        return np.zeros(self.yx.shape[:2], np.uint8) if self.which is None else self.which
+        """The number of the exemplar of every pixel (H, W), also if ``which`` is None."""
+        return np.zeros(self.shape, np.uint8) if self.which is None else self.which
 
     @property
     def turns(self) -> UInt8:
-        """The isometry of every pixel (H, W), also where the map leaves it out."""
-        return np.zeros(self.yx.shape[:2], np.uint8) if self.pose is None else self.pose
+        """The isometry of every pixel (H, W), also if ``pose`` is None."""
+        return np.zeros(self.shape, np.uint8) if self.pose is None else self.pose
 
 
 def identity(sources: Sequence[Source], number: int) -> SourceMap:
-    """Return the map that shows one exemplar as it is: the start of extending or healing it."""
+    """Return the identity map of one exemplar: the start of extending or healing it."""
     source = sources[number]
-    yx = np.moveaxis(np.indices((source.height, source.width), dtype=np.int32), 0, 2)
+    yx = np.moveaxis(np.indices(source.shape, dtype=np.int32), 0, 2)
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))
 
 
-def _source(name: str, height: int, width: int, digest: str) -> Source:
-    if not (isinstance(name, str) and isinstance(digest, str)):
-        raise TypeError
-    check_sides(height, width)
+def _source(name: Any, height: Any, width: Any, digest: Any) -> Source:
+    """Return the entry of an exemplar from a file; ValueError if it is damaged."""
+    sides = all(type(side) is int and 0 < side <= MOST_SIDE for side in (height, width))
+    if not (isinstance(name, str) and isinstance(digest, str) and sides and height * width <= MOST_AREA):
+        raise ValueError
     return Source(name, height, width, digest)
 
 
@@ -347,7 +352,7 @@ def _positions(start: int, stop: int, length: int, wrap: bool, axis: str) -> Int
 
 
 def check_stretch(start: int, stop: int, length: int, wrap: bool, axis: str) -> None:
-    """Refuse a stretch of rows or columns (`axis`) that a canvas of `length` px does not have."""
+    """Raise ParameterError for a range of rows or columns (`axis`) outside of a canvas of `length` px."""
     if stop <= start or (not wrap and (start < 0 or stop > length)):
         raise ParameterError(
             f"window {axis} {start}..{stop} do not lie in 0..{length}; choose others, or wrap the canvas."
@@ -355,20 +360,18 @@ def check_stretch(start: int, stop: int, length: int, wrap: bool, axis: str) -> 
 
 
 LONGEST = 1 << 24
-"""Most bytes of what a map says of itself."""
+"""Most bytes of the metadata of a map."""
 
 MOST_SIDE, MOST_AREA = (1 << 31) - 1, 1 << 31
-"""Most px of a map, and of the exemplars that it names, along a side and in all."""
+"""Most px of a map, and of its exemplars, along a side and in all."""
 
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
-Held = tuple[dict[str, NDArray[Any]], dict[str, Any]]
-
 
 def packed(arrays: Mapping[str, Any]) -> bytes:
-    """Return the content of a .npz: equal arrays give equal bytes.
+    """Return the content of a .npz; equal arrays give equal bytes.
 
-    It is compressed as quickly as zlib can: a sixth larger, and in a tenth of the time.
+    Compressed at zlib's fastest level: a sixth larger, in a tenth of the time.
     """
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
@@ -379,15 +382,15 @@ def packed(arrays: Mapping[str, Any]) -> bytes:
 
 
 @contextmanager
-def unpacked(path: str | Path, types: Mapping[str, Any]) -> Iterator[Held]:
-    """Lend the arrays of a saved map and what it says of itself; whatever fails meanwhile is told in one line.
+def unpacked(path: str | Path) -> Iterator[tuple[dict[str, Array], Record]]:
+    """Yield the arrays of a saved map and its metadata; failures meanwhile are reported in one line.
 
     Raises
     ------
     InputError
-        where the file cannot be read or is no map, or would take much memory with next to nothing in it.
+        if the file cannot be read or is no map, or is a decompression bomb.
     ResourceError
-        where it does not fit into memory.
+        if it does not fit into memory.
     """
 
     name = printable(path)
@@ -395,37 +398,31 @@ def unpacked(path: str | Path, types: Mapping[str, Any]) -> Iterator[Held]:
     try:
         with open(path, "rb") as file:
             with zipfile.ZipFile(file) as archive:
-                cost = _measured(archive, types)
+                cost = _measured(archive)
             check_cost(name, cost, size)
             file.seek(0)
             with np.load(file, allow_pickle=False) as data:
                 about = json.loads(bytes(data["about"]))
-                arrays = {k: data[k] for k in types if k in data}
+                arrays = {k: data[k] for k in _TYPES if k in data}
         yield arrays, about
     except MemoryError:
         raise no_room(name) from None
     except OSError as e:
         reason = (e.strerror or legible(str(e))).lower()
         raise InputError(f"{name} cannot be read ({reason}); check the permissions, or copy it again.") from None
-    except (InputError, ParameterError) as e:
-        if str(e).startswith(name):
-            raise
-        raise _no_map(name, e) from None
     except Exception as e:  # a damaged archive can fail in any way
-        raise _no_map(name, e) from None
+        if isinstance(e, InputError) and str(e).startswith(name):
+            raise
+        why = str(e).rstrip(".") if isinstance(e, IntarsiaError) else type(e).__name__
+        raise InputError(f"{name} is no map of intarsia ({why}); give one saved with --save-map.") from None
 
 
-def _no_map(name: str, e: Exception) -> InputError:
-    why = str(e).rstrip(".") if isinstance(e, IntarsiaError) else type(e).__name__
-    return InputError(f"{name} is no map of intarsia ({why}); give one saved with --save-map.")
-
-
-def _measured(archive: zipfile.ZipFile, types: Mapping[str, Any]) -> int:
-    """Return the bytes that the arrays will take, after a look at their headers; ValueError where they are no map's."""
+def _measured(archive: zipfile.ZipFile) -> int:
+    """Return the size of the arrays in bytes, from their headers; ValueError if they are not those of a map."""
     cost, held = 0, set(archive.namelist())
     if not {"yx.npy", "about.npy"} <= held:
         raise ValueError
-    for name in ("about", *types):
+    for name in ("about", *_TYPES):
         if name + ".npy" not in held:
             continue
         with archive.open(name + ".npy") as file:
@@ -434,13 +431,7 @@ def _measured(archive: zipfile.ZipFile, types: Mapping[str, Any]) -> int:
         if name == "about":
             if area * dtype.itemsize > LONGEST:
                 raise ValueError
-        elif dtype != types[name] or not shape or min(sides) < 1 or max(sides) > MOST_SIDE or prod(sides) > MOST_AREA:
+        elif dtype != _TYPES[name] or not shape or min(sides) < 1 or max(sides) > MOST_SIDE or prod(sides) > MOST_AREA:
             raise ValueError
         cost += area * dtype.itemsize
     return cost
-
-
-def check_sides(height: Any, width: Any) -> None:
-    """Refuse what is no size of an exemplar."""
-    if not all(type(side) is int and 0 < side <= MOST_SIDE for side in (height, width)) or height * width > MOST_AREA:
-        raise ValueError

@@ -1,6 +1,6 @@
-"""What is done with maps beyond growing one: healing, extending, repairing, advection, inspection.
+"""Tasks beyond plain synthesis: hole filling, extension, tiling, repair, advection, analysis; and replay of recipes.
 
-What a request asks for, made of its exemplars: the scene, the plan, the synthesis; so a picture tells its map.
+This module turns a request and its exemplars into scene, plan and synthesis, and recomputes a map from a recipe.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ..synthesis import Plan, Scene, Synthesis, as_exemplars, canvas_of, carry_o
 
 if TYPE_CHECKING:
     from . import completion, repair, tileable
-else:  # what few pictures ask for
+else:  # rarely needed
     completion, repair = lazy("intarsia.tasks.completion"), lazy("intarsia.tasks.repair")
     tileable = lazy("intarsia.tasks.tileable")
 
@@ -35,11 +35,11 @@ BESIDE = {
     "heal": "a mask of holes", "guide": "labels", "start": "a map to continue", "origin": "a loom",
     "advected": "a flow",
 }  # fmt: skip
-"""What was used beside exemplars, by where a recipe says so; of these it holds no more than hashes."""
+"""Inputs besides exemplars by their key in a recipe, which holds only hashes of them."""
 
 
 def small_of(size: Pair, times: int) -> Pair:
-    """Return the size that is grown where pictures are drawn so many times larger."""
+    """Return the size of the map of a picture that is magnified `times`; ParameterError if it is no multiple."""
     width, height = size
     if width % times or height % times:
         raise ParameterError(f"--size {width}x{height} is no multiple of --magnify {times}; give multiples of {times}.")
@@ -49,7 +49,7 @@ def small_of(size: Pair, times: int) -> Pair:
 def scene_of(
     request: Request, exemplars: Exemplars, hole: ArrayLike | None = None, guide: Guide | None = None
 ) -> Scene:
-    """Return the exemplars of a request, and the canvas with what is on it: its hole, and its labels."""
+    """Return the scene of a request: its exemplars, and the canvas with start map and guide."""
     exemplars, size, wrap = as_exemplars(list(exemplars)), request.size, Wrap(request.closing)
     if not request.begun:
         small = None if size is None or guide is not None else small_of(size, exemplars[0].times)[::-1]
@@ -68,7 +68,7 @@ def scene_of(
 
 
 def plan_of(request: Request, scene: Scene) -> Plan:
-    """Decide by which method a scene is filled, and how its pieces are joined."""
+    """Return the plan of a request: method and blend."""
     if request.verb == "tile":
         plan = tileable.planned_to_tile(scene, request.chosen)
     elif request.verb == "heal":
@@ -81,14 +81,14 @@ def plan_of(request: Request, scene: Scene) -> Plan:
 
 
 def with_joins(plan: Plan, request: Request) -> Plan:
-    """Return the plan with its pieces joined as the method means it, but for what is asked otherwise."""
+    """Return the plan with the blend of its method, modified by the options of the request."""
     blend = plan.joined.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
     check_between(plan.method, blend)
     return replace(plan, blend=blend)
 
 
 def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
-    """Make what is planned, as its verb does it."""
+    """Carry out the plan of a request."""
     if request.verb == "tile":
         return tileable.tiled(plan, seed, run)
     if request.verb == "heal":
@@ -97,10 +97,10 @@ def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
 
 
 def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = None) -> Synthesis:
-    """Make again what was grown, extended or tiled, from its recipe and its exemplars: the same map.
+    """Recompute a synthesis, extension or tiling from its recipe and its exemplars; the map is the same.
 
-    Raises InputError where the recipe is damaged, where it is of other exemplars, and where more was used than
-    exemplars: masks of holes, labels, maps to continue.
+    Raises InputError if the recipe is damaged or of other exemplars, or if inputs besides exemplars were used: masks of
+    holes, labels, start maps.
     """
     run, begun = run_of(run), "extend" in recipe or "tile" in recipe
     for word, what in BESIDE.items():
@@ -119,9 +119,9 @@ def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = 
 
 
 def recipe_map(path: PathLike, output: Plane, exemplars: Exemplars, run: Run) -> SourceMap:
-    """Return the map of a picture that carries its recipe, made again, where that makes these very pixels.
+    """Return the map of a picture, recomputed from the recipe in its file, if that gives exactly these pixels.
 
-    Raises InputError, which says why there is none.
+    Raises InputError with the reason if it cannot be recomputed.
     """
     try:
         recipe = read_recipe(path)
@@ -138,7 +138,7 @@ def recipe_map(path: PathLike, output: Plane, exemplars: Exemplars, run: Run) ->
 
 
 def _same(made: Plane, output: Plane) -> bool:
-    """Whether a picture was written from these pixels, in whatever depth."""
+    """Whether a picture equals these pixels, converted to its depth."""
     if made.samples.shape != output.samples.shape:
         return False
     linear = made.transfer is Transfer.LINEAR

@@ -1,12 +1,12 @@
-"""Advection: a texture that moves with a flow, frame by frame, and stays sharp.
+"""Texture advection: move a texture along a flow frame by frame, and correct the pixels that the flow tore apart.
 
     water = ia.synthesize("sample:pebbles", 256, ia.ParallelControllable(), wrap="both")
     for frame in range(1, 50):
         water = ia.advect(water, lambda y, x: (0 * y, 2 + np.sin(y / 40)), frame=frame)
 
 Lefebvre and Hoppe, "Appearance-space texture synthesis", SIGGRAPH 2006 (texture advection). Coordinates move by whole
-pixels, so that every pixel of every frame is one of the exemplar. Departure: only what a step tore is corrected, and
-the few px around; so what moves as a whole never changes, and nothing flickers where nothing moves.
+pixels, so that every pixel of every frame is one of the exemplar. Departure: only torn pixels and a few px around them
+are corrected, so rigidly moving parts never change, and nothing flickers where nothing moves.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ from ..synthesis import Synthesis
 FARTHEST = 1 << 24  # px
 MOST_FRAMES = 1 << 40
 STEPS = (1, 2, 4, 8, 16)
-NONE: dict[str, Any] = {"frames": 0, "sha256": ""}  # what a recipe would say before the first frame
 
 Flow = ArrayLike | Callable[[Floats, Floats], Any]
 
@@ -48,30 +47,30 @@ def advect(
     method: ParallelControllable | None = None,
     run: Run | None = None,
 ) -> Synthesis:
-    """Move a texture with a flow, and mend it where the flow tore it: the next frame of an animation.
+    """Return the next frame of an animation: the texture moved along a flow, and corrected where the flow tore it.
 
     Parameters
     ----------
     made : Synthesis
-        What any method made from one exemplar, if no piece is turned; best what `ParallelControllable` made.
+        Of any method, from one exemplar, without mirrored or rotated pieces; best of `ParallelControllable`.
     flow : array (H, W, 2), or a function of (y, x)
-        How far what is now at each pixel came, in px (dy, dx): the pixel shows what was at p - flow(p). A function gets
-        arrays of rows and columns (H, W), and returns such an array or the two of a pair.
+        Displacement in px (dy, dx), backward: pixel p shows what was at p - flow(p). A function gets arrays of rows and
+        columns (H, W), and returns such an array or a pair of (H, W).
     frame : int, optional
-        Move by whole pixels that add up: by round(frame * flow) - round((frame - 1) * flow), for a steady flow in px a
-        frame, of which `made` is frame - 1. Otherwise by round(flow).
+        For a steady flow in px a frame, if `made` is frame - 1: move by round(frame * flow) - round((frame - 1) *
+        flow), so that rounding does not accumulate. Otherwise by round(flow).
     coarsest : {1, 2, 4, 8, 16}
-        Torn places are mended every so many px first. Large numbers keep things whole through many frames, small ones
-        change less from frame to frame: 1 where each frame is made from the first one, and nothing adds up.
+        Spacing, in px, of the coarsest level on which torn places are corrected. Large values keep elements intact
+        through many frames, small ones change less from frame to frame; 1 if each frame is made from the first one.
     method : ParallelControllable, optional
-        Whose corrections mend; by default that which made it, else one without further settings.
+        Settings of the corrections; by default those of the method that made it, else the defaults.
     run : Run, optional
         Threads; never changes a pixel.
 
     Returns
     -------
     Synthesis
-        With another map. Its recipe tells of the steps by their hash, so `replay` refuses it: the flow is not in it.
+        With the new map. Its recipe holds only a hash of the displacements, so `replay` refuses it.
 
     Raises
     ------
@@ -83,21 +82,24 @@ def advect(
     _check(made, coarsest)
     check_start(made.map, made.exemplars)
     run, smap, exemplar = run_of(run), made.map, made.exemplars[0]
-    steps = steps_of(flow, smap.height, smap.width, frame)
+    steps = steps_of(flow, *smap.shape, frame)
     own = made.method if isinstance(made.method, ParallelControllable) else ParallelControllable()
-    canvas = Canvas(smap.height, smap.width, smap.wrap)
+    canvas = Canvas(*smap.shape, smap.wrap)
     mender = (method or own).resolved((exemplar,), canvas)
     stacked = stack.exemplar_stack(exemplar, stack.Look.of(mender))
-    closed = (smap.wrap.y, smap.wrap.x)
-    lot = (made.recipe.get("seed", 0), made.recipe.get("advected", NONE)["frames"])
-    flowing = advected.TornPlaces(stacked, descent.Corrections.of(mender), closed)
+    before = made.recipe.get("advected", {"frames": 0, "sha256": ""})
+    lot = made.recipe.get("seed", 0), before["frames"]
+    flowing = advected.TornPlaces(stacked, descent.Corrections.of(mender), smap.wrap.closed)
     yx = flowing.mended(*flowing.carried(smap.yx, steps, lot), coarsest.bit_length() - 1, run)
+    settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
+    moves = f"{before['sha256']}|{coarsest}|{settings}|".encode() + steps.astype("<i8").tobytes()
+    flowed = {"frames": before["frames"] + 1, "sha256": hashlib.sha256(moves).hexdigest()}
     moved = replace(smap, yx=yx, which=None, pose=None)
-    return replace(made, map=moved, recipe=made.recipe | {"advected": _as_recipe(made, steps, coarsest, mender)})
+    return replace(made, map=moved, recipe=made.recipe | {"advected": flowed})
 
 
 def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> Int64:
-    """Return by how many whole px each pixel of a canvas moves (H, W, 2), from the frame before to this one."""
+    """Return the displacement of each pixel, (H, W, 2) in whole px, from the previous frame to this one."""
     given: Any = flow
     if callable(flow):
         y, x = np.indices((height, width), np.float64)
@@ -105,7 +107,7 @@ def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> I
             given = flow(y, x)
         except IntarsiaError:
             raise
-        except Exception as e:  # whatever it does is no fault of ours, and is reported as what it is
+        except Exception as e:  # errors of the user's function are reported as such
             raise InputError(f"the function {function_name(flow)} gives no flow: {said(e)}") from e
     if isinstance(given, tuple) and len(given) == 2:
         given = _stacked(given, height, width)
@@ -126,7 +128,7 @@ def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> I
 
 
 def _stacked(given: tuple[Any, Any], height: int, width: int) -> Floats | None:
-    """Steps along rows and along columns as one array (H, W, 2); None where they are none."""
+    """Return a pair (dy, dx) as one array (H, W, 2); None if it holds no numbers."""
     try:
         return np.stack([np.broadcast_to(np.asarray(part, np.float64), (height, width)) for part in given], axis=2)
     except (TypeError, ValueError, OverflowError):
@@ -146,15 +148,3 @@ def _check(made: Synthesis, coarsest: int) -> None:
             "only a full map of one exemplar whose pieces are all upright can flow; grow it from one, with "
             "isometries=none, best by parallel-controllable."
         )
-
-
-def _as_recipe(
-    made: Synthesis, steps: Int64, coarsest: int, mender: ParallelControllable
-) -> dict[str, Any]:
-    """What a recipe says of all frames so far: how many, and a hash of what moved them."""
-    before = made.recipe.get("advected", NONE)
-    canvas = Canvas(made.map.height, made.map.width, made.map.wrap)
-    settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
-    said = f"{before['sha256']}|{coarsest}|{settings}|"
-    digest = hashlib.sha256(said.encode() + steps.astype("<i8").tobytes()).hexdigest()
-    return {"frames": before["frames"] + 1, "sha256": digest}

@@ -1,6 +1,4 @@
-"""Extending and healing pictures: start maps, filled by any method that can continue one.
-
-Neither is a mode of its own: both are a map with holes.
+"""Extension and hole filling (inpainting) of pictures: a start map with holes, filled by any method that supports one.
 
     wide = ia.extend("wall.png", right=200, top=50)
     whole = ia.heal("wall.png", mask)                      # mask: True where the picture is to be replaced
@@ -26,6 +24,7 @@ from ..foundation import (
     InputError,
     IntarsiaError,
     ParameterError,
+    Record,
     chosen,
     expect,
     ndimage,
@@ -34,9 +33,9 @@ from ..foundation import (
 from ..foundation.arrays import Mask, marks
 from ..foundation.blend import Blend
 from ..foundation.geometry import Wrap
-from ..foundation.params import AUTO, parameters
+from ..foundation.params import AUTO, values_of
 from ..foundation.run import Run, run_of
-from ..methods import METHODS, Method, check_abilities, make, method_class, traits
+from ..methods import METHODS, Method, check_abilities, make, parameters_of, traits
 from ..model import Exemplar, Exemplars, NotFiniteError
 from ..model.canvas import Canvas
 from ..model.image import MAX_SIDE
@@ -47,14 +46,14 @@ from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, chec
 from .repair import settled
 
 LEAST_PATCH = 12
-ROOM = 2  # times the thickness of a hole, or more, is a patch that covers it and sees its surroundings
+ROOM = 2  # times the thickness of a hole: least side of a patch that covers it with its surroundings
 SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole that one covers, relative to the automatic one
 PIXELWISE = "efros-leung"
 
 
 @dataclass(frozen=True)
 class Margins:
-    """How far a picture is extended on each side, px."""
+    """Widths of the margins by which a picture is extended, px."""
 
     left: int = 0
     right: int = 0
@@ -69,10 +68,10 @@ class Margins:
 
 
 def extended(sources: Sequence[Source], number: int, margins: Margins) -> SourceMap:
-    """Return the map that shows exemplar `number` in the middle of empty margins."""
+    """Return the identity map of exemplar `number` surrounded by empty margins."""
     old = identity(sources, number)
     height, width = old.height + margins.top + margins.bottom, old.width + margins.left + margins.right
-    Canvas(height, width)  # refuses what is too large
+    Canvas(height, width)  # raises if it is too large
     yx, which = np.zeros((height, width, 2), np.int32), np.full((height, width), HOLE, np.uint8)
     inside = slice(margins.top, margins.top + old.height), slice(margins.left, margins.left + old.width)
     yx[inside], which[inside] = old.yx, number
@@ -80,55 +79,51 @@ def extended(sources: Sequence[Source], number: int, margins: Margins) -> Source
 
 
 def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
-    """Return a map without the pixels where `hole` (H, W) is true."""
+    """Return a map with holes where `hole` (H, W) is True."""
     holes = marks(hole, "the hole's mask")
-    if holes.shape != (smap.height, smap.width):
+    if holes.shape != smap.shape:
         raise InputError(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, the map {smap.width}x{smap.height}; "
             "make them equal."
         )
-    which = smap.numbers
-    pose = None if smap.pose is None else np.where(holes, 0, smap.pose)
-    frame = None if smap.frame is None else np.where(holes[:, :, None, None], UPRIGHT, smap.frame)
-    sub = None if smap.sub is None else np.where(holes[:, :, None], np.float32(0), smap.sub)
-    yx, which = np.where(holes[:, :, None], 0, smap.yx), np.where(holes, HOLE, which)
-    return replace(smap, yx=yx, which=which, pose=pose, frame=frame, sub=sub)
+    empty: Record = {"yx": 0, "pose": 0, "frame": UPRIGHT, "sub": np.float32(0), "which": HOLE}
+    parts = smap.arrays | {"which": smap.numbers}
+    for name, part in parts.items():
+        parts[name] = np.where(holes.reshape(*holes.shape, *[1] * (part.ndim - 2)), empty[name], part)
+    return replace(smap, **parts)
 
 
 def grown_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:
-    """Return a hole larger by `px` on every side, corners included; around the border where the canvas wraps."""
-    px = whole_within("grow", px, 0, MAX_SIDE)
-    out = marks(hole, "the hole's mask").astype(np.uint8)
-    for axis, round_it in enumerate((wrap.y, wrap.x)):
-        shape = tuple(2 * px + 1 if a == axis else 1 for a in (0, 1))
-        out = ndimage.maximum_filter(out, size=shape, mode="wrap" if round_it else "constant")
-    return out.astype(bool)
+    """Return a mask dilated by `px` (Chebyshev distance), around the border along periodic axes."""
+    side = 2 * whole_within("grow", px, 0, MAX_SIDE) + 1
+    modes: list[Any] = ["wrap" if closed else "constant" for closed in wrap.closed]
+    return ndimage.maximum_filter(marks(hole, "the hole's mask"), side, mode=modes)
 
 
 def extension(
     picture: Exemplar, margins: Margins, donors: Exemplars = (), wrap: Wrap = Wrap.NONE
 ) -> Scene:
-    """Prepare to extend a picture with pieces of itself, or of `donors` alone if any are given."""
+    """Return the scene to extend a picture, from the picture itself, or from `donors` alone if there are any."""
     exemplars = shelf_of(picture, donors)
     start = replace(extended([e.source for e in exemplars], 0, margins), wrap=wrap)
     sides = [margins.left, margins.right, margins.top, margins.bottom]
-    return Scene(exemplars, Canvas(start.height, start.width, wrap, start), {"extend": sides})
+    return Scene(exemplars, Canvas(*start.shape, wrap, start), {"extend": sides})
 
 
 def scene_to_heal(
     picture: Exemplar, hole: ArrayLike, donors: Exemplars = (), wrap: Wrap = Wrap.NONE, grow: int = 0
 ) -> Scene:
-    """Prepare to fill the holes of a picture with other parts of it, or with pieces of `donors` alone.
+    """Return the scene to fill the holes of a picture, from its other parts, or from `donors` alone.
 
     The holes are enlarged by `grow` px first. Nothing is sampled from the hole, and no pixel outside of it changes.
 
     Raises
     ------
     InputError
-        where the hole is nowhere, everywhere, or of another size than the picture.
+        if the hole is empty, covers the whole picture, or has another size.
     """
     holes = grown_hole(hole, grow, wrap)
-    if holes.shape != (picture.height, picture.width):
+    if holes.shape != picture.shape:
         raise InputError(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, {picture.name} "
             f"{picture.width}x{picture.height}; make them equal."
@@ -143,14 +138,14 @@ def scene_to_heal(
         raise InputError(f"nothing of {picture.name} may be used for healing; mark less, or name another source.")
     exemplars = shelf_of(picture if donors else replace(picture, usable=usable), donors)
     start = replace(with_hole(identity([e.source for e in exemplars], 0), holes), wrap=wrap)
-    return Scene(exemplars, Canvas(start.height, start.width, wrap, start, rim=0), {"heal": {"grow": grow}})
+    return Scene(exemplars, Canvas(*start.shape, wrap, start, rim=0), {"heal": {"grow": grow}})
 
 
 def shelf_of(picture: Exemplar, donors: Exemplars) -> tuple[Exemplar, ...]:
-    """The picture and its donors; beside donors the picture is only shown."""
+    """Return the exemplars: the picture, which is unusable for sampling if there are donors, and the donors."""
     if not donors:
         return (picture,)
-    nothing = np.zeros((picture.height, picture.width), bool)
+    nothing = np.zeros(picture.shape, bool)
     return replace(picture, usable=nothing), *donors
 
 
@@ -167,16 +162,16 @@ def extend(
     blend: Blend | None = None,
     run: Run | None = None,
 ) -> Synthesis:
-    """Continue a picture beyond its borders.
+    """Extend a picture beyond its borders.
 
     Parameters
     ----------
     picture : as for :func:`synthesize`
-        What is continued; deeper than the method's overlap it stays as it is.
+        It is unchanged except within the method's overlap of its border.
     margins : Margins, optional
-        How far, on each side, px; 100 px to the right if left out.
+        Widths in px; 100 px to the right if left out.
     sources : pictures, optional
-        Where new pixels are taken from, in place of the picture itself.
+        Exemplars of the new pixels, instead of the picture itself.
 
     Raises
     ------
@@ -199,44 +194,44 @@ def heal(
     wrap: Wrap | str = Wrap.NONE,
     run: Run | None = None,
 ) -> Synthesis:
-    """Replace parts of a picture by what suits there; all else stays, byte for byte.
+    """Fill holes of a picture; all other pixels stay, byte for byte.
 
     Parameters
     ----------
     picture : as for :func:`synthesize`
-        What is healed.
     hole : bool array, shape (H, W), or a gray or RGB picture of any depth
-        True where it is to be replaced; any number of holes. Of numbers and pictures all that is not black (nor wholly
+        True for pixels to replace; any number of holes. In numbers and pictures all that is not black (nor wholly
         transparent) is hole. Nothing is sampled from there.
     sources : pictures, optional
-        Where new pixels are taken from, in place of the picture itself.
+        Exemplars of the new pixels, instead of the picture itself.
     grow : int, optional
-        Enlarge the hole by so many px first. Default: as far as a rim of the defect is seen outside of it.
+        Enlarge the hole by so many px first. Default: as far as a rim of the defect is detected outside of it.
 
     Raises
     ------
     InputError
-        where the hole is nowhere, everywhere, or of another size than the picture.
+        if the hole is empty, covers the whole picture, or has another size.
     ParameterError, MethodError
     """
     around = chosen(Wrap, "wrap", wrap)
     first, donors = _pictured(picture, hole, grow, around), donors_of(sources)
     scene = healed_scene(first, hole, donors, around, grow)
     asked = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
-    return fill_holes(planned_for_holes(scene, asked), seed, run)
+    return fill_holes(planned_for_holes(scene, asked), seed, run_of(run))
 
 
 def donors_of(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
-    """The exemplars that new pixels are taken from; a single one is a list of one."""
+    """Return the exemplars that new pixels are sampled from; a single one counts as a list of one."""
     alone = isinstance(sources, (str, Path, Exemplar)) or not isinstance(sources, Sequence)
-    given: list[Any] = [sources] if alone else list(sources)
-    return as_exemplars(given) if given else ()
+    given: Any = [sources] if alone else sources
+    return as_exemplars(list(given)) if len(given) else ()
 
 
 def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Plan:
-    """Plan to fill the holes of a scene by exact copies; a patch size that is not given is left open.
+    """Return the plan to fill the holes of a scene by exact copies; an automatic patch size is left undecided.
 
-    A chosen method takes of all patches the best, unless told otherwise. `edge` px are to be filled pixel by pixel.
+    An automatically chosen method always takes the best patch (tolerance 0), unless given otherwise. `edge` px are
+    filled pixel by pixel.
     """
     whole_within("edge", edge, 0)
     if edge and PIXELWISE not in METHODS:
@@ -251,14 +246,14 @@ def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Pla
     return Plan(scene, method, Blend(0), choice)
 
 
-def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> Synthesis:
+def fill_holes(plan: Plan, seed: int, run: Run, edge: int = 0) -> Synthesis:
     """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
 
-    Where one patch covers a hole and no size is given several are tried; the result with the least visible seams is
-    taken. Where it takes several the worst seams between them are covered anew, in smaller windows, and pieces grow.
+    If one patch covers a hole and no size is given, several sizes are tried, and the result with the least seam energy
+    is kept. If several patches are needed, the worst seams between them are refined in smaller windows, with expansion
+    moves of the pieces.
     """
     scene = plan.scene
-    run = run_of(run)
     if more := rim_around(scene):
         grow = scene.recipe.get("heal", {}).get("grow", 0) + more
         seen = "pixels at the edge of the hole look like a rim of what was there"
@@ -271,7 +266,7 @@ def fill_holes(plan: Plan, seed: int, run: Run | None = None, edge: int = 0) -> 
 
 
 def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) -> Synthesis:
-    """Fill a scene by each of several methods, exactly; of those that can the one with the least visible seams."""
+    """Fill a scene by each of several methods, by exact copies, and return the result with the least seam energy."""
     best: Synthesis | None = None
     least, refused = 0, None
     for attempt in methods:
@@ -282,7 +277,7 @@ def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) ->
                 raise
             refused = refused or e
             continue
-        cost = energy(scene.exemplars, made.map) if methods[1:] else 0  # a lone one is compared with none
+        cost = energy(scene.exemplars, made.map) if methods[1:] else 0  # not needed for a single one
         if best is None or cost < least:
             best, least = made, cost
     if best is None:
@@ -294,60 +289,61 @@ def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) ->
 def healed_scene(
     picture: Exemplar, hole: ArrayLike, donors: Exemplars, wrap: Wrap, grow: int | None
 ) -> Scene:
-    """Prepare to heal; without a number the hole is enlarged as far as a rim of the defect is seen outside of it."""
+    """Return the scene to heal a picture; `grow` None: enlarge the hole by the rim of the defect detected around it."""
     scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
-    more = rim_around(scene) if grow is None else 0
+    more = grow is None and rim_around(scene)
     return scene_to_heal(picture, hole, donors, wrap, more) if more else scene
 
 
 def rim_around(scene: Scene) -> int:
-    """By how many px the hole of a scene must grow to cover a rim of the defect; 0 where none is seen."""
-    assert scene.canvas.start is not None
-    holes, feats = scene.canvas.start.holes, features(scene.exemplars)
-    asked = "rim", np.packbits(holes).tobytes()  # again when they are filled
+    """Return by how many px the hole must grow to cover a rim of the defect; 0 if none is detected."""
+    holes, feats = holes_of(scene), features(scene.exemplars)
+    asked = "rim", np.packbits(holes).tobytes()  # asked again when they are filled
     return feats.memo(asked, lambda: rim_of(feats.pictures[0], holes, scene.exemplars[0].usable))
 
 
-def exacting(slug: str, values: dict[str, Any]) -> Method:
-    """Make a method for holes: of all patches the best, if nothing else is asked for."""
-    names = {p.name for p in parameters(method_class(slug))}
-    return make(slug, ({"tolerance": 0.0} if "tolerance" in names else {}) | values)
+def exacting(slug: str, values: Record) -> Method:
+    """Return a method for holes: with tolerance 0, if it has one and no other is given."""
+    return make(slug, ({"tolerance": 0.0} if "tolerance" in parameters_of(slug) else {}) | values)
 
 
 def attempts(scene: Scene, method: Method) -> list[Method]:
-    """The methods to try on the holes of a scene: as given, or in patch sizes that suit them if none is given."""
-    names = {p.name for p in parameters(method)}
-    if "patch" not in names or getattr(method, "patch", None) is not AUTO:
+    """Return the methods to try on the holes of a scene: as given, or with several patch sizes if it is automatic."""
+    given = values_of(method)
+    if given.get("patch", 0) is not AUTO:
         return [method]
     largest = patch_for(scene)
     sizes = SIZES if largest >= ROOM * thickness(scene) else SIZES[:1]
     sides = sorted({max(LEAST_PATCH, round(largest * s)) for s in sizes if largest >= LEAST_PATCH} or {largest})
-    given = {p: getattr(method, p) for p in names}
     return [make(method.slug, given | {"patch": side}) for side in reversed(sides)]
 
 
 def patch_for(scene: Scene) -> int:
-    """The largest patch that suits the holes: twice as large as the thickest, so that its surroundings are seen.
+    """Return the largest patch for the holes: twice as large as the thickest, so that it holds its surroundings.
 
-    At most what the texture's elements need, and there must be enough places in the exemplars to take it from.
+    At most the automatic patch size of the texture, and such that there are enough places for it in the exemplars.
     """
     thick = thickness(scene)
     side = max(min(max(ROOM * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
-    return supplied(scene.exemplars, min(side, scene.canvas.height, scene.canvas.width), LEAST_PATCH)
+    return supplied(scene.exemplars, min(side, *scene.canvas.shape), LEAST_PATCH)
 
 
 def thickness(scene: Scene) -> int:
-    """How thick the holes of a scene are at most, px."""
-    start = scene.canvas.start
-    assert start is not None
-    return 2 * int(ndimage.distance_transform_cdt(np.pad(start.holes, 1), metric="chessboard").max()) - 1
+    """Return the largest thickness of the holes of a scene, px (Chebyshev distance)."""
+    return 2 * int(ndimage.distance_transform_cdt(np.pad(holes_of(scene), 1), metric="chessboard").max()) - 1
 
 
-def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap | str) -> Exemplar:
-    """Take a picture that is to be healed: what lies in the hole is replaced, and may be NaN."""
+def holes_of(scene: Scene) -> Mask:
+    """Return the holes of the start map of a scene."""
+    assert scene.canvas.start is not None
+    return scene.canvas.start.holes
+
+
+def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wrap) -> Exemplar:
+    """Return the exemplar of a picture to heal; pixels in the hole may be NaN."""
 
     def unused(*_: Any) -> Mask:
-        return grown_hole(hole, grow or 0, Wrap(wrap))
+        return grown_hole(hole, grow or 0, wrap)
 
     if isinstance(picture, str | Path):
         from ..files import read_set
@@ -360,11 +356,9 @@ def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wr
 
 
 def _pixelwise(scene: Scene, made: Synthesis, seed: int, run: Run | None, edge: int) -> Synthesis:
-    """Fill a band along the edge of the holes again, pixel by pixel."""
-    canvas = scene.canvas
-    assert canvas.start is not None
-    inner = ndimage.distance_transform_cdt(np.pad(canvas.start.holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
-    band = canvas.start.holes & (inner <= edge)
-    again = replace(canvas, start=with_hole(made.map, band), rim=0)
+    """Fill a band of `edge` px along the edge of the holes again, pixel by pixel."""
+    holes = holes_of(scene)
+    inner = ndimage.distance_transform_cdt(np.pad(holes, 1, mode="edge"), metric="chessboard")[1:-1, 1:-1]
+    again = replace(scene.canvas, start=with_hole(made.map, holes & (inner <= edge)), rim=0)
     whole = filled(replace(scene, canvas=again), PIXELWISE, seed, Blend(0), run)
     return replace(made, map=whole.map, recipe=made.recipe | {"edge": edge})

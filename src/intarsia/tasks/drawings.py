@@ -1,4 +1,4 @@
-"""Pictures of what was found in exemplars and of what was made: overlays, contact sheets, and those of a report."""
+"""Visualisations: overlays of lattices and segments on exemplars, contact sheets, and the pictures of a report."""
 
 from __future__ import annotations
 
@@ -23,46 +23,44 @@ from ..segments import Segments, segments
 from .scoring import Outcome
 
 Pixels = UInt8
-Colour = tuple[float, float, float]
 
-PAPER = 128  # under what is transparent, and between exemplars
-YELLOW, CYAN, MAGENTA, WHITE = (255.0, 225.0, 0.0), (0.0, 225.0, 255.0), (255.0, 90.0, 230.0), (255.0, 255.0, 255.0)
 
-CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a line, of the dark rim around it, and radius of a point
-SHADE = 0.6  # how dark the rim of a line is
+def colours(words: str) -> Pixels:
+    """Return colours given as hexadecimal numbers, such as "ffe100 00e1ff", as (n, 3)."""
+    return np.frombuffer(bytes.fromhex(words), np.uint8).reshape(-1, 3)
 
-GROUPS = ((86, 180, 233), (0, 158, 115), (204, 121, 167), (0, 114, 178), (230, 159, 0), (120, 94, 240), (128, 128, 128))
-CHOSEN = (213, 94, 0)
-LINE, FAINT_LINE = (255, 255, 90), (20, 20, 20)
-GROUND = 40  # gray of pixels that do not count
 
-THUMBNAIL, GAP, SHEET = 256, 8, 64  # px: side and space between pictures of a contact sheet; and how gray it is
+PAPER = 128  # gray under transparent pixels, and between exemplars
+YELLOW, CYAN, MAGENTA, WHITE = colours("ffe100 00e1ff ff5ae6 ffffff")
 
-LARGE, BESIDE = 1024, 768  # px: longest side of the output of a report, and of the pictures beside it
+CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a line, of its dark outline, and radius of a point
+SHADE = 0.6  # opacity of the outline of a line
+
+GROUPS = colours("56b4e9 009e73 cc79a7 0072b2 e69f00 785ef0 808080")
+CHOSEN, LINE, FAINT_LINE = colours("d55e00 ffff5a 141414")
+GROUND = 40  # gray of unusable pixels
+
+THUMBNAIL, GAP, SHEET = 256, 8, 64  # side and gap of the pictures of a contact sheet, px; and its gray
+
+LARGE, BESIDE = 1024, 768  # px: longest side of the output in a report, and of its other pictures
 SMALL = 256  # px: outputs up to this size are repeated three times along each closed axis, others twice
 APART = 12  # px between exemplars
-RINGS = (YELLOW, CYAN, MAGENTA)
-RING, RIM = 1.6, 3.2  # px: half the width of a ring, and of the dark rim around it
-FULL = 2.0  # times the worst mean that joins can have: shown as fully red
+RINGS = YELLOW, CYAN, MAGENTA
+RING, RIM = 1.6, 3.2  # px: half the width of a ring, and of its dark outline
+FULL = 2.0  # times the bad anchor of joins: shown as fully red
 MANY = 6.0  # times the mean: shown as brightest
-PALE = 0.45  # how much of the picture is left under joins
+PALE = 0.45  # contrast of the picture under joins
 
-HEAT = ((0.0, (255, 214, 102)), (0.5, (240, 110, 40)), (1.0, (176, 0, 32)))
-USES = (
-    (0.0, (18, 20, 44)), (0.2, (66, 38, 104)), (0.36, (158, 60, 104)),
-    (0.6, (236, 116, 62)), (0.85, (252, 200, 90)), (1.0, (255, 255, 214)),
-)  # fmt: skip
-TINTS = np.array([
-    (86, 130, 168), (196, 148, 92), (110, 158, 120), (176, 102, 104), (136, 120, 172), (204, 184, 120),
-    (92, 152, 160), (160, 136, 118), (120, 108, 96), (190, 140, 172), (148, 170, 98), (92, 100, 132),
-], np.uint8)  # fmt: skip
+HEAT = (0.0, 0.5, 1.0), colours("ffd666 f06e28 b00020")
+USES = (0.0, 0.2, 0.36, 0.6, 0.85, 1.0), colours("12142c 422668 9e3c68 ec743e fcc85a ffffd6")
+TINTS = colours("5682a8 c4945c 6e9e78 b06668 8878ac ccb878 5c98a0 a08876 786c60 be8cac 94aa62 5c6484")
 
 
-# What all of them are drawn with
+# Drawing tools
 
 
 def on_paper(plane: Plane) -> Pixels:
-    """What can be seen of a plane, as 8-bit RGB (H, W, 3); what is transparent lies on gray."""
+    """Return a plane as 8-bit RGB (H, W, 3) for display, transparent pixels over gray."""
     seen = files.preview(plane)
     pixels = seen.samples
     if seen.alpha:
@@ -72,60 +70,59 @@ def on_paper(plane: Plane) -> Pixels:
 
 
 def looked(plane: Plane, most: int) -> Pixels:
-    """The same, of at most so many px a side, averaged in blocks."""
+    """Return a plane as 8-bit RGB of at most `most` px a side, averaged in blocks."""
     seen = files.preview(plane)
-    n = min(-(-max(seen.height, seen.width) // most), seen.height, seen.width)
+    n = min(-(-max(seen.shape) // most), *seen.shape)
     if n > 1:
-        height, width = (side - side % n for side in (seen.height, seen.width))
+        height, width = (side - side % n for side in seen.shape)
         seen = seen.like(averaged(seen.like(seen.samples[:height, :width]), n))
     return np.ascontiguousarray(on_paper(seen)[:most, :most])
 
 
 def borders(numbers: Array) -> Mask:
-    """Mark the pixels whose right or lower neighbour has another number."""
+    """Return a mask of the pixels whose right or lower neighbour has another number."""
     edge = np.zeros(numbers.shape, bool)
     edge[:-1] |= numbers[:-1] != numbers[1:]
     edge[:, :-1] |= numbers[:, :-1] != numbers[:, 1:]
     return edge
 
 
-def ramp(colours: Sequence[tuple[float, tuple[int, int, int]]], value: Array) -> Array:
-    """Give numbers of 0 to 1 the colours between those of a scale: one more axis, RGB as floats."""
-    table = np.linspace(0, 1, 256)
-    at = [where for where, _ in colours]
-    scale = np.stack([np.interp(table, at, [c[k] for _, c in colours]) for k in range(3)], axis=1).astype(np.float32)
-    return np.asarray(scale[(value * 255).astype(np.int64)])
+def ramp(scale: tuple[Sequence[float], Pixels], value: Array) -> Array:
+    """Return numbers from 0 to 1 mapped to a colour scale: one more axis, RGB as floats."""
+    at, ends = scale
+    table = np.stack([np.interp(np.linspace(0, 1, 256), at, c) for c in ends.T], axis=1).astype(np.float32)
+    return np.asarray(table[(value * 255).astype(np.int64)])
 
 
 def stretched(cells: Array, shape: tuple[int, ...]) -> Array:
-    """Numbers (rows, columns) as large as a picture, smooth between the middles of what each stands for."""
+    """Return numbers of cells (rows, columns) enlarged to a picture by bilinear interpolation."""
     times = [n / m for n, m in zip(shape[:2], cells.shape, strict=True)]
     return np.asarray(ndimage.zoom(cells.astype(np.float32), times, order=1, mode="nearest", grid_mode=True))
 
 
 def pieces(numbers: Array, step: int) -> Pixels:
-    """The numbered pieces of a map in flat colours, their borders darker: RGB of every `step`th pixel."""
+    """Return the labelled pieces of a map in flat colours with darker borders: RGB of every `step`th pixel."""
     mixed = (np.arange(int(numbers.max()) + 1, dtype=np.uint32) * np.uint32(2654435761)) >> np.uint32(16)
     seen = numbers[::step, ::step]
-    out: Pixels = TINTS[(mixed % np.uint32(len(TINTS))).astype(np.int64)[seen]]
+    out: Pixels = TINTS[(mixed % np.uint32(len(TINTS)))[seen]]
     edge = borders(seen)
     out[edge] = out[edge] * 3 // 5
     return out
 
 
-def _lined(picture: Array, distance: Array, colour: Colour, core: float, rim: float, shade: float) -> Array:
-    """Draw what lies at distance 0 px, smooth at its edges: a dark rim, then the colour."""
+def _lined(picture: Array, distance: Array, colour: Array, core: float, rim: float, shade: float) -> Array:
+    """Return a picture with an antialiased line at distance 0 px: a dark outline under the colour."""
     dark, line = shade * np.clip(rim - distance, 0, 1)[..., None], np.clip(core + 0.5 - distance, 0, 1)[..., None]
-    return picture * (1 - dark) * (1 - line) + np.array(colour) * line
+    return picture * (1 - dark) * (1 - line) + colour * line
 
 
-# What was found in an exemplar
+# Overlays on an exemplar
 
 
 def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
-    """Draw the lines of the lattice, through where blocks are cut, and its points.
+    """Return the exemplar with the lines of a lattice, where blocks are cut, and its points.
 
-    Yellow lines run along the second vector, cyan ones along the first; rows without a period have yellow lines only.
+    Yellow lines run along the second vector, cyan ones along the first; 1-D lattices have yellow lines only.
     """
     picture: Array = on_paper(exemplar.base)
     cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
@@ -136,8 +133,8 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
     return Plane(np.clip(np.rint(picture), 0, 255).astype(np.uint8))
 
 
-def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Colour]]:
-    """How far places are from the lines and from the points of a lattice, px, and the colour of these."""
+def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Array]]:
+    """Yield the distances of places to the lines and to the points of a lattice, px, with their colours."""
     p, q = np.array(cell[0]) / UNIT
     if cell[1] is None:
         yield _off((y * p + x * q) / np.hypot(p, q) ** 2) * np.hypot(p, q), YELLOW
@@ -153,28 +150,28 @@ def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, C
 
 
 def _off(share: Array) -> Array:
-    """How far numbers are from whole ones."""
+    """Return the distance of numbers to the nearest integer."""
     return np.asarray(np.abs(share - np.rint(share)))
 
 
 def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels:
-    """Draw the segments of an exemplar over it: (H, W, 3), 8 bit.
+    """Return the segments of an exemplar drawn over it: (H, W, 3), 8 bit.
 
-    The chosen group keeps its light under a tint of orange and has yellow borders; the others are dimmed, each
-    group with a tint of its own and dark borders. Pixels that do not count are dark gray. Nothing is drawn over a
-    picture without segments.
+    The chosen group keeps its brightness under a tint of orange and has yellow borders; the others are dimmed, each
+    group with its own tint and dark borders. Unusable pixels are dark gray. A picture without segments is returned as
+    it is.
 
     Parameters
     ----------
     exemplar : Exemplar
         Its base plane is shown.
     found : Segments, optional
-        What to draw, by default :func:`segments` of the exemplar.
+        Default: :func:`segments` of the exemplar.
     """
     found = segments(exemplar) if found is None else found
     picture = on_paper(exemplar.base).astype(np.int32)
     group = found.group_map
-    tints = np.array([GROUPS[g % len(GROUPS)] for g in range(int(group.max(initial=0)) + 1)], np.int32)
+    tints = GROUPS[np.arange(int(group.max(initial=0)) + 1) % len(GROUPS)].astype(np.int32)
     if found.chosen is not None:
         tints[found.chosen] = CHOSEN
     mine = group == (-2 if found.chosen is None else found.chosen)
@@ -191,7 +188,7 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
 
 
 def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
-    """Lay small pictures out in rows, in their order."""
+    """Return small pictures arranged in rows, in their order."""
     columns = math.ceil(math.sqrt(len(pictures)))
     high, wide = (max(p.shape[axis] for p in pictures) + GAP for axis in (0, 1))
     out = np.full((-(-len(pictures) // columns) * high + GAP, columns * wide + GAP, 3), SHEET, np.uint8)
@@ -201,11 +198,11 @@ def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
     return Plane(out)
 
 
-# What a report shows
+# Pictures of a report
 
 
 class Drawn(NamedTuple):
-    """A picture with its name, and a sentence on what is to be seen."""
+    """A picture with its name, its title, and a caption."""
 
     name: str
     title: str
@@ -214,8 +211,8 @@ class Drawn(NamedTuple):
 
 
 def pictures_of(outcome: Outcome) -> list[Drawn]:
-    """Draw all pictures of a report; those of the exemplars come last."""
-    size = (outcome.output.height, outcome.output.width)
+    """Return all pictures of a report; those of the exemplars come last."""
+    size = outcome.output.shape
     often = too_often(outcome.judged, outcome.sizes, size)
     whole, beside = looked(outcome.output, LARGE), looked(outcome.output, BESIDE)
     shown = [looked(e.base, BESIDE) for e in outcome.exemplars]
@@ -243,7 +240,7 @@ def pictures_of(outcome: Outcome) -> list[Drawn]:
 
 
 def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
-    """Lay pictures side by side."""
+    """Return pictures side by side."""
     high = max(len(p) for p in pictures)
     parts = [np.pad(p, ((0, high - len(p)), (0, APART), (0, 0)), constant_values=PAPER) for p in pictures]
     return np.concatenate(parts, axis=1)[:, :-APART]
@@ -251,7 +248,7 @@ def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
 
 def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> Drawn:
     times = 3 if max(size) <= SMALL else 2
-    down, across = (times if closed else 1 for closed in (wrap.y, wrap.x))
+    down, across = (times if closed else 1 for closed in wrap.closed)
     n = -(-max(picture.shape[0] * down, picture.shape[1] * across) // LARGE)
     if min(picture.shape[:2]) >= n > 1:
         picture = looked(Plane(picture), -(-max(picture.shape[:2]) // n))
@@ -260,7 +257,7 @@ def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> Drawn:
 
 
 def heat(outcome: Outcome, size: Pair, shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """How much joins cost, over an output of a size drawn in a shape: colours, and how opaque they are, 0 to 1."""
+    """Return the local cost of joins of an output as position on HEAT and as opacity, both 0 to 1, in `shape`."""
     cost, worst = joins_at(outcome.judged, size), outcome.score.parts["joins"]
     over = np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
     return over, over**0.6
@@ -284,8 +281,8 @@ def _too_often(picture: Pixels, size: Pair, often: Sequence[Often]) -> Drawn:
     return Drawn("often", "Shown too often", "; ".join(parts), pixels)
 
 
-def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Colour, Sequence[Spot]]]) -> Pixels:
-    """Draw rings around spots of a picture that is `width` px wide where they are counted."""
+def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[Spot]]]) -> Pixels:
+    """Return a picture with rings around spots, whose coordinates refer to a width of `width` px."""
     out, scale = picture.copy(), picture.shape[1] / width
     for colour, spots in reversed(rings):
         for spot in spots:
@@ -322,11 +319,11 @@ def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> Drawn:
 
 
 def used(times: Array) -> Array:
-    """The colours of how often places are shown, of the mean: white MANY times as often, or more."""
+    """Return the colours of use counts relative to the mean: white for MANY times the mean or more."""
     return ramp(USES, np.log1p(np.minimum(times, MANY)) / np.log1p(MANY))
 
 
 def _fitted(values: Array, shape: tuple[int, ...]) -> Array:
-    """Values of pixels as large as a picture of them: the nearest of each."""
+    """Return values resampled to the shape of a picture, nearest neighbour."""
     rows, columns = ((np.arange(n) * m) // n for n, m in zip(shape[:2], values.shape, strict=True))
     return values[np.ix_(rows, columns)]

@@ -1,4 +1,4 @@
-"""What an exemplar is like, and how to grow it: lattice, size of its elements, light, and a method that suits them.
+"""Analysis of an exemplar: lattice, element size, segments, illumination gradient, and a suggested method.
 
     found = ia.analyze("weave.png")
     found.suggested.method, found.suggested.parameters
@@ -18,11 +18,12 @@ from ..analysis.elements import ElementSize
 from ..analysis.light import Slope
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
-from ..foundation import OVERLAYS, MethodError, ParameterError, said
+from ..foundation import OVERLAYS, MethodError, ParameterError, Record, said
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import UNIT, Wrap
 from ..foundation.run import Run
+from ..lattice import vectors_of
 from ..lattice.verdict import Lattice, Lattices
 from ..methods import make
 from ..model import Exemplar
@@ -35,19 +36,19 @@ from ..rendering.render import render
 from ..segments import Segments, segments
 from ..synthesis import ExemplarLike, as_exemplars
 
-CELLS = 8  # periods that a tile holds at most to be a rectangle
+CELLS = 8  # most periods in a rectangular tile
 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """A way to grow an exemplar, and what speaks for it.
+    """A suggested method for an exemplar, with the reasons.
 
-    ``parameters`` are those of the method named ``method``; vectors are x before y. ``flatten``: whether to take a
-    slope of light off first. ``rule``: the name of the rule that chose.
+    ``parameters`` are those of the method named ``method``; vectors are x before y. ``flatten``: whether to remove an
+    illumination gradient first. ``rule``: the name of the rule that chose it.
     """
 
     method: str
-    parameters: dict[str, Any]
+    parameters: Record
     flatten: bool
     why: tuple[str, ...]
     rule: str = ""
@@ -55,16 +56,16 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class TilePicture:
-    """The best tile as pictures: a rectangle that repeats, or a parallelogram with nothing around it.
+    """The best tile as pictures: a rectangle that tiles the plane, or a parallelogram on a transparent ground.
 
     Attributes
     ----------
     corner : (x, y)
-        Where in the exemplar it begins, px.
+        Its origin in the exemplar, px.
     cost : int
-        How much its opposite borders differ: the sum of squared differences, in feature units.
+        Sum of squared differences between its opposite borders, in feature units.
     rectangular : bool
-        True where the pictures repeat side by side; else opacity is 0 around the parallelogram.
+        True if the pictures can be repeated side by side; else opacity is 0 around the parallelogram.
     planes : dict of str to Plane
         One picture for every plane of the exemplar.
     """
@@ -77,20 +78,20 @@ class TilePicture:
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What is known of an exemplar.
+    """The results of :func:`analyze`.
 
     Attributes
     ----------
     exemplar : Exemplar
     lattices : Lattices
-        By which steps it repeats, if it does, and all that was considered.
+        The accepted lattice, if there is one, and all candidates.
     elements : ElementSize
-        How large its elements are.
+        The size of its elements.
     light : Slope
-        How unevenly it is lit.
+        Its illumination gradient.
     suggested : Suggestion
     straight : (Straight, Lattice) or None
-        The exemplar with its courses laid straight and the lattice that it then has, where that is much surer.
+        The rectification of its courses and the lattice after it, if its confidence is much higher.
     """
 
     exemplar: Exemplar
@@ -106,16 +107,16 @@ class Findings:
 
     @property
     def segments(self) -> Segments:
-        """Its segments, the groups of those that look alike, and the patch and boundary zone that suit one of them."""
+        """Its segments, the groups of similar ones, and patch size and boundary zone for the chosen group."""
         return segments(self.exemplar)
 
     @property
     def lattice(self) -> Lattice | None:
-        """The lattice; None where there is none that is sure enough."""
+        """The accepted lattice; None if there is none."""
         return self.lattices.accepted
 
     def overlay(self, kind: str = "lattice") -> Plane:
-        """Draw what was found over the exemplar, in 8 bits; MethodError where it was not found."""
+        """Return the exemplar with the lattice or the segments drawn over it, 8 bits; MethodError without a lattice."""
         if not isinstance(kind, str) or kind not in OVERLAYS:
             raise ParameterError(f"overlay={said(kind)} is unknown; choose one of {', '.join(OVERLAYS)}.")
         from .drawings import lattice_lines, segment_overlay
@@ -125,7 +126,7 @@ class Findings:
         return lattice_lines(self.exemplar, self.found_lattice("overlay"))
 
     def found_lattice(self, wanted: str) -> Lattice:
-        """Return the lattice, or say in one line that there is none, and what to do instead."""
+        """Return the lattice; MethodError, which says what to do instead, if there is none."""
         if self.lattice is not None:
             return self.lattice
         best = max((one.confidence for one in self.lattices.ranked), default=0.0)
@@ -135,9 +136,9 @@ class Findings:
         )
 
     def best_tile(self, band: int = BAND) -> TilePicture:
-        """Cut out the period whose opposite borders, `band` px wide, agree most; MethodError where there is none."""
-        lattice = xy(self.found_lattice("best tile"))
-        make("best-tile", {"lattice": lattice, "band": band})  # refuses what cannot be
+        """Return the period whose opposite borders, `band` px wide, differ least; MethodError without a lattice."""
+        lattice = vectors_of(self.found_lattice("best tile"))
+        make("best-tile", {"lattice": lattice, "band": band})  # raises if they are out of range
         tiling = Tiling.of(lattice, None, band, self.exemplar)
         box = _rectangle(tiling, self.exemplar)
         y, x = tiling.tile.anchor
@@ -150,8 +151,8 @@ class Findings:
         planes = _drawn(self.exemplar, yx, Wrap.NONE)
         return TilePicture((x, y), tiling.tile.cost, False, {n: _cut_out(p, inside) for n, p in planes.items()})
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return all of it as JSON holds it: x before y."""
+    def as_dict(self) -> Record:
+        """Return the results for JSON, x before y."""
         e = self.exemplar
         return {
             "exemplar": {"name": e.name, "size": [e.width, e.height], "sha256": e.digest},
@@ -181,31 +182,26 @@ class Findings:
 
 
 def analyze(exemplar: ExemplarLike) -> Findings:
-    """Look at an exemplar: by which steps it repeats, how large its elements are, how it is lit, how to grow it.
+    """Analyse an exemplar: lattice, element size, illumination gradient, and a suggested method.
 
     Parameters
     ----------
     exemplar : as for :func:`synthesize`
-        One picture or set of planes; all planes are looked at together.
+        One picture or set of planes; all planes are used together.
 
     Raises
     ------
     InputError
-        where it cannot be read, or nothing of it may be used.
+        if it cannot be read, or has no usable pixels.
     """
     found = as_exemplars([exemplar])[0]
     facts = Facts([found], Canvas(2 * found.height, 2 * found.width))
     return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
 
 
-def xy(lattice: Lattice) -> tuple[tuple[float, float], ...]:
-    """The vectors of a lattice as methods take them: (x, y) in px."""
-    return tuple((x / UNIT, y / UNIT) for y, x in lattice.vectors)
-
-
-def _as_dict(one: Lattice) -> dict[str, Any]:
+def _as_dict(one: Lattice) -> Record:
     return {
-        "vectors": [list(v) for v in xy(one)],
+        "vectors": [list(v) for v in vectors_of(one)],
         "periods": [round(math.hypot(*v) / UNIT, 2) for v in one.vectors],
         "angles": [round(math.degrees(math.atan2(y, x)), 1) % 360 for y, x in one.vectors],  # 0 to the right, 90 down
         **_rounded(one, confidence=4, contrast=4, points=0, residual=3),
@@ -213,19 +209,19 @@ def _as_dict(one: Lattice) -> dict[str, Any]:
     }
 
 
-def _rounded(found: Any, **places: int) -> dict[str, Any]:
-    """Numbers that were found, to so many places."""
+def _rounded(found: Any, **places: int) -> Record:
+    """Return attributes by name, rounded to the given places."""
     return {name: round(getattr(found, name), digits) for name, digits in places.items()}
 
 
-def _bent(straight: Straight, lattice: Lattice) -> dict[str, Any]:
-    """How courses slant, converge and bow, and what they are once they are straight."""
-    vectors = [list(v) for v in xy(lattice)]
+def _bent(straight: Straight, lattice: Lattice) -> Record:
+    """Return slant, convergence and bow of courses, and the lattice after rectification, for JSON."""
+    vectors = [list(v) for v in vectors_of(lattice)]
     return _rounded(straight, slant=4, converging=3, off=2) | {"vectors": vectors} | _rounded(lattice, confidence=4)
 
 
-def _grouped(found: Segments) -> dict[str, Any]:
-    """Segments, their groups with the share of the picture each covers, and what follows from the chosen one."""
+def _grouped(found: Segments) -> Record:
+    """Return segments, groups with their shares of the area, and patch and zone of the chosen group, for JSON."""
     areas = np.bincount(found.group_map[found.group_map >= 0], minlength=int(found.groups.max(initial=-1)) + 1)
     counts = np.bincount(found.groups, minlength=len(areas))
     whole = max(int(areas.sum()), 1)
@@ -244,7 +240,7 @@ def _grouped(found: Segments) -> dict[str, Any]:
 
 
 def _suggested(facts: Facts) -> Suggestion:
-    """Choose a method as ``method="auto"`` does, by the table of rules."""
+    """Return the choice of ``method="auto"``, by the table of rules."""
     choice = Auto().decide(facts)
     values = {k: v for k, v in choice.decided.items() if k != "overlap"}
     flatten = not facts.constant and facts.light.strong and not facts.exemplar.toroidal
@@ -253,8 +249,8 @@ def _suggested(facts: Facts) -> Suggestion:
 
 
 def _rectangle(tiling: Tiling, exemplar: Exemplar) -> Pair | None:
-    """The smallest (height, width) of whole periods; None where that holds too many."""
-    sides = (exemplar.height, exemplar.width)
+    """Return the least (height, width) of whole periods; None if that holds more than CELLS."""
+    sides = exemplar.shape
     found = [periods_along(tiling.vectors, axis, side) for axis, side in enumerate(sides)]
     if not (found[0] and found[1]):
         return None
@@ -269,8 +265,8 @@ def _drawn(exemplar: Exemplar, yx: Any, wrap: Wrap) -> dict[str, Plane]:
 
 
 def _cut_out(plane: Plane, inside: Any) -> Plane:
-    """Make a plane of colours transparent outside of the tile; others have no opacity, and stay."""
-    if plane.kind is not Kind.COLOUR or plane.pixels.shape[:2] != inside.shape:
+    """Return a colour plane made transparent outside of the tile; other kinds are returned unchanged."""
+    if plane.kind is not Kind.COLOUR or plane.shape != inside.shape:
         return plane
     top = 1.0 if plane.is_float else np.iinfo(plane.pixels.dtype).max
     opaque = np.where(inside, plane.samples[..., -1] if plane.alpha else top, 0).astype(plane.pixels.dtype)

@@ -1,4 +1,4 @@
-"""Repairing: the worst seams of a finished picture, covered anew.
+"""Repair of a finished synthesis: its worst seams are refined by graph-cut placement of new patches.
 
     wall = ia.synthesize("brick.png", 1024, ia.PatchSampling(), seed=3)
     better = ia.repair(wall)
@@ -25,39 +25,39 @@ else:
 
 LEAST_PATCH = 8
 LEAST_WINDOW = 12  # px
-FINER = 0.375  # of its patches' sides are windows in which what is filled is covered anew,
-COVERED, GROWN = 4, 2  # in so many passes, and so often its pieces grow then
+FINER = 0.375  # of the patches' sides: sides of the windows in which filled holes are refined,
+COVERED, GROWN = 4, 2  # in so many passes, followed by so many rounds of expansion moves
 
 
 def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> Synthesis:
-    """Cover the worst seams of a finished texture anew, wherever that makes all seams together cheaper.
+    """Place new patches over the worst seams of a synthesis wherever that lowers the total seam energy.
 
     Parameters
     ----------
     made : Synthesis
-        What any method made that keeps no lattice. Its start map, labels and least distance of repeats stay in force.
+        Of any method that keeps no lattice. Its start map, labels and minimum distance of repeats stay in force.
     passes : int
-        How often the worst places are looked for, 0 to 1000; each pass covers many at a time.
+        Number of searches for the worst places, 0 to 1000; each pass refines many of them.
     run : Run, optional
         Threads, progress, cancelling.
 
     Returns
     -------
     Synthesis
-        With another map; the same seams, or cheaper ones.
+        With a map of equal or lower energy.
 
     Raises
     ------
     ParameterError
-        where the method keeps a lattice, or `made` was repaired before.
+        if the method keeps a lattice, or `made` was repaired before.
     InputError
-        where the map has holes, or belongs to other exemplars.
+        if the map has holes, or belongs to other exemplars.
     """
     return mended(made, passes, run)[0]
 
 
 def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthesis, repairs.Repaired]:
-    """Repair, and tell what it did."""
+    """Repair a synthesis; return it with the statistics of the repair."""
     expect(made, Synthesis, "what is to be repaired", "what synthesize, extend or heal returned", InputError)
     run = run_of(run)
     check_repair(made.method, passes)
@@ -66,16 +66,16 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
     check_start(made.map, made.exemplars)
     if made.map.holes.any():
         raise InputError("the map has holes; fill them before its seams are repaired.")
-    canvas = made.canvas or Canvas(made.map.height, made.map.width, made.map.wrap)
+    canvas = made.canvas or Canvas(*made.map.shape, made.map.wrap)
     asked = repair_of(made.method, made.exemplars, passes)
     done = repairs.repaired(asked, made.exemplars, canvas, made.map, run)
     return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
 
 
 def settled(made: Synthesis, run: Run) -> Synthesis:
-    """Cover the worst seams of what was filled in smaller windows, and let its pieces grow; without patches all stays.
+    """Refine the worst seams of filled holes in smaller windows, with expansion moves; unchanged without patches.
 
-    One fill and this make seams cheaper than the best of four fills with patches of four sizes does.
+    One fill with this has cheaper seams than the best of four fills with patches of four sizes.
     """
     rows, columns = traits(made.method).footprint or (0, 0)
     if not min(rows, columns) or not traits(made.method).exact or keeps_lattice(made.method):
@@ -88,7 +88,7 @@ def settled(made: Synthesis, run: Run) -> Synthesis:
 
 
 def check_repair(method: Method, passes: int) -> None:
-    """Refuse to repair what a repair would break."""
+    """Raise ParameterError if a repair would break the result of a method: no exact copies, or a lattice."""
     whole_within("repair", passes, 0, MOST_PASSES, "passes")
     if passes and not traits(method).exact:
         raise ParameterError("repair lays whole pixels over what is turned or scaled; leave it out, or angle and zoom.")
@@ -99,13 +99,13 @@ def check_repair(method: Method, passes: int) -> None:
 
 
 def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> repairs.Repair:
-    """How what a method made is repaired: by patches of its own size, in its poses; pixel methods have none."""
+    """Return the settings of a repair: patch size and poses of the method, or an automatic size without patches."""
     its = traits(method)
     rows, columns = its.footprint or (0, 0)
     if not rows or not columns:
         rows = columns = default_patch(exemplars)
         while rows > LEAST_PATCH and not any(
-            valid_windows((e.height, e.width), e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
+            valid_windows(e.shape, e.usable, e.toroidal, (rows, columns)).any() for e in exemplars
         ):
             rows = columns = max(rows // 2, LEAST_PATCH)
     return repairs.Repair((rows, columns), passes, its.channel_weights, its.isometries, its.min_repeat_distance)

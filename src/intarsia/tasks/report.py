@@ -1,9 +1,9 @@
-"""A report: pictures, the score part by part, and how it is made again, as one page of HTML.
+"""Quality report as one self-contained HTML page: pictures, the score by parts, recipe and command.
 
     page = ia.report(ia.synthesize("stones.png", 512))
 
-The page needs nothing else: it holds no script and loads nothing, and says so to the browser; it follows the light or
-dark setting of whoever reads it.
+The page has no scripts and loads nothing, which a content security policy enforces; it supports light and dark
+colour schemes.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import base64
 import hashlib
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
@@ -68,30 +69,30 @@ summary { cursor: pointer; padding: var(--s2) 0; }
 
 _DIGEST = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
 RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-uri 'none'; form-action 'none'"
-"""What a page tells a browser to allow: the pictures inside, and this style."""
+"""The content security policy: only embedded pictures and this style are allowed."""
 
-PIXELATED = 256  # px: pictures up to this size are enlarged without smoothing
+PIXELATED = 256  # px: pictures up to this size are enlarged without interpolation
 SMALL = 384  # px: side of the pictures of an index
 
 
 def report(made: Synthesis, name: str = "the output") -> str:
-    """Return a page of HTML on how good a synthesis is, what it is made of, and where it loses.
+    """Return an HTML page on the quality of a synthesis: its sources, its score, and where it loses.
 
     Parameters
     ----------
     made : Synthesis
-        What :func:`synthesize` and its like return.
+        As :func:`synthesize` and other tasks return.
     name : str
-        What it is called on the page.
+        Its name on the page.
 
     Returns
     -------
     str
-        The whole page, pictures inside; write it to a file that ends in ``.html``, as UTF-8.
+        The whole page with embedded pictures; write it to a file that ends in ``.html``, as UTF-8.
 
     Notes
     -----
-    docs/reports.md tells what is to be seen; the score is that of :func:`score`.
+    docs/reports.md explains the page; the score is that of :func:`score`.
     """
     expect(made, Synthesis, "made", "a Synthesis, as synthesize returns one", InputError)
     expect(name, str, "name", "a word")
@@ -99,7 +100,7 @@ def report(made: Synthesis, name: str = "the output") -> str:
 
 
 def page_of(outcome: Outcome) -> str:
-    """Return the page on one output."""
+    """Return the HTML page on one output."""
     drawn = pictures_of(outcome)
     output = [d for d in drawn if d.name not in ("exemplar", "usage", "sources")]
     exemplar = [d for d in drawn if d not in output]
@@ -114,7 +115,7 @@ def page_of(outcome: Outcome) -> str:
 
 
 def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
-    """Return the page on several outputs with their thumbnails, the worst first."""
+    """Return the HTML page on several outputs with thumbnails, the worst first."""
     ranked = sorted(outcomes, key=lambda one: one[0].score.total)
     title = f"{len(ranked)} outputs, the worst first"
     cards = [
@@ -138,7 +139,7 @@ def _page(title: str, body: Iterable[str]) -> str:
 
 
 def _text(words: object) -> str:
-    """Any text as it may stand in HTML, between tags and in quotes; what cannot be printed becomes "?"."""
+    """Return text escaped for HTML and attributes; characters that cannot be printed become "?"."""
     return escape(legible(str(words)))
 
 
@@ -170,7 +171,7 @@ def _image(pixels: Pixels, name: str) -> str:
 
 
 def quality(one: Worth) -> str:
-    """A word for the worth of a part."""
+    """Return a word for the normalised score of a part."""
     return "good" if one.worth >= 0.8 else "fair" if one.worth >= 0.4 else "bad"
 
 
@@ -194,7 +195,7 @@ def _part(name: str, found: Score) -> str:
 
 
 def facts_of(outcome: Outcome) -> list[tuple[str, str]]:
-    """What a report says of how an output was made, as far as its recipe tells."""
+    """Return how an output was made, from its recipe, as (key, value) for the report."""
     recipe = outcome.recipe
     said: list[tuple[str, str]] = [(key, _value(recipe[key])) for key in ("method", "seed") if key in recipe]
     said += [("size", f"{outcome.output.width} x {outcome.output.height} px"), ("wrap", outcome.wrap.value)]
@@ -225,6 +226,6 @@ def _again(outcome: Outcome) -> str:
 
 
 def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
-    """What an index needs of an outcome, and nothing that is large."""
-    return outcome.but(output=outcome.output.like(outcome.output.samples[:1, :1]), exemplars=(), map=None,
-                       judged=outcome.judged.alone), looked(outcome.output, SMALL)  # fmt: skip
+    """Return an outcome without large data, for an index, and its thumbnail."""
+    corner, alone = outcome.output.like(outcome.output.samples[:1, :1]), replace(outcome.judged, looks=())
+    return replace(outcome, output=corner, exemplars=(), map=None, judged=alone), looked(outcome.output, SMALL)

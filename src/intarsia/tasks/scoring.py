@@ -1,4 +1,4 @@
-"""How good an output is by its exemplar: :func:`score`, what a report tells of it, and the gates that it must pass."""
+"""Scoring an output against its exemplars: :func:`score`, the data of a report, and quality gates."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from ..synthesis import ExemplarLike, Synthesis, as_exemplars
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """An output to report on.
+    """An output with its score and everything that a report shows.
 
-    ``output`` is its base plane, ``exemplars`` are as they were judged by. ``map`` points into them, reduced ``times``
-    where they are magnified, and ``energy`` is what its seams cost. ``command`` makes the output again; ``missed`` says
-    which gates it misses.
+    ``output`` is its base plane, ``exemplars`` are those used for judging. ``map`` points into them, reduced ``times``
+    if they are magnified; ``energy``: its seam energy. ``command`` reproduces the output; ``missed``: the gates that it
+    misses.
     """
 
     name: str
@@ -42,17 +42,17 @@ class Outcome:
 
     @property
     def score(self) -> Score:
-        """How good it is."""
+        """Its score."""
         return self.judged.score
 
     @property
     def sizes(self) -> list[Pair]:
         """Height and width of each exemplar, in px."""
-        return [(e.height, e.width) for e in self.exemplars]
+        return [e.shape for e in self.exemplars]
 
     @classmethod
     def of(cls, made: Synthesis, name: str = "the output", output: Plane | None = None) -> Outcome:
-        """Judge what was made; `output` is its base plane, where that is drawn already."""
+        """Judge a synthesis; `output` is its base plane, if it is rendered already."""
         times = made.exemplars[0].times
         output = made.render() if output is None else output
         exemplars = tuple(e if times == 1 else _whole(e) for e in made.exemplars)
@@ -60,12 +60,12 @@ class Outcome:
         return cls(name, output, exemplars, judged, made.map.wrap, made.map, times, made.recipe, energy=made.energy)
 
     def but(self, **facts: Any) -> Outcome:
-        """Return the same, of which some is told otherwise."""
+        """Return a copy with some fields replaced."""
         return replace(self, **facts)
 
 
 def _whole(exemplar: Exemplar) -> Exemplar:
-    """The plane that is drawn of a magnified exemplar, and what of it may be used."""
+    """Return a magnified exemplar at full size: its rendered plane and the mask of usable pixels."""
     name, n = exemplar.drawn[0], exemplar.times
     usable = exemplar.usable
     return Exemplar(
@@ -80,30 +80,30 @@ def score(
     *,
     wrap: Wrap | str | None = None,
 ) -> Score:
-    """Tell how good an output is, as people would: 0 to 100, and by its parts.
+    """Return the quality of an output, as people would judge it: 0 to 100, and by parts.
 
     Parameters
     ----------
     exemplar : as for :func:`synthesize`
-        What it was grown from.
+        The exemplars that it was made from.
     output : as an exemplar, or a Synthesis
-        The picture, of any size and depth; its base plane is looked at, and its make-up must be the exemplar's.
+        The picture, of any size and depth; its base plane is judged, and its channels must be those of the exemplar.
     wrap : {"none", "x", "y", "both"}, optional
-        Along which axes the picture should continue in itself. Default: those of a Synthesis, else none.
+        Along which axes the picture should be periodic. Default: those of a Synthesis, else none.
 
     Returns
     -------
     Score
-        ``total``, and ``parts`` by name, each with the number that was measured, its unit and its anchors.
+        ``total``, and ``parts`` by name, each with the measured number, its unit and its anchors.
 
     Raises
     ------
     InputError
-        where one cannot be read, or make-ups differ.
+        if one cannot be read, or channels differ.
 
     Notes
     -----
-    The formula and how far it agrees with people stand in docs/score.md.
+    docs/score.md has the formula and its agreement with people.
     """
     return outcome_of(exemplar, output, wrap=wrap).score
 
@@ -115,9 +115,9 @@ def outcome_of(
     map: SourceMap | None = None,
     wrap: Wrap | str | None = None,
 ) -> Outcome:
-    """Judge an output as :func:`score` does, and keep what a report tells of it, by its map where that is known.
+    """Judge an output as :func:`score` does, and return the data of a report, using its map if there is one.
 
-    Raises InputError where the map is of another size or other exemplars, or has holes.
+    Raises InputError if the map is of another size or other exemplars, or has holes.
     """
     exemplars = as_exemplars(exemplar)
     if isinstance(output, Synthesis):
@@ -126,7 +126,7 @@ def outcome_of(
     (made,) = as_exemplars([output])
     if map is not None:
         check_start(map, exemplars)
-        if (map.height, map.width) != (made.height, made.width):
+        if map.shape != made.shape:
             raise InputError(
                 f"the map is {map.width}x{map.height} px, {made.name} {made.width}x{made.height}; give its own map."
             )
@@ -138,11 +138,11 @@ def outcome_of(
 
 
 Gates = Sequence[tuple[str, float]]
-"""Names of parts with the least that each must be worth, 0 to 1; ``total`` counts to 100."""
+"""Names of parts with the least normalised score that each must have, 0 to 1; ``total`` from 0 to 100."""
 
 
 def check_gates(gates: Gates) -> None:
-    """Refuse a gate that no score has; ParameterError."""
+    """Raise ParameterError for a gate of an unknown part, or out of range."""
     known = ("total", *(part.name for part in PARTS))
     for name, least in gates:
         if name not in known:
@@ -152,13 +152,13 @@ def check_gates(gates: Gates) -> None:
 
 
 def gated(found: Score, gates: Gates, name: str) -> None:
-    """Raise QualityError where an output called `name` misses a gate, naming each that it misses."""
+    """Raise QualityError, listing the missed gates, if the output called `name` misses any."""
     if missed := misses(found, gates):
         raise QualityError(f"{name} falls short: {', '.join(missed)}.")
 
 
 def misses(found: Score, gates: Gates) -> tuple[str, ...]:
-    """Say which gates an output misses, with what it reaches."""
+    """Return the gates that an output misses, with the values that it reaches."""
     missed = list[str]()
     for part, least in gates:
         reached = found.total if part == "total" else found.parts[part].worth

@@ -1,10 +1,10 @@
-"""Making a picture tileable: a band along its borders is grown anew, so that it continues in itself; all else stays.
+"""Making a picture tileable: a band along its borders is synthesised again, so that it is periodic; the rest is kept.
 
     made = ia.tile("stones.png")
     ia.write("stones_tiled.png", made.render())
 
-The middle of the band, the line where opposite borders meet, is a hole in a start map that is the picture; the rest of
-it may be replaced as far as the cheapest cut goes. What fills it is a method that continues pictures around a torus.
+The picture is the start map. The middle of the band, along the line where opposite borders meet, is a hole; the rest
+of the band is the rim, which the cheapest cut may replace. It is filled by a method for periodic canvases.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, called, chosen
 from ..foundation.arrays import Int16, Mask, Pair
 from ..foundation.blend import Blend, Levelling
 from ..foundation.geometry import UNIT, Wrap
-from ..foundation.params import AUTO, extent, parameters
+from ..foundation.params import AUTO, extent, values_of
 from ..foundation.run import Run, run_of
 from ..lattice import allowed, closing_length
 from ..methods import Method, make, traits
@@ -33,27 +33,25 @@ from ..model.image import Plane
 from ..model.sourcemap import identity
 from ..search import element_patch, supplied
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
-from .completion import donors_of, least_seams, planned_for_holes, shelf_of, with_hole
+from .completion import donors_of, holes_of, least_seams, planned_for_holes, shelf_of, with_hole
 
 LEAST_SIDE = 16  # px of an image
-LEAST_BAND = 4  # px: a hole of two, and one on either side of it that may be replaced
-ELEMENTS = 1.5  # elements that fit into an automatic band
-WIDEST = 0.4  # of the side: as wide as an automatic band becomes
-STAYS = 3  # at least 1/STAYS of either side must stay
-# 1/SLIT of the band is empty, the rest is as it was until something fits better. Tiles, courses, ripples and clouds
-# keep their lines so; at 3 there are rows of half tiles. Single stones and leaves need 1/GAP: along a slit cuts run
-# straight.
+LEAST_BAND = 4  # px: a hole of two, and a rim of one on either side
+ELEMENTS = 1.5  # elements: width of an automatic band
+WIDEST = 0.4  # of the side: largest automatic band
+STAYS = 3  # at least 1/STAYS of either side must be kept
+# 1/SLIT of the band is the hole, the rest the rim. Tiles, courses, ripples and clouds keep their lines so; at 3 there
+# are rows of half tiles. Single stones and leaves need 1/GAP: along a slit cuts run straight.
 SLIT, GAP = 8, 3
-# Of what may be replaced beside a slit the outer half stays, so that steps of tone are levelled within the band: clouds
-# and planks show an edge without, and at a quarter still. Single elements would glow at cuts, but for those of a grain
-# so fine that squares of it differ less: in jeans and leather patches show without. Where a lattice closes there is
-# nothing to level.
+# The outer half of the rim beside a slit is kept for tone correction within the band: clouds and planks show an edge
+# without it, and still at a quarter. Single elements would glow at cuts, except those of a grain so fine that squares
+# of it differ less: in jeans and leather patches show without. If a lattice closes, no correction is needed.
 LEVELLED, MOST_LEVELLED = 0.5, 64  # of either side, and px
-SQUARE, GRAIN = 4, 0.75  # px, of the spread of pixels: grass keeps 0.7 of it, stones and leaves 0.8
-# For either the sides of windows that are tried, relative to the band.
+SQUARE, GRAIN = 4, 0.75  # px, and share of the spread of pixels that squares keep: grass 0.7, stones and leaves 0.8
+# Sides of the windows that are tried, relative to the band, for slit and gap.
 NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)
-ENDS = 10  # of 12 directions in which elements end, in a texture of single elements
-DIRECTED = 0.3  # coherence of edges from which on a texture has a grain; ripples and walls have more, stones less
+ENDS = 10  # of 12 directions in which an element size is found, for a texture of single elements
+DIRECTED = 0.3  # coherence of edges above which a texture is directional; ripples and walls have more, stones less
 LEAST_WINDOW = 12  # px
 
 
@@ -68,33 +66,33 @@ def tile(
     seed: int = 0,
     run: Run | None = None,
 ) -> Synthesis:
-    """Make a picture tileable: it continues in itself, and only a band along its borders changes.
+    """Make a picture tileable: it becomes periodic, and only a band along its borders changes.
 
     Parameters
     ----------
     image : as for :func:`synthesize`
         A picture, or planes of one surface, which all follow one map. At least 16 px a side.
     axes : {"x", "y", "both"}
-        Along which axes it is to continue in itself.
+        Along which axes it becomes periodic.
     band : int, optional
-        Width of the band that is grown anew, px: half of it at each of two borders that meet. Default: one and a half
+        Width of the band that is synthesised, px: half of it at each of two borders that meet. Default: one and a half
         elements of the texture, at most 0.4 of the shorter side.
     size : int or (height, width), optional
-        Cut the picture to this size first, out of its middle; what is cut off is a source still. Default: where a sure
-        lattice or courses hold no whole number of periods, the largest size that does; else as it is.
+        Crop the picture to this size first, from its middle; pixels outside are still sources. Default: the largest
+        size of whole periods, if the picture has a sure lattice or courses; else its own size.
     sources : pictures, optional
-        Where new pixels are taken from, in place of the picture itself.
+        Exemplars of the new pixels, instead of the picture itself.
 
     Returns
     -------
     Synthesis
-        Of the size of the picture, or of what was cut out of it; `run.notes` says which. Beyond the band its pixels are
-        those of the picture, bit for bit.
+        Of the size of the picture or of the crop; `run.notes` says which. Beyond the band its pixels are those of the
+        picture, bit for bit.
 
     Raises
     ------
     InputError
-        where the picture is too small, or continues in itself already (toroidal).
+        if the picture is too small, or is periodic already (toroidal).
     ParameterError, MethodError
     """
     (first,) = as_exemplars([image])[:1]
@@ -109,14 +107,14 @@ def tile(
 def scene_to_tile(
     picture: Exemplar, donors: Exemplars, axes: Wrap, band: int | None, size: Pair | None
 ) -> Scene:
-    """Prepare to make a picture tileable; `size` (height, width) is cut out of its middle first, None: what closes."""
+    """Return the scene to make a picture tileable, cropped to `size` (height, width); None: to whole periods."""
     if axes is Wrap.NONE:
         raise ParameterError("axes=none is not allowed; choose one of x, y, both.")
     if picture.toroidal:
         raise InputError(f"{picture.name} continues in itself already (toroidal); nothing of it is to be tiled.")
     exemplars = shelf_of(picture, donors)
     top, left, height, width = _cut(picture, closing_size(picture, axes) if size is None else size)
-    sides = [n for n, closed in ((height, axes.y), (width, axes.x)) if closed]
+    sides = [n for n, closed in zip((height, width), axes.closed, strict=True) if closed]
     if min(sides) < LEAST_SIDE:
         raise InputError(f"{picture.name} is too small to be tiled ({width}x{height} px); give {LEAST_SIDE} px a side.")
     unit = _unit(picture)
@@ -142,34 +140,32 @@ def scene_to_tile(
 
 
 def closing_size(picture: Exemplar, axes: Wrap) -> Pair:
-    """Height and width of what is tiled where no size is given: all, or what holds whole numbers of sure periods
-    or courses.
+    """Return the default (height, width): the largest of whole periods of a sure lattice, or of whole courses.
 
-    A picture that continues in itself already stays whole.
+    All of the picture if it has neither, or is periodic already.
     """
     seen = _seen(picture)
-    whole = height, width = picture.height, picture.width
+    whole = height, width = picture.shape
     if _continues(seen, axes):
         return whole
     facts = Facts([seen], Canvas(height, width, axes))
     found = facts.lattice
     if found is None or found.verdict != "sure":
         return _whole_courses(facts, whole, axes, _unit(picture))
-    sides = ((height, axes.y), (width, axes.x))
     down, across = (
-        closing_length(found.vectors, side, axis, _unit(picture)) if closed else None
-        for axis, (side, closed) in enumerate(sides)
+        closed and closing_length(found.vectors, side, axis, _unit(picture))
+        for axis, (side, closed) in enumerate(zip(whole, axes.closed, strict=True))
     )
     return down or height, across or width
 
 
 def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
-    """The size from the first line between courses to the last, wherever it is cut out; all where that closes, too.
+    """Return the size from the first bed joint to the last, wherever it is cut out; all of it if that closes, too.
 
-    It does where what lies beyond both lines is as high together as one of the courses.
+    It does if the parts beyond both joints together are as high as one of the courses.
     """
     lines = facts.courses
-    if lines is None or not (axes.y, axes.x)[lines.axis]:
+    if lines is None or not axes.closed[lines.axis]:
         return whole
     heights, length = lines.heights, sum(lines.heights)
     near = allowed([(min(heights) * UNIT, 0)])
@@ -180,13 +176,13 @@ def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
 
 
 def _continues(picture: Exemplar, axes: Wrap) -> bool:
-    """Whether a picture looks as if it continued in itself along these axes."""
+    """Whether a picture looks periodic along these axes."""
     steps = border_of(features([picture]).pictures[0], picture.usable)
     return max(steps.rows * axes.y, steps.columns * axes.x) <= SEAMLESS
 
 
 def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
-    """Top, left, height and width of the part that is tiled: the middle, so that no plane's pixel is cut."""
+    """Return top, left, height and width of the middle crop, aligned to the pixels of the smallest plane."""
     height, width = size
     unit, described = _unit(picture), f"{picture.name} ({picture.width}x{picture.height} px)"
     if not (0 < height <= picture.height and 0 < width <= picture.width):
@@ -199,46 +195,45 @@ def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
 
 
 def _unit(picture: Exemplar) -> int:
-    """How many px of the base one px of the smallest plane is."""
+    """Return the size of one px of the smallest plane, in px of the base."""
     return max(1, *(picture.width // max(p.width, 1) for p in picture.planes.values()))
 
 
 def _of_single_elements(facts: Facts) -> bool:
-    """Whether a picture shows elements that end on all sides, in no lattice, in no rows and along no grain."""
+    """Whether a texture consists of single elements: bounded in all directions, without lattice, rows or direction."""
     alone = facts.lattice is None and facts.element.found >= ENDS and not facts.ordered
     return alone and facts.structure.coherence <= DIRECTED
 
 
 def _fine_grained(picture: Int16) -> bool:
-    """Whether much of what differs from pixel to pixel, as methods compare them (H, W, C), is gone in small squares."""
+    """Whether averaging over small squares removes much of the variance of features (H, W, C)."""
     squares = block_sums(picture, SQUARE)
     kept, all_of_it = (sum(spreads(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture))
     return kept <= (GRAIN * SQUARE**2) ** 2 * all_of_it
 
 
 def _closes(facts: Facts) -> bool:
-    """Whether a picture has a lattice of two vectors, which goes on over the borders that meet."""
+    """Whether a picture has a 2-D lattice that is continuous across the borders that meet."""
     found, canvas = facts.lattice, facts.canvas
-    sides = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))
+    sides = zip(canvas.shape, canvas.wrap.closed, strict=True)
     return found is not None and len(found.vectors) == 2 and all(
         closing_length(found.vectors, side, axis) == side for axis, (side, closed) in enumerate(sides) if closed
     )
 
 
 def _along_borders(size: Pair, axes: Wrap, wide: int) -> Mask:
-    """A hole of `wide` px across each line where borders meet."""
+    """Return a hole of `wide` px along each line where borders meet."""
     near = [np.zeros(n, bool) for n in size]
-    for line, closed in zip(near, (axes.y, axes.x), strict=True):
+    for line, closed in zip(near, axes.closed, strict=True):
         if closed:
-            line[: wide // 2] = True
-            line[len(line) - (wide - wide // 2) :] = True
+            line[: wide // 2] = line[len(line) - (wide - wide // 2) :] = True
     return near[0][:, None] | near[1][None, :]
 
 
 def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
-    """Plan to fill the band of a scene by exact copies; the side of windows that is not given is left open."""
+    """Return the plan to fill the band of a scene by exact copies; an automatic side of windows is left undecided."""
     plan = planned_for_holes(scene, method)
-    windows_to_try(plan)[0].resolved(scene.exemplars, scene.canvas)  # what cannot work is refused here
+    windows_to_try(plan)[0].resolved(scene.exemplars, scene.canvas)  # raises if it cannot work
     radius = (scene.recipe["tile"]["band"] - _empty(scene)) // 2 - (scene.canvas.rim or 0)
     if not (radius and traits(plan.method).exact):
         return plan
@@ -246,23 +241,20 @@ def planned_to_tile(scene: Scene, method: Method | Auto) -> Plan:
 
 
 def _empty(scene: Scene) -> int:
-    """How wide the hole is across a line where borders meet, px."""
-    start = scene.canvas.start
-    assert start is not None
-    middle = start.holes[start.height // 2, :] if scene.canvas.wrap.x else start.holes[:, start.width // 2]
-    return int(middle.sum())
+    """Return the width of the hole across a line where borders meet, px."""
+    holes = holes_of(scene)
+    return int((holes[len(holes) // 2] if scene.canvas.wrap.x else holes[:, holes.shape[1] // 2]).sum())
 
 
-def tiled(plan: Plan, seed: int, run: Run | None = None) -> Synthesis:
-    """Fill the band; where no side of windows is given several are tried, and the least visible seams are kept."""
-    made = least_seams(plan.scene, windows_to_try(plan), seed, run_of(run))
+def tiled(plan: Plan, seed: int, run: Run) -> Synthesis:
+    """Fill the band; if no side of windows is given, several are tried, and the least seam energy is kept."""
+    made = least_seams(plan.scene, windows_to_try(plan), seed, run)
     return replace(made, blend=plan.joined, recipe=made.recipe | {"blend": plan.joined.as_recipe})
 
 
 def windows_to_try(plan: Plan) -> list[Method]:
-    """The methods to try on the band of a scene: as given, or with windows of several sizes."""
-    scene, method = plan.scene, plan.method
-    given = {p.name: getattr(method, p.name) for p in parameters(method)}
+    """Return the methods to try on the band of a scene: as given, or with windows of several sizes."""
+    scene, method, given = plan.scene, plan.method, values_of(plan.method)
     if given.get("patch", 0) is not AUTO:
         return [method]
     band = scene.recipe["tile"]["band"]
@@ -274,11 +266,11 @@ def windows_to_try(plan: Plan) -> list[Method]:
 
 
 def remarks(scene: Scene) -> list[str]:
-    """Say what was decided where no size was given: less is tiled, or nothing needs to be done."""
+    """Return notes on the default size: the picture was cropped, or is periodic already."""
     picture, canvas = scene.exemplars[0], scene.canvas
     if _continues(_seen(picture), canvas.wrap):
         return [f"{picture.name} looks as if it continued in itself already; then it can stay as it is."]
-    if (canvas.height, canvas.width) == (picture.height, picture.width):
+    if canvas.shape == picture.shape:
         return []
     whole, part = f"{picture.width}x{picture.height}", f"{canvas.width}x{canvas.height}"
     said = f"{picture.name} ({whole} px) was cut to {part} px, where its periods or courses close"
@@ -286,25 +278,24 @@ def remarks(scene: Scene) -> list[str]:
 
 
 def _seen(picture: Exemplar) -> Exemplar:
-    """The picture to measure; beside sources none of it may be copied, and then all of it counts."""
+    """Return the picture for measurements: if none of it is usable, as with other sources, without its mask."""
     nothing = picture.usable is not None and not picture.usable.any()
     return replace(picture, usable=None) if nothing else picture
 
 
 def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
-    """Return a picture laid side by side with itself, so many times along each axis that continues in itself."""
-    laid = np.tile(plane.samples, (times if axes.y else 1, times if axes.x else 1, 1))
-    return plane.like(laid)
+    """Return a picture repeated `times` along each periodic axis."""
+    return plane.like(np.tile(plane.samples, (*(times if closed else 1 for closed in axes.closed), 1)))
 
 
 def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
-    """Return the picture of a scene as it was, moved by half its size, so that its borders meet in the middle."""
+    """Return the original picture of a scene rolled by half its size, so that its borders meet in the middle."""
     picture, canvas = scene.exemplars[0], scene.canvas
-    top, left, height, width = _cut(picture, (canvas.height, canvas.width))
+    top, left, height, width = _cut(picture, canvas.shape)
     shown = picture.planes[plane or picture.drawn[0]]
     down, across = shown.height / picture.height, shown.width / picture.width
     rows = slice(int(top * down), int((top + height) * down))
     columns = slice(int(left * across), int((left + width) * across))
     part = shown.samples[rows, columns]
-    by = (part.shape[0] // 2 if canvas.wrap.y else 0, part.shape[1] // 2 if canvas.wrap.x else 0)
+    by = [n // 2 * closed for n, closed in zip(part.shape, canvas.wrap.closed, strict=False)]
     return shown.like(np.ascontiguousarray(np.roll(part, by, (0, 1))))

@@ -1,4 +1,4 @@
-"""Made ready beforehand: what has grown once, however small, is compiled, kept on disk, and loaded in this process."""
+"""Precompilation: small textures are synthesised so that their kernels are compiled, cached on disk and loaded."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..foundation import AUTO_METHOD, expect
+from ..foundation import AUTO_METHOD, Record, expect
 from ..foundation.blend import Levelling
 from ..foundation.run import Run, run_of
 from ..methods import METHODS, make, method_class
@@ -21,24 +21,24 @@ from .tileable import tile
 Work = Callable[[Run], object]
 
 CHOSEN = ("stones", "brick", "tiles", "pebbles", "gravel")
-"""Built-in exemplars that between them lead to every rule which leads often."""
+"""Built-in exemplars that together trigger all common rules."""
 
 PERIODIC = ("near-regular", "gap-filling", "best-tile", "repeat")
 """Methods that need an exemplar with periods."""
 
 PIXEL_BY_PIXEL = ("efros-leung", "wei-levoy", "ashikhmin")
-"""Methods that take long for each pixel."""
+"""Methods that are slow for each pixel."""
 
-LARGE, SMALL = 400, 48  # px: windows enough for every pass over a map, and what methods are given that take long
+LARGE, SMALL = 400, 48  # px: enough windows for every pass over a map, and the side for slow methods
 
 
 def warm(*methods: str, run: Run | None = None) -> int:
-    """Make this process ready to grow by methods, named as ``intarsia methods`` does; return how many it grew by.
+    """Load or compile the kernels of methods, named as in ``intarsia methods``; return the number of runs.
 
-    Each grows a small texture that nobody sees: what it runs is loaded, or compiled if that was never done, which takes
-    up to half a minute. A program that answers calls does so before the first of them. ``"auto"``, and no name at all,
-    stands for choosing and for the methods that are chosen most often. ParameterError for a name that is none,
-    CancelledError when the run is cancelled: what was made until then stays.
+    Each method synthesises a small texture, which is discarded; compiling takes up to half a minute. Servers call it
+    before the first request. ``"auto"``, or no name, stands for the automatic choice and the methods that it chooses
+    most often. Raises ParameterError for an unknown name, and CancelledError when the run is cancelled; kernels
+    compiled until then are kept.
     """
     works: list[Work] = []
     for slug in methods or (AUTO_METHOD,):
@@ -50,14 +50,14 @@ def warm(*methods: str, run: Run | None = None) -> int:
 
 
 def warm_up(run: Run) -> int:
-    """Compile for this computer what any method and any kind of pixels run; return how many textures that took."""
+    """Compile the kernels of all methods and kinds of pixels for this computer; return the number of runs."""
     kinds = [partial(_pixels, "image-quilting", {"patch": 8}), partial(_pixels, "parallel-controllable", {"angle": 30})]
     works: list[Work] = [*CHOICES, *(partial(_by, slug) for slug in METHODS), *kinds]
     return _do_all([*works, _healed, lambda run: tile("sample:stones", run=run)], run)
 
 
 def _do_all(works: list[Work], run: Run) -> int:
-    silent = replace(run, notes=[])  # nobody sees the textures
+    silent = replace(run, notes=[])  # the textures are discarded
     for number, work in enumerate(works):
         work(silent.part(number, len(works)))
     run.tick(len(works), len(works))
@@ -65,7 +65,7 @@ def _do_all(works: list[Work], run: Run) -> int:
 
 
 def _chosen(name: str, run: Run) -> None:
-    """Grow a built-in exemplar as it is grown where no method is named."""
+    """Synthesise from a built-in exemplar with the automatic choice."""
     synthesize(f"sample:{name}", LARGE, seed=0, run=run).render(run=run)
 
 
@@ -73,7 +73,7 @@ CHOICES: list[Work] = [partial(_chosen, name) for name in CHOSEN]
 
 
 def _by(slug: str, run: Run) -> None:
-    """Grow by a method, with what it decides by itself."""
+    """Synthesise by a method with its defaults."""
     exemplar: Any = f"sample:{'tiles' if slug in PERIODIC else 'stones'}"
     size = LARGE
     if slug in PIXEL_BY_PIXEL:
@@ -81,8 +81,8 @@ def _by(slug: str, run: Run) -> None:
     synthesize(exemplar, size, make(slug, {}), seed=0, run=run).render(run=run)
 
 
-def _planes() -> dict[str, Any]:
-    """A set with pixels of every kind, of one picture."""
+def _planes() -> Record:
+    """Return planes of every kind and depth, of one picture."""
     rows, columns = np.mgrid[:SMALL, :SMALL]
     noise = (rows * 73 + columns * 151 + rows * columns * 7) % 251
     colour = np.stack([noise, noise // 2, 250 - noise], axis=2).astype(np.uint8)
@@ -101,8 +101,8 @@ def _planes() -> dict[str, Any]:
     }
 
 
-def _pixels(slug: str, values: dict[str, Any], run: Run) -> None:
-    """Draw pixels of every kind: copied, mixed, levelled, and between pixels where the map is turned."""
+def _pixels(slug: str, values: Record, run: Run) -> None:
+    """Render planes of every kind: copied, feathered, tone-corrected, and interpolated if the map is rotated."""
     planes = _planes()
     grown = synthesize(Exemplar.of(planes), SMALL, make(slug, values), wrap="both", run=run)
     for plane in planes:

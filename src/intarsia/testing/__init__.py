@@ -1,15 +1,15 @@
-"""Tests that every method has to pass; a new one is tested by naming it.
+"""Contract tests (property-based) that every synthesis method has to pass.
 
     from intarsia.testing import MethodContract
 
     class TestMyMethod(MethodContract):
         method = MyMethod(patch=12)
 
-pytest then runs every law of the package that the method's ``supports`` claims, on small exemplars of all kinds
-that hypothesis draws. What it does not claim must be refused.
+Subclass :class:`MethodContract` and name the method. pytest then tests every law of the package for the abilities in
+the method's ``supports``, on small exemplars of all kinds drawn by hypothesis. Other abilities must be refused.
 
-Needs pytest and hypothesis; a line ``pytest.register_assert_rewrite("intarsia.testing")`` in conftest.py makes failures
-tell more.
+Needs pytest and hypothesis; a line ``pytest.register_assert_rewrite("intarsia.testing")`` in conftest.py gives more
+detailed failures.
 """
 
 from .cases import (

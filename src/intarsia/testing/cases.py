@@ -1,4 +1,4 @@
-"""Small exemplars of all kinds, the requests that laws are tested on, and maps: looked up, compared, replayed."""
+"""Test data for contract tests: small exemplars of all kinds, requests, and comparison of maps."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LONGEST = 45
 
 
 def noise(height: int, width: int, seed: int) -> NDArray[np.uint64]:
-    """Return 64 mixed bits for every pixel, the same on every machine."""
+    """Return 64 hashed bits for every pixel, the same on every machine."""
     y, x = np.mgrid[:height, :width].astype(np.uint64)
     z = np.uint64(seed % 2**32) << np.uint64(24)
     z = z + y * np.uint64(0x9E3779B97F4A7C15) + x * np.uint64(0xD1B54A32D192ED03)
@@ -37,7 +37,7 @@ def noise(height: int, width: int, seed: int) -> NDArray[np.uint64]:
 def texture(height: int, width: int, channels: int = 1, seed: int = 0) -> UInt8:
     """Return a procedural texture (height, width, channels): soft blobs of some 6 px under a little noise.
 
-    Made of whole numbers only, so it is the same on every machine.
+    Made of integers only, so it is the same on every machine.
     """
     layers = []
     for c in range(channels):
@@ -93,7 +93,7 @@ class Case:
     def grow(
         self, method: Method, *, start: SourceMap | None = None, seed: int | None = None, threads: int = 1
     ) -> Synthesis:
-        """Run the method on it, or on a start map, or with another seed."""
+        """Run the method on the request, or on a start map, or with another seed."""
         return synthesize(
             self.exemplars,
             self.size,
@@ -105,14 +105,14 @@ class Case:
         )
 
     def painted(self, plane: Callable[[int, Exemplar], Plane]) -> Case:
-        """The same request, with other base planes: by the number of an exemplar, and the exemplar."""
+        """Return the request with other base planes, made from the number of an exemplar and the exemplar."""
         made = (Exemplar.of(plane(n, e), usable=e.usable, toroidal=e.toroidal) for n, e in enumerate(self.exemplars))
         return replace(self, exemplars=tuple(made))
 
 
 @st.composite
 def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
-    """Draw a request that the method claims to serve: several exemplars, masks and wraps only if it does."""
+    """Draw a request that the method supports: several exemplars, masks and wraps only if it claims them."""
     supports = method.supports
     dtype, channels = draw(st.sampled_from(DEPTHS)), draw(st.integers(1, 5))
     count = draw(st.integers(1, 2)) if Ability.SEVERAL in supports else 1
@@ -127,9 +127,9 @@ def cases(draw: DrawFn, method: Method, *, least: int = 20) -> Case:
 
 
 def looked_up(exemplars: Exemplars, smap: SourceMap, plane: str | None = None) -> Array:
-    """Fetch every pixel of a map from its exemplar, one exemplar after the other: law 1 in plain words."""
+    """Return a map rendered by plain lookup, exemplar by exemplar: law 1."""
     planes = [e.base if plane is None else e.planes[plane] for e in exemplars]
-    out = np.zeros((smap.height, smap.width, planes[0].channels), planes[0].pixels.dtype)
+    out = np.zeros((*smap.shape, planes[0].channels), planes[0].pixels.dtype)
     for number, p in enumerate(planes):
         mine = smap.numbers == number
         out[mine] = p.samples[smap.yx[mine, 0], smap.yx[mine, 1]]
@@ -137,18 +137,18 @@ def looked_up(exemplars: Exemplars, smap: SourceMap, plane: str | None = None) -
 
 
 def same_map(a: SourceMap, b: SourceMap) -> bool:
-    """Say whether two maps show the same pixels in the same poses."""
+    """Whether two maps show the same pixels in the same poses."""
     return a.digest == b.digest
 
 
 def same_pixels(a: SourceMap, b: SourceMap, where: Mask) -> bool:
-    """Say whether two maps show the same exemplar pixels, in the same poses, wherever `where` says so."""
+    """Whether two maps show the same exemplar pixels in the same poses wherever `where` is True."""
     pairs = ((a.yx, b.yx), (a.numbers, b.numbers), (a.turns, b.turns))
     return all(bool((one[where] == two[where]).all()) for one, two in pairs)
 
 
 def depth(start: SourceMap, wrap: Wrap) -> Int32:
-    """Return how far, along rows, columns and diagonals, every pixel is from the nearest hole."""
+    """Return the Chebyshev distance of every pixel to the nearest hole."""
     known = ~start.holes
     if known.all():
         return np.full(known.shape, 1 << 20, np.int32)
@@ -160,7 +160,7 @@ def depth(start: SourceMap, wrap: Wrap) -> Int32:
 
 
 def laid_over(below: SourceMap, start: SourceMap) -> SourceMap:
-    """Fill the holes of `start` from another map."""
+    """Return `start` with its holes filled from another map."""
     holes = start.holes
     return replace(
         start,

@@ -1,4 +1,4 @@
-"""The laws of the package as tests of one method; docs/design/000-architecture.md lists them by their numbers."""
+"""The laws of the package as tests of one method; docs/design/000-architecture.md lists them by number."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ L = TypeVar("L", bound=Callable[..., None])
 
 
 def of_those_that_claim(*abilities: Ability) -> Callable[[L], L]:
-    """Make a law one of methods that claim these abilities: for others there is no such test."""
+    """Mark a law as one for methods with these abilities; other methods have no such test."""
 
     def mark(law: L) -> L:
         law.__dict__["abilities"] = frozenset(abilities)
@@ -68,7 +68,7 @@ class Laws:
     least: ClassVar[int] = 20
 
     def __init_subclass__(cls) -> None:
-        """Leave out the laws of abilities that the method does not claim."""
+        """Remove the laws of abilities that the method does not have."""
         super().__init_subclass__()
         if not hasattr(cls, "method"):
             return
@@ -82,26 +82,26 @@ class Laws:
         return cases(self.method, least=self.least)
 
     def steps(self, count: int) -> Iterable[int]:
-        """Return at which of so many steps cancelling is tested."""
+        """Return the steps, of `count`, at which cancelling is tested."""
         return range(1, count + 1)
 
     def rim(self, exemplars: Exemplars, start: SourceMap) -> int:
-        """Return how deep, in px, a start map may be changed: the method's overlap or border, 0 if it has none."""
-        resolved = self.method.resolved(exemplars, Canvas(start.height, start.width, start.wrap, start))
+        """Return how deep, in px, a start map may be changed: the method's overlap or border, else 0."""
+        resolved = self.method.resolved(exemplars, Canvas(*start.shape, start.wrap, start))
         return max(extent(getattr(resolved, "overlap", getattr(resolved, "border", 0))))
 
     def map_of_window(self, case: Case, box: Box) -> SourceMap:
-        """Compute the map of a window of the endless plane, alone."""
+        """Return the map of a single window of the endless plane."""
         method: Any = self.method
         smap: SourceMap = method.window(case.exemplars, box, case.seed, Run(1))
         return smap
 
     def many(self, examples: int) -> int:
-        """Return on how many requests a law is tested that asks for so many."""
+        """Return the number of requests to test for a law that asks for `examples`."""
         return examples
 
     def for_all(self, law: Callable[[Case], None], examples: int | None = None) -> None:
-        """Test a law on requests that hypothesis draws."""
+        """Test a law on requests drawn by hypothesis."""
 
         @settings(
             max_examples=self.many(examples or self.examples),
@@ -121,7 +121,7 @@ HOLES = ("right half", "middle", "scattered", "corners", "all")
 
 
 def hole_of(name: str, height: int, width: int, seed: int) -> Mask:
-    """Return which pixels of a canvas are holes."""
+    """Return a mask of the holes of a canvas."""
     y, x = np.mgrid[:height, :width]
     shapes = {
         "right half": x >= width // 2,
@@ -134,12 +134,12 @@ def hole_of(name: str, height: int, width: int, seed: int) -> Mask:
 
 
 class StartLaws(Laws):
-    """What lies deep in a start map stays, and no hole remains."""
+    """Pixels of a start map beyond the rim are kept, and no hole remains."""
 
     @pytest.mark.parametrize("hole", HOLES)
     @of_those_that_claim(Ability.START)
     def test_start_pixels_beyond_the_rim_stay(self, hole: str) -> None:
-        """Law 7: beyond the rim the source stays, beyond rim + feather the look; no hole is left."""
+        """Law 7: beyond the rim sources are kept, beyond rim + feather pixels; no hole is left."""
 
         def law(case: Case) -> None:
             start, feather = self._start(case, hole), 3
@@ -158,7 +158,7 @@ class StartLaws(Laws):
 
     @of_those_that_claim(Ability.START)
     def test_the_rim_can_be_chosen(self) -> None:
-        """Law 7: with a rim of 0 every known start pixel keeps its source."""
+        """Law 7: with a rim of 0 every filled start pixel keeps its source."""
 
         def law(case: Case) -> None:
             start = self._start(case, "middle")
@@ -172,7 +172,7 @@ class StartLaws(Laws):
 
     @of_those_that_claim(Ability.START)
     def test_a_start_without_holes_is_the_result(self) -> None:
-        """Law 7: where all is known nothing changes."""
+        """Law 7: a start map without holes is returned unchanged."""
 
         def law(case: Case) -> None:
             full = case.grow(self.method).map
@@ -182,7 +182,7 @@ class StartLaws(Laws):
 
     @of_those_that_claim(Ability.START, Ability.SEVERAL, Ability.MASK)
     def test_the_picture_under_a_start_need_not_be_sampled(self) -> None:
-        """Law 7: a start map may show an exemplar that is wholly unusable; only its own pixels show it."""
+        """Law 7: a start map may show an exemplar without usable pixels; no new pixel shows it."""
         below = Exemplar.of(texture(26, 30, 3, 5), usable=np.zeros((26, 30), bool))
         sampled = Exemplar.of(texture(28, 24, 3, 6))
         holes = hole_of("right half", 26, 30, 0)
@@ -206,7 +206,7 @@ class StartLaws(Laws):
         self.for_all(law, 2)
 
     def _start(self, case: Case, hole: str) -> SourceMap:
-        """Grow a map with another seed and cut holes into it."""
+        """Return a map made with another seed, with holes cut into it."""
         full = case.grow(self.method, seed=case.seed ^ 0xABCD).map
         return with_hole(full, hole_of(hole, *case.size, case.seed))
 
@@ -217,15 +217,14 @@ CORNERS = ((0, 0), (-7, 3), (2**40 - 5, -(2**40)))
 class MethodContract(StartLaws):
     """The laws of the package, as tests of one method; subclass it and name the ``method``.
 
-    ``examples`` says how many requests are drawn for each law, ``least`` how short an exemplar's side may be;
-    :meth:`cases` and :meth:`rim` may be replaced. Law 11 (feathering is a partition of unity) is one of rendering, not
-    of methods.
+    ``examples``: number of requests for each law; ``least``: shortest side of an exemplar; :meth:`cases` and
+    :meth:`rim` may be overridden. Law 11 (feathering is a partition of unity) is one of rendering, not of methods.
     """
 
     def test_every_pixel_is_a_usable_exemplar_pixel(self) -> None:
         """Law 1: without feather or finish every output pixel is, bit for bit, the usable pixel that the map names.
 
-        Maps with a frame or fractions are read between pixels, and only name usable ones.
+        Maps with frames or fractions are interpolated, and only name usable pixels.
         """
 
         def law(case: Case) -> None:
@@ -240,11 +239,11 @@ class MethodContract(StartLaws):
         self.for_all(law, 2 * self.examples)
 
     def test_size_type_and_channels_are_kept(self) -> None:
-        """Law 2: the size is that asked for; depth, channels, kind and transfer are the exemplar's."""
+        """Law 2: the size is the requested one; depth, channels, kind and transfer are the exemplar's."""
 
         def law(case: Case) -> None:
             out, base = case.grow(self.method).render(), case.exemplars[0].base
-            assert (out.height, out.width) == case.size
+            assert out.shape == case.size
             assert (out.pixels.dtype, out.pixels.ndim) == (base.pixels.dtype, base.pixels.ndim)
             assert (out.channels, out.kind, out.transfer) == (base.channels, base.kind, base.transfer)
 
@@ -252,7 +251,7 @@ class MethodContract(StartLaws):
 
     @pytest.mark.parametrize("feather", [0, 3])
     def test_uniform_in_uniform_out(self, feather: int) -> None:
-        """Law 3: an exemplar of one colour gives that colour, with a feather, too."""
+        """Law 3: an exemplar of one colour gives that colour, also with a feather."""
 
         def law(case: Case) -> None:
             first = case.exemplars[0].base.samples[0, 0]
@@ -263,7 +262,7 @@ class MethodContract(StartLaws):
         self.for_all(law, 5)
 
     def test_threads_and_repetition_change_no_byte(self) -> None:
-        """Law 4: one, two or four threads, called again, give the same map and the same pixels."""
+        """Law 4: one, two or four threads, and repeated calls, give the same map and the same pixels."""
 
         def law(case: Case) -> None:
             outs = [case.grow(self.method, threads=n) for n in (1, 2, 4, 1)]
@@ -276,7 +275,7 @@ class MethodContract(StartLaws):
 
     @of_those_that_claim(Ability.WINDOW)
     def test_a_computed_window_is_a_crop(self) -> None:
-        """Law 5 of window methods: a window's map, computed alone, equals that window of a larger one."""
+        """Law 5 of window methods: a window's map, computed on its own, equals that window of a larger one."""
 
         def law(case: Case) -> None:
             for y, x in CORNERS:
@@ -298,7 +297,7 @@ class MethodContract(StartLaws):
 
     @of_those_that_claim(Ability.WRAP)
     def test_the_wrapped_border_is_no_worse_than_the_inside(self) -> None:
-        """Law 6: neighbours across the wrapped border differ no more than along the worst lines inside."""
+        """Law 6: neighbours across the periodic border differ no more than along the worst lines inside."""
         border, worst = np.zeros(2), np.zeros(2)
         for seed in range(6):  # of three, one bad border decides
             e = Exemplar.of(texture(36, 32, 1, seed))
@@ -311,7 +310,7 @@ class MethodContract(StartLaws):
         assert (border <= 1.1 * worst).all()
 
     def test_inputs_are_never_written_to(self) -> None:
-        """Law 8: arrays given stay as they are, and may be read-only, of any order and any strides."""
+        """Law 8: input arrays are unchanged, and may be read-only, of any order and any strides."""
         pixels = np.asfortranarray(texture(29, 50, 3, 1))[:, ::-2]
         before = pixels.copy()
         pixels.flags.writeable = False
@@ -322,13 +321,13 @@ class MethodContract(StartLaws):
         assert (synthesize(before, (33, 40), self.method).render().pixels == first).all()
 
     def test_cancelling_stops_at_every_step(self) -> None:
-        """Law 12: set at any step, the event ends the work with CancelledError; drafts have the canvas's size."""
+        """Law 12: an event set at any step ends the work with CancelledError; drafts have the size of the canvas."""
         e, size = Exemplar.of(texture(26, 24, 3, 7)), (40, 44)
         event, ticks, stop = threading.Event(), list[Pair](), -1
 
         def step(done: int, total: int, draft: Callable[[], SourceMap] | None) -> None:
             ticks.append((done, total))
-            assert draft is None or (draft().height, draft().width) == size
+            assert draft is None or draft().shape == size
             if len(ticks) == stop:
                 event.set()
 
@@ -344,7 +343,7 @@ class MethodContract(StartLaws):
             assert ticks == reported[:stop]
 
     def test_what_is_not_claimed_is_refused(self) -> None:
-        """What a method does not claim is refused with one line, before any work."""
+        """Abilities that a method does not have are refused with one line, before any work."""
         pixels = texture(24, 22, 3, 8)
         e = Exemplar.of(pixels)
         masked = Exemplar.of(pixels, usable=np.arange(22) > np.zeros((24, 1)))

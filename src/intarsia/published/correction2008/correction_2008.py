@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 from ...foundation import ParameterError
 from ...foundation.params import AUTO, param
@@ -24,9 +23,9 @@ from ...methods.parallel_controllable import ParallelControllable
 class Correction2008(ParallelControllable):
     """Refine an endless map from coarse to fine; each pixel takes the nearest of its proximity and its jump set."""
 
-    slug: ClassVar[str] = "correction-2008"
-    paper: ClassVar[str] = "memorandum of 2008"
-    summary: ClassVar[str] = "coarse to fine, corrected by colours and candidates of a memorandum"
+    slug = "correction-2008"
+    paper = "memorandum of 2008"
+    summary = "coarse to fine, corrected by colours and candidates of a memorandum"
 
     k: int = param(2, "int", "candidates of each kind of continuation: itself and k - 1 similar places", low=1, high=8)
     subpasses: int = param(
