@@ -15,6 +15,7 @@ that overlaps, whose ends are kept inside the picture, so sums beyond the last r
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -173,8 +174,8 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
     none are 1, which never is a dip. None where there is nothing to correlate.
     """
     lags = np.arange(-reach, reach + 1)
-    product = products(picture, picture, lags, lags)
-    pairs = overlaps(picture.shape, lags, lags) if weight is None else np.rint(products(weight, weight, lags, lags))
+    product = _products(picture, lags)
+    pairs = _overlaps(picture.shape, lags, lags) if weight is None else np.rint(_products(weight, lags))
     here = product[reach, reach] / pairs[reach, reach]
     if here < 1e-6:
         return None
@@ -232,102 +233,79 @@ def autocorrelation(
     """
     rows, columns = (min(n - 1, r) for n, r in zip(picture.shape[:2], reach or picture.shape[:2], strict=True))
     down, right = np.arange(rows + 1), np.arange(-columns, columns + 1)
+    size = _padded(picture.shape, down, right)
+    f = picture.reshape(*picture.shape[:2], -1).astype(np.float64)  # less the mean: rounding errors shrink
     if usable is None:
-        f = _centred(picture)
-        half, pairs = _from_rectangles(f, down, right), overlaps(f.shape, down, right)
+        f = f - f.mean(axis=(0, 1))
+        here, there = (
+            [_span(sign * lag, n) for lag, n in zip((down, right), f.shape, strict=False)] for sign in (1, -1)
+        )
+        pairs = _overlaps(f.shape, down, right)
+
+        def both_ways(values: Floats) -> tuple[Floats, Floats]:
+            """Sum what lies in the overlap with the picture moved by every lag, and by the opposite one."""
+            sums = running_sums(values, np.float64)
+            return _inside(sums, *here), _inside(sums, *there)
     else:
-        half, pairs = _from_mask(picture, usable.astype(np.float64), down, right)
+        mask = usable.astype(np.float64)
+        f = (f - np.tensordot(mask, f, 2) / max(mask.sum(), 1.0)) * mask[..., None]
+        counted = fft.rfft2(mask, size)
+
+        def both_ways(values: Floats) -> tuple[Floats, Floats]:
+            transformed = fft.rfft2(values, size)
+            sums = fft.irfft2(transformed * np.conj(counted), size)
+            return _at_lags(sums, down, right), _at_lags(sums, -down, -right)
+
+        pairs = np.rint(both_ways(mask)[0])
+    half = _correlation(f, pairs, both_ways, (down, right), size)
     half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
     return _mirrored(half), _mirrored(pairs)
 
 
-def _centred(picture: Array) -> Floats:
-    """A picture (H, W, C) without each channel's mean: correlations do not change, rounding errors shrink."""
-    floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
-    return np.asarray(floats - floats.mean(axis=(0, 1)))
+def _correlation(
+    f: Floats, pairs: Floats, both_ways: Callable[[Floats], tuple[Floats, Floats]], lags: tuple[Array, Array],
+    size: list[int],
+) -> Floats:  # fmt: skip
+    """Eq. 3.13 for every lag (down, right): `pairs` px overlap there, of which `both_ways` returns sums."""
+    spectrum: Any = 0.0
+    above, below, largest = np.zeros(pairs.shape), np.zeros(pairs.shape), 0.0
+    for own in np.moveaxis(f, 2, 0):
+        transformed, squares = fft.rfft2(own, size), own * own
+        spectrum = spectrum + transformed * np.conj(transformed)
+        (before, after), (square, other) = both_ways(own), both_ways(squares)
+        above -= before * after
+        below += np.sqrt(
+            np.maximum(pairs * square - before * before, 0.0) * np.maximum(pairs * other - after * after, 0.0)
+        )
+        largest = max(largest, float(squares.sum()))
+    above += pairs * _at_lags(fft.irfft2(spectrum, size), *lags)
+    counts = below > FLAT * pairs * largest
+    return np.clip(np.where(counts, above / np.where(counts, below, 1.0), 0.0), -1.0, 1.0)
 
 
 def _mirrored(half: Floats) -> Floats:
     return np.concatenate([half[:0:-1, ::-1], half])
 
 
-def products(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
-    """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
-    size = _padded(f, g, down, right)
-    transformed = fft.rfft2(f, size)
-    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fft.rfft2(g, size))
-    return _at_lags(both, size, down, right)
+def _products(f: Floats, lags: Array) -> Floats:
+    """Sum f(x) f(x - lag) over x, for lags (n,) along both axes: (n, n)."""
+    size = _padded(f.shape, lags, lags)
+    return _at_lags(fft.irfft2(np.abs(fft.rfft2(f, size)) ** 2, size), lags, lags)
 
 
-def overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
+def _overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
     """Count the pixels (H, W) that lie on one another for every lag (down, right)."""
     return np.asarray(np.multiply.outer(shape[0] - np.abs(down), shape[1] - np.abs(right)), np.float64)
 
 
-def _padded(f: Floats, g: Floats, down: Array, right: Array) -> list[int]:
+def _padded(shape: tuple[int, ...], down: Array, right: Array) -> list[int]:
     """The smallest fast transform in which no wanted lag meets another."""
-    size = []
-    for axis, lag in ((0, down), (1, right)):
-        needed = max(f.shape[axis] - int(lag.min()), g.shape[axis] + int(lag.max()), f.shape[axis], g.shape[axis])
-        size.append(fast_length(needed))
-    return size
+    return [fast_length(n + int(np.abs(lag).max())) for n, lag in zip(shape, (down, right), strict=False)]
 
 
-def _at_lags(spectrum: Array, size: list[int], down: Array, right: Array) -> Floats:
-    result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
+def _at_lags(sums: Floats, down: Array, right: Array) -> Floats:
+    result: Floats = sums[np.ix_(down % sums.shape[0], right % sums.shape[1])]
     return result
-
-
-def _from_rectangles(f: Floats, down: Array, right: Array) -> Floats:
-    """Eq. 3.13 where all pixels count: one transform per channel, all other sums by running sums."""
-    here = _span(down, f.shape[0]), _span(right, f.shape[1])
-    there = _span(-down, f.shape[0]), _span(-right, f.shape[1])
-    n = overlaps(f.shape, down, right)
-    size = _padded(f, f, down, right)
-    spectrum: Any = 0.0
-    above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
-    for own in np.moveaxis(f, 2, 0):
-        transformed = fft.rfft2(own, size)
-        spectrum = spectrum + transformed * np.conj(transformed)
-        sums, squares = (running_sums(values, np.float64) for values in (own, own * own))
-        before, after = _inside(sums, *here), _inside(sums, *there)
-        above -= before * after
-        spread_here = _clamped(n * _inside(squares, *here) - before * before)
-        spread_there = _clamped(n * _inside(squares, *there) - after * after)
-        below += np.sqrt(spread_here * spread_there)
-        largest = max(largest, float((own * own).sum()))
-    above += n * _at_lags(spectrum, size, down, right)
-    return _ratio(above, below, FLAT * n * largest)
-
-
-def _from_mask(picture: Array, mask: Floats, down: Array, right: Array) -> tuple[Floats, Floats]:
-    """Eq. 3.13 of a picture with itself where some pixels do not count: overlaps are no rectangles, all is transformed.
-
-    Also returns how many pixels each offset compares.
-    """
-    floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
-    f = (floats - np.tensordot(mask, floats, 2) / max(mask.sum(), 1.0)) * mask[..., None]
-    size = _padded(f, f, down, right)
-    counted = fft.rfft2(mask, size)
-
-    def both_ways(one: Array) -> tuple[Floats, Floats]:
-        """The products with what counts, moved by every lag and by the opposite one."""
-        whole = fft.irfft2(one * np.conj(counted), size)
-        here, there = (np.ix_(sign * down % size[0], sign * right % size[1]) for sign in (1, -1))
-        return whole[here], whole[there]
-
-    n = np.rint(both_ways(counted)[0])
-    spectrum: Any = 0.0
-    above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
-    for own in np.moveaxis(f, 2, 0):
-        plain, squared = (fft.rfft2(part, size) for part in (own, own * own))
-        spectrum = spectrum + plain * np.conj(plain)
-        (before, after), (square, other) = both_ways(plain), both_ways(squared)
-        above -= before * after
-        below += np.sqrt(_clamped(n * square - before * before) * _clamped(n * other - after * after))
-        largest = max(largest, float((own * own).sum()))
-    above += n * _at_lags(spectrum, size, down, right)
-    return _ratio(above, below, FLAT * n * largest), n
 
 
 def _span(lag: Array, length: int) -> Spans:
@@ -340,12 +318,3 @@ def _inside(total: Floats, rows: Spans, columns: Spans) -> Floats:
     bands = total[rows[1]] - total[rows[0]]
     result: Floats = bands[:, columns[1]] - bands[:, columns[0]]
     return result
-
-
-def _clamped(values: Floats) -> Floats:
-    return np.maximum(values, 0.0, out=values)
-
-
-def _ratio(above: Floats, below: Floats, flat: Floats) -> Floats:
-    counts = below > flat
-    return np.clip(np.where(counts, above / np.where(counts, below, 1.0), 0.0), -1.0, 1.0)

@@ -94,16 +94,25 @@ def typical(edge: Int32) -> int:
 
 
 @kernel
+def _border(i: int, height: int, width: int) -> tuple[int, int, int]:
+    """Return pixel `i` of a window's border, clockwise from the upper left one, and the corner that follows it."""
+    stride = width + 1
+    i %= 2 * (height + width) - 4
+    if i < width - 1:
+        return 0, i, stride + i + 1
+    i -= width - 1
+    if i < height - 1:
+        return i, width - 1, (i + 2) * stride + width
+    i -= height - 1
+    if i < width - 1:
+        return height - 1, width - 1 - i, (height + 2) * stride - 2 - i
+    i -= width - 1
+    return height - 1 - i, 0, (height - i) * stride
+
+
+@kernel
 def find_path(
-    edge: Int32,
-    corner: Int32,
-    start: Int32,
-    goal: Int32,
-    stride: int,
-    shift: int,
-    step: int,
-    far: Int64,
-    came: UInt8,
+    edge: Int32, height: int, width: int, start: Int32, goal: Int32, shift: int, step: int, far: Int64, came: UInt8
 ) -> int:
     """Find a shortest path from one gap to another; returns the corner where it ends.
 
@@ -111,9 +120,8 @@ def find_path(
     `step` beyond the nearest corner that waits. Any step gives the optimum, a good one saves a heap.
     """
     size = far.size
-    half = edge.size // 2
+    half, stride = edge.size // 2, width + 1
     steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
-    n = corner.size
     waits = np.zeros(size, np.uint8)
     near = np.empty(size + 1, np.int32)
     later = np.empty(size, np.int32)
@@ -121,7 +129,7 @@ def find_path(
     unit = 1 if shift > 0 else 0
     head, tail, kept = 0, 0, 0
     for i in range(start[0], start[1]):
-        v = corner[i if i < n else i - n]
+        _, _, v = _border(i, height, width)
         far[v] = 0
         came[v] = 4
         waits[v] = _NEAR
@@ -153,9 +161,9 @@ def find_path(
                     waits[u] = _LATER
                     later[kept] = u
                     kept += 1
-        end = corner[goal[0] if goal[0] < n else goal[0] - n]
+        _, _, end = _border(goal[0], height, width)
         for i in range(goal[0] + 1, goal[1]):
-            v = corner[i if i < n else i - n]
+            _, _, v = _border(i, height, width)
             if far[v] < far[end]:
                 end = v
         if far[end] < limit or kept == 0:
@@ -221,8 +229,6 @@ GRADIENT_UNIT = 256  # a gradient cost is the plain cost times this, divided by 
 FLAT = 16  # the plain cost where all is flat; FLAT is in units of feature distance, so that no zero divides
 
 STEEPEST = 4  # knees: from there on a price grows in proportion, so that no cut shuns one step at any length
-
-_POCKET = 3  # the label of a free pixel of the border between forced ones of one kind
 
 
 class SeamPrice(NamedTuple):
@@ -343,77 +349,41 @@ def _pieces(state: UInt8) -> tuple[int, int, int]:
 
 
 @kernel
-def _walk_border(
-    state: UInt8, label: UInt8, corner: Int32, gaps: Int32
-) -> int:
-    """Note the border's pixels clockwise, the corner after each, and the gaps; returns how many gaps.
+def _walk_border(state: UInt8, gaps: Int32, edge: Int32) -> int:
+    """Note the gaps of the border, clockwise; returns how many there are.
 
     Gap `g` consists of the corners after the pixels `gaps[g, 0]` up to, not including, `gaps[g, 1]`; both
-    may lie beyond the border's length, once round. Free pixels between two of one kind are labelled _POCKET.
+    may lie beyond the border's length, once round. Free pixels of the border between, say, two old ones may fall to
+    either side, so a seam may end there and go on at another of them: paths run along their outer side for nothing.
     """
     height, width = state.shape
-    stride = width + 1
-    n = 0
-    for x in range(width - 1):
-        label[n] = state[0, x]
-        corner[n] = stride + x + 1
-        n += 1
-    for y in range(height - 1):
-        label[n] = state[y, width - 1]
-        corner[n] = (y + 2) * stride + width
-        n += 1
-    for x in range(width - 1, 0, -1):
-        label[n] = state[height - 1, x]
-        corner[n] = (height + 1) * stride + x
-        n += 1
-    for y in range(height - 1, 0, -1):
-        label[n] = state[y, 0]
-        corner[n] = (y + 1) * stride
-        n += 1
-    first = 0
-    while label[first] == FREE:
-        first += 1
-    found = 0
-    last = first
-    for i in range(first + 1, first + n + 1):
-        s = label[i if i < n else i - n]
-        if s == FREE:
-            continue
-        if s != label[last if last < n else last - n]:
-            gaps[found, 0] = last
-            gaps[found, 1] = i
-            found += 1
-        else:
-            for j in range(last + 1, i):
-                label[j if j < n else j - n] = _POCKET
-        last = i
+    stride, half = width + 1, edge.size // 2
+    found, first, last, kind = 0, -1, 0, FREE
+    i = 0
+    while first < 0 or i <= first + 2 * (height + width) - 4:
+        y, x, _ = _border(i, height, width)
+        if state[y, x] != FREE:
+            if first < 0:
+                first = i
+            elif state[y, x] != kind:
+                gaps[found, 0] = last
+                gaps[found, 1] = i
+                found += 1
+            else:
+                for j in range(last + 1, i):
+                    v, u, _ = _border(j, height, width)
+                    corner = (v + 1) * stride + u
+                    if v == 0:
+                        edge[corner] = 0
+                    if u == width - 1:
+                        edge[half + corner + 1] = 0
+                    if v == height - 1:
+                        edge[corner + stride] = 0
+                    if u == 0:
+                        edge[half + corner] = 0
+            last, kind = i, state[y, x]
+        i += 1
     return found
-
-
-@kernel
-def _open_pockets(label: UInt8, height: int, width: int, edge: Int32) -> None:
-    """Let paths run along the outer side of pockets for nothing.
-
-    Free pixels at the border between, say, two old ones may fall to either side, so a seam may end there and
-    go on elsewhere in the pocket.
-    """
-    stride = width + 1
-    half = edge.size // 2
-    right_side = width - 1
-    bottom = right_side + height - 1
-    left_side = bottom + width - 1
-    n = label.size
-    for i in range(n):
-        if label[i] != _POCKET:
-            continue
-        if i <= right_side:
-            edge[stride + i] = 0
-        if right_side <= i <= bottom:
-            edge[half + (i - right_side + 1) * stride + width] = 0
-        if bottom <= i <= left_side:
-            edge[(height + 1) * stride + left_side - i] = 0
-        if i >= left_side or i == 0:
-            edge[half + ((n - i if i > 0 else 0) + 1) * stride] = 0
 
 
 @kernel
@@ -436,27 +406,22 @@ def min_cut(
         return 0
     if inland > 0 or height < 2 or width < 2:
         return grid_min_cut(state, right, down, out)
-    border = 2 * (height + width) - 4
-    label = np.empty(border, np.uint8)
-    corner = np.empty(border, np.int32)
-    gaps = np.empty((border, 2), np.int32)
-    found = _walk_border(state, label, corner, gaps)
+    size = (height + 2) * (width + 1)
+    edge = np.empty(2 * size, np.int32)
+    total = lay_edges(state, right, down, edge)
+    gaps = np.empty((2 * (height + width), 2), np.int32)
+    found = _walk_border(state, gaps, edge)
     # With more than two gaps, the stretches to cut off are those of the label that is in several pieces:
     # the one that begins after the first gap, or the other one, which begins after the second.
     offset = 0
     if found > 2:
-        begins = label[gaps[0, 1] % border]
-        if (olds if begins == NEW else news) != 1:
+        y, x, _ = _border(gaps[0, 1], height, width)
+        if (olds if state[y, x] == NEW else news) != 1:
             offset = 1
-            if (olds if begins == OLD else news) != 1:
+            if (olds if state[y, x] == OLD else news) != 1:
                 return grid_min_cut(state, right, down, out)
-    stride = width + 1
-    size = (height + 2) * stride
-    edge = np.empty(2 * size, np.int32)
     far = np.empty(size, np.int64)
     came = np.empty(size, np.uint8)
-    total = lay_edges(state, right, down, edge)
-    _open_pockets(label, height, width, edge)
     # The length of a seam counts below its cost, where both fit together.
     shift = 1
     while (1 << shift) <= size:
@@ -466,7 +431,7 @@ def min_cut(
     step = typical(edge) << (shift + 3)
     cost = 0
     for g in range(offset, found + offset, 2):
-        end = find_path(edge, corner, gaps[g], gaps[(g + 1) % found], stride, shift, step, far, came)
-        cost += take_path(end, stride, came, edge)
+        end = find_path(edge, height, width, gaps[g], gaps[(g + 1) % found], shift, step, far, came)
+        cost += take_path(end, width + 1, came, edge)
     paint(state, edge, out)
     return cost
