@@ -33,7 +33,6 @@ from numba.core.compiler import CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.runtime import nrt
-from numba.core.types import unliteral as _unliteral
 
 from . import DAMAGED, Unfit, cache_folder, compilation_begins, drop, not_kept, read_entry, say, write_entry
 
@@ -41,14 +40,9 @@ KNOWN = "0.68."
 if not numba.__version__.startswith(KNOWN):
     raise ImportError(f"the inside of numba {KNOWN}x is known, not that of {numba.__version__}")
 
-unliteral: Any = _unliteral
 types: Any = numba.types
 _asked: Any = types.functions.BaseFunction.get_call_type
-_environment_of: Any = environment.lookup_environment
 _key_of: Any = caching.FunctionCache._index_key
-_rebuild: Any = CompileResult._rebuild
-_dumps: Any = serialize.dumps
-_runtime: Any = nrt.rtsys
 
 # no kernel divides by 0, by a test; an error made ready at every divisor takes longer to compile
 OPTIONS = {"nopython": True, "nogil": True, "boundscheck": None, "no_cfunc_wrapper": True, "error_model": "numpy"}
@@ -89,8 +83,7 @@ class Library(JITCodeLibrary):
     def add_ir_module(self, ir_module: Any) -> None:
         """Add a lowered module, unless it lets C call a function: nobody does."""
         if ir_module.name != "cfunc_wrapper":
-            plain: Any = super()
-            plain.add_ir_module(ir_module)
+            super().add_ir_module(ir_module)
 
     def add_linking_library(self, library: Any) -> None:
         """Say that functions of another library are called."""
@@ -102,8 +95,7 @@ class Library(JITCodeLibrary):
         """Return the address of a function, 0 where there is none; machine code is made for it."""
         if not self._finalized and name not in {f.name for f in self._final_module.functions if not f.is_declaration}:
             return 0
-        plain: Any = super()
-        return int(plain.get_pointer_to_function(name))
+        return int(super().get_pointer_to_function(name))
 
     def _get_module_for_linking(self) -> Any:
         if self._lowered is not None:
@@ -129,19 +121,17 @@ class Library(JITCodeLibrary):
                 if not function.is_declaration and function.linkage == Linkage.external:
                     function.linkage = "linkonce_odr"
             self._shared_module = module
-        plain: Any = super()
-        return self._shared_module or plain._get_module_for_linking()
+        return self._shared_module or super()._get_module_for_linking()
 
     def _optimize_functions(self, ll_module: Any) -> None:
         """Do nothing: what optimises the whole module does it again."""
 
     def finalize(self) -> None:
         """Make machine code of all that is in here and all that it calls."""
-        plain: Any = super()
-        plain.finalize()
+        super().finalize()
         self._shared_module = None  # from now on the one that holds the entry for Python, too
         for variable in self._final_module.global_variables:
-            if (found := _environment_of(variable.name)) is not None:
+            if (found := environment.lookup_environment(variable.name)) is not None:
                 self._codegen.set_env(variable.name, found)
 
 
@@ -194,10 +184,10 @@ class Kernel(CPUDispatcher):
 
     def compile(self, sig: Any) -> Any:
         """Compile for a signature, unless that was done or is kept on disk."""
-        types = tuple(getattr(sig, "args", sig))
+        given = tuple(getattr(sig, "args", sig))
         with _compiling():
             entry = super().compile(sig)
-            called = self._called.pop(types, None) if _depth == 1 else None
+            called = self._called.pop(given, None) if _depth == 1 else None
             return entry if called is None else self._opened(sig, called)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -240,7 +230,7 @@ def _wide(argument: Any) -> Any:
     """
     if isinstance(argument, types.BaseTuple) and not isinstance(argument, types.BaseNamedTuple):
         return types.BaseTuple.from_types([_wide(a) for a in argument])
-    plain = unliteral(argument)
+    plain = types.unliteral(argument)
     return types.int64 if getattr(plain, "signed", False) else plain
 
 
@@ -262,7 +252,7 @@ class KernelCache:
         folder = self._folder()
         if folder is None:
             return None
-        _runtime.initialize(target_context)  # all that ready machine code needs; numba's own refresh takes 0.2 s
+        nrt.rtsys.initialize(target_context)  # all that ready machine code needs; numba's own refresh takes 0.2 s
         path, identity = self._entry(folder, sig, target_context.codegen())
         try:
             payload = read_entry(path, identity)
@@ -284,7 +274,7 @@ class KernelCache:
             module = data.library._final_module
             kept = (name, machine_code, lowered, set(_names(module, False)))
             asked = tuple(n for n in _names(module, True) if not n.startswith("llvm."))
-            write_entry(path, identity, _dumps((asked, (kept, *whole, needed))))
+            write_entry(path, identity, serialize.dumps((asked, (kept, *whole, needed))))
         except OSError as e:
             not_kept(folder, (e.strerror or str(e)).lower())
 
@@ -316,7 +306,7 @@ def _rebuilt(payload: bytes, target_context: Any) -> Any:
             target_context.refresh()
             if not _all_known(names, target_context):
                 raise Unfit
-        found = _rebuild(target_context, *whole)
+        found = CompileResult._rebuild(target_context, *whole)
         if not found.library.get_pointer_to_function(found.fndesc.llvm_cpython_wrapper_name):
             raise Unfit  # nothing that Python could call
         return found

@@ -99,8 +99,7 @@ def render(
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
         return planes[0].like(_draw_box(job, box, shrink, run))
-    finishes = finish.Finishing(ground, planes[0].alpha, run)
-    codes = finishes.finished(lambda wide: _draw_box(job, wide, 1, run), box, blend.finish)
+    codes = finish.finished(lambda wide: _draw_box(job, wide, 1, run), ground, planes[0].alpha, box, blend.finish, run)
     if shrink > 1:
         step = _ROWS * shrink
         bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
