@@ -22,7 +22,7 @@ from ..foundation.filters import moving_sums
 from ..foundation.geometry import ISOMETRIES
 from ..model import Exemplar, Exemplars, resized
 from ..model.image import Kind, Plane
-from ..rendering import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
+from ..rendering import WHITE, Unit, code_shares, code_values, enlarged, has_own_unit, inner_range
 from . import block_sums, spreads
 
 if TYPE_CHECKING:
@@ -41,17 +41,16 @@ def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[lis
     may be a multiple or fraction of a plane's size). Where they hold nothing but whole codes of 16 bits within 0 to 1,
     those are returned, as for integers.
     """
-    if not any(map(has_own_unit, planes)):
-        return [code_values(p) for p in planes], 0
-    masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
-    colours = planes[0].channels - planes[0].alpha
-    seen = [code_shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
-    if not any(s.size for s in seen):
-        return [code_values(p) for p in planes], 0
-    unit = Unit.of(np.concatenate([s.ravel() for s in seen]))
-    if not unit.origin and -16 <= unit.exponent <= 0:
-        codes = [WHITE.count(s) for s in seen]
-        if all((unit.count(s) == c << unit.bits - unit.exponent).all() for s, c in zip(seen, codes, strict=True)):
+    unit = WHITE
+    if any(map(has_own_unit, planes)):
+        masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
+        colours = planes[0].channels - planes[0].alpha
+        each = [code_shares(p.samples[..., :colours])[m].ravel() for p, m in zip(planes, masks, strict=True)]
+        seen = np.concatenate(each)
+        if seen.size:
+            unit = Unit.of(seen)
+        finer = unit.bits - unit.exponent
+        if not unit.origin and 0 <= finer - unit.bits <= 16 and (unit.count(seen) == WHITE.count(seen) << finer).all():
             unit = WHITE
     return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
 
@@ -62,7 +61,7 @@ def ends(values: Sequence[Array]) -> Pair:
     Where they span over 256 times what is left without one of a thousand at either end, that range is returned,
     widened by itself on both sides.
     """
-    low, high = min(int(v.min()) for v in values), max(int(v.max()) for v in values)
+    low, high = _extremes(values)
     if high - low <= MOST_SPREAD:
         return low, high
     least, most = map(int, inner_range(np.concatenate([v.ravel() for v in values])))
@@ -70,6 +69,10 @@ def ends(values: Sequence[Array]) -> Pair:
     if 0 < within * MOST_SPREAD < high - low:
         return max(low, least - within), min(high, most + within)
     return low, high
+
+
+def _extremes(values: Sequence[Array]) -> Pair:
+    return min(int(v.min()) for v in values), max(int(v.max()) for v in values)
 
 
 RANGE = 1023
@@ -101,8 +104,7 @@ def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     s = values.shape[0] // exemplar.height
     if s > 1:
         return np.asarray(block_sums(values, s) // (s * s), np.int32)
-    s = exemplar.height // values.shape[0]
-    return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
+    return enlarged(values, exemplar.height // values.shape[0])
 
 
 def stretched(
@@ -114,18 +116,16 @@ def stretched(
     """
     black = np.zeros((1, 1, values[0].shape[2]), np.int32)
     usable = [v for v in _usable(values, exemplars) if v.size]
-    low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
     if plane.kind is Kind.NORMAL:
-        middle = 0 if low < 0 else 65535  # twice the value of a zero component
-        span = 131070 if low < 0 else 65535
+        signed = _extremes(usable)[0] < 0
+        middle = 0 if signed else 65535  # twice the value of a zero component
         twice = [2 * v.astype(np.int64) - middle for v in values]
         if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` reckons with
             for v in twice:
                 v[..., 1] *= -1
-        signed = [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice]
-        return signed, black, True
-    if plane.kind is not Kind.LABEL:
-        low, high = ends(usable)
+        span = 131070 if signed else 65535
+        return [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice], black, True
+    low, high = _extremes(usable) if plane.kind is Kind.LABEL else ends(usable)
     span = max(high - low, 1)
     shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
     if plane.kind is not Kind.LABEL:
@@ -232,17 +232,8 @@ def posed(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
 
 def pose_array(array: Array, pose: int) -> Array:
     """Lay an array (H, W, ...) down in one of the eight isometries (Multrus 2003, 4.1.1)."""
-    swapped = np.swapaxes(array, 0, 1)
-    return {
-        0: array,
-        1: array[:, ::-1],
-        2: array[::-1],
-        3: swapped,
-        4: swapped[::-1, ::-1],
-        5: swapped[::-1],
-        6: array[::-1, ::-1],
-        7: swapped[:, ::-1],
-    }[pose]
+    (a, b), (c, d) = ISOMETRIES[pose].j
+    return (np.swapaxes(array, 0, 1) if b else array)[:: a + c, :: b + d]
 
 
 def features(
@@ -324,36 +315,33 @@ def _features(exemplars: Exemplars, weights: tuple[float, ...] | None) -> Featur
                 f"{e.name} and {exemplars[0].name} differ in planes, channels, kind or weights; give exemplars of one "
                 "make-up."
             )
-    stacks: list[list[Int32]] = [[] for _ in exemplars]
-    normals: list[int] = []
-    base_variance, channels, base = 0.0, 0, 0
     weights_of = {name: math.sqrt(exemplars[0].weight(name)) for name in layout}
     most = max(1.0, *weights_of.values())  # so that no plane exceeds the range
-    black: list[int] = []
-    for number, name in enumerate(layout):
-        labels = labels_of([e.planes[name] for e in exemplars])
-        codes, nothing = counted([e.planes[name] for e in exemplars], [e.usable for e in exemplars])
-        values = [
-            at_base_size(values_of(c, e.planes[name], labels), e) for c, e in zip(codes, exemplars, strict=True)
-        ]
-        scaled, zero, signed = stretched(values, exemplars, exemplars[0].planes[name], nothing)
-        if number == 0:
-            *scaled, last = weighted([*scaled, zero], exemplars[0].base, weights)
+    stacks: list[list[Int32]] = []  # planes, of every exemplar
+    normals, black = list[int](), list[int]()
+    base_variance, channels, base = 0.0, 0, 0
+    for name, own in weights_of.items():
+        planes = [e.planes[name] for e in exemplars]
+        labels = labels_of(planes)
+        codes, nothing = counted(planes, [e.usable for e in exemplars])
+        values = [at_base_size(values_of(c, p, labels), e) for c, p, e in zip(codes, planes, exemplars, strict=True)]
+        scaled, zero, signed = stretched(values, exemplars, planes[0], nothing)
+        if not stacks:
+            *scaled, last = weighted([*scaled, zero], planes[0], weights)
             base_variance = variance_of(scaled, exemplars)
-            if (own := weights_of[name] / most) != 1:
-                *scaled, last = (times(s, own) for s in (*scaled, last))
+            if own != most:
+                *scaled, last = (times(s, own / most) for s in (*scaled, last))
             black, base = last.ravel().tolist(), last.size
         else:
             black += [0] * scaled[0].shape[2]
             share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(variance_of(scaled, exemplars), 1.0)))
-            scaled = [times(s, share * weights_of[name] / most) for s in scaled]
+            scaled = [times(s, share * own / most) for s in scaled]
         if signed:
             normals.append(channels)
         channels += scaled[0].shape[2]
-        for stack, s in zip(stacks, scaled, strict=True):
-            stack.append(s)
+        stacks.append(scaled)
     pictures = []
-    for e, stack in zip(exemplars, stacks, strict=True):
+    for e, *stack in zip(exemplars, *stacks, strict=True):
         picture = np.concatenate(stack, axis=2).astype(np.int16)
         if e.usable is not None and e.usable.any():  # one wholly unusable lies under a start map: it is matched
             picture[~e.usable] = 0

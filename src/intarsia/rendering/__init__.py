@@ -163,15 +163,10 @@ class Curve:
             samples = samples.astype(np.float32)
         if not self.srgb:
             return samples
-        colours = samples.shape[-1] - self.alpha
-        light = np.empty(samples.shape, np.int32 if self.integer else np.float64)
-        light[..., colours:] = samples[..., colours:]
-        if self.integer:
-            light[..., :colours] = self.table[samples[..., :colours]]
-        else:
-            values = samples[..., :colours]
-            with np.errstate(over="ignore"):
-                light[..., :colours] = np.copysign(from_srgb(np.abs(values)), values)
+        light = samples.astype(np.int32 if self.integer else np.float64)
+        colours, codes = light[..., : samples.shape[-1] - self.alpha], samples[..., : samples.shape[-1] - self.alpha]
+        with np.errstate(over="ignore"):
+            colours[...] = self.table[codes] if self.integer else np.copysign(from_srgb(np.abs(codes)), codes)
         return light
 
     def code(self, light: Array) -> Array:

@@ -156,7 +156,9 @@ class _Colours:
 
 def _finite(codes: Array) -> Array:
     """Return floats as doubles, 0 where they are not finite, which only masked pixels may be; integers as they are."""
-    return np.nan_to_num(codes.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0) if codes.dtype.kind == "f" else codes
+    if codes.dtype.kind != "f":
+        return codes
+    return np.nan_to_num(codes.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _opacity(alpha: Array) -> Int64:
