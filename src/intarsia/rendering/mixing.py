@@ -71,17 +71,17 @@ class NormalCoding:
         picture's axes, x right and y down. Where green points up it is -y, which changes the sign of whatever crosses
         from red to green and back.
         """
-        channel = np.tile(np.arange(3), (8, 1))
-        sign = np.ones((8, 3), dtype=np.int64)
-        for pose, isometry in enumerate(ISOMETRIES):
+        channel, sign = [], []
+        for isometry in ISOMETRIES:
             (a, b), (c, d) = isometry.j
-            cross = 1 if self.green_down else -1
-            if isometry.swaps:
-                channel[pose, :2] = 1, 0
-                sign[pose, :2] = b * cross, c * cross
-            else:
-                sign[pose, :2] = d, a
-        return channel, sign
+            channel.append((1, 0, 2) if isometry.swaps else (0, 1, 2))
+            sign.append((b * self.cross, c * self.cross, 1) if isometry.swaps else (d, a, 1))
+        return np.array(channel), np.array(sign)
+
+    @property
+    def cross(self) -> int:
+        """What crossing from red to green, or back, multiplies by."""
+        return 1 if self.green_down else -1
 
     def vectors(self, codes: Array) -> Array:
         """Return codes as vectors, times the top of the range: int32 for integers, float64 for floats."""
@@ -225,16 +225,14 @@ class Integers(Colours):
         return limbs_of(self.light[:, :-1])
 
     def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
-        total, weight = sums = room_for(plan.shape, self.colours, np.int64)
-        squares = self.squares(plan)
-        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, sums, squares)
-        codes = self._rounded(total, weight, squares)
+        plain, squares = room_for(plan.shape, self.colours, np.int64), self.squares(plan)
+        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, plain, squares)
+        codes = self._rounded(*plain, squares)
         if self.curve.alpha:
-            total, opaque = sums = room_for(plan.shape, 2 * self.colours, np.int64)
-            squares = self.squares(plan)
-            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, sums, squares)
-            codes = self._seen(codes, weight, self._rounded(total, opaque, squares), opaque)
-        return codes, weight
+            seen, squares = room_for(plan.shape, 2 * self.colours, np.int64), self.squares(plan)
+            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, seen, squares)
+            codes = self._seen(codes, plain[1], self._rounded(*seen, squares), seen[1])
+        return codes, plain[1]
 
     def average(self, codes: Array, s: int) -> Array:
         light = blocks(self.curve.linear(codes).astype(np.int64), s)
@@ -294,7 +292,7 @@ class Floats(Colours):
 
     def average(self, codes: Array, s: int) -> Array:
         block, light = blocks(codes, s), blocks(self.curve.linear(codes).astype(np.float64), s)
-        alike = np.ones((*block.shape[:3], 1))
+        alike = np.ones_like(light[..., :1])
         mean, _ = self._averaged(block, light, alike)
         if self.curve.alpha:
             seen, opaque = self._averaged(block, light, np.maximum(light[..., -1:], 0.0))
@@ -328,8 +326,7 @@ class Normals:
         """As votes, of what is read between pixels."""
         total, weight = room_for(part.size(feather), 3, np.float64)
         first, lead = np.zeros(weight.shape, np.int64), np.zeros_like(total)
-        cross = 1 if self.coding.green_down else -1
-        warped_kernels.read_vectors(part, reach, feather, self.light, cross, first, (lead, total), weight)
+        warped_kernels.read_vectors(part, reach, feather, self.light, self.coding.cross, first, (lead, total), weight)
         vector = lead * weight[..., None] + total
         heard = np.asarray(vector.any(axis=2))
         vector[(first >= 0) & (total == 0.0).all(axis=2)] = 0.0  # a copy
@@ -381,12 +378,10 @@ class Labels:
         return self.names[out], weight
 
     def average(self, codes: Array, s: int) -> Array:
-        names, ranks = np.unique(codes.reshape(-1, codes.shape[2]), axis=0, return_inverse=True)
-        block = blocks(ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
+        own = Labels.of(codes.reshape(-1, codes.shape[2]))
+        names, block = own.names, blocks(own.ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
         votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # how many of the block agree with each
-        best = np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)
-        chosen: Array = names[best]
-        return chosen
+        return np.asarray(names[np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)])
 
 
 Mixer = Integers | Floats | Normals | Labels

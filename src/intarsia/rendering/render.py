@@ -110,20 +110,20 @@ def render(
 def _draw_box(job: _Job, box: Box, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow, smap, samples = job.ground.scale, job.ground.smap, job.ground.samples
-    rows, columns = _stretches(box.y0, box.y1, smap.height), _stretches(box.x0, box.x1, smap.width)
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
-        (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
-        for y, ty, h in _cell_sides(rows, max(_ROWS, job.feather) // grow, shrink)
-        for x, tx, w in _cell_sides(columns, max(_COLUMNS, job.feather) // grow, shrink)
+        (row, column)
+        for row in _cell_sides(box.y0, box.y1, smap.height, max(_ROWS, job.feather) // grow, shrink)
+        for column in _cell_sides(box.x0, box.x1, smap.width, max(_COLUMNS, job.feather) // grow, shrink)
     ]
 
-    def draw(cell: tuple[int, int, int, int, int, int]) -> None:
-        y, x, ty, tx, h, w = cell
-        codes = job.draw(y, x, h, w)
+    def draw(cell: tuple[_Side, _Side]) -> None:
+        (y, ty, h), (x, tx, w) = cell
+        codes = job.draw(y * grow, x * grow, h * grow, w * grow)
         if shrink > 1:
             codes = job.mixer.average(codes, shrink)
-        out[ty : ty + codes.shape[0], tx : tx + codes.shape[1]] = codes
+        top, left = ty * grow // shrink, tx * grow // shrink
+        out[top : top + codes.shape[0], left : left + codes.shape[1]] = codes
 
     with run.pool() as each:
         batch = 8 * run.workers
@@ -258,12 +258,13 @@ def _facts_of(plane: Plane, scale: int) -> tuple[object, ...]:
     return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
 
 
-def _stretches(start: int, stop: int, length: int) -> list[tuple[int, int, int]]:
-    """Cut a stretch of an endless axis at the canvas's borders: (first on canvas, first drawn, length)."""
+_Side = tuple[int, int, int]
+"""Of a cell, in px of the map: the first one on the canvas, the first one drawn, and how many there are."""
+
+
+def _cell_sides(start: int, stop: int, length: int, step: int, multiple: int) -> list[_Side]:
+    """Cut a stretch of an endless axis at the canvas's borders, and what lies between into cells of about `step` px."""
     cuts = [start, *range(start - start % length + length, stop, length), stop]
-    return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
-
-
-def _cell_sides(stretches: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
+    stretches = [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
     step = max(step // multiple, 1) * multiple
     return [(y + i, t + i, min(step, n - i)) for y, t, n in stretches for i in range(0, n, step)]
