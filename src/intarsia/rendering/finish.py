@@ -1,16 +1,15 @@
-"""Finish a drawn picture: even out steps of light and colour across seams.
+"""Gradient-domain (Poisson) tone correction: steps of light and colour at seams of a rendered picture are removed.
 
-Where two pieces meet, each of them goes on in its exemplar beyond the seam, so both can be compared around every
-place of it. Where they show the same but for light or colour, as two halves of tiles do, they differ by the same all
-around, and that is the step to be evened out. Where they show something else, a stone and the joint beside it, they
-differ here so and there otherwise; as far as they do, the step is meant, and stays.
+The exemplar continues beyond the seam for both of two pieces that meet, so they can be compared around each of its
+pixels. If their difference is constant, as between two halves of tiles under different light, it is the step to be
+removed. If it varies, as between a stone and the joint next to it, the content differs; so far the step is kept.
 
-What is added to the picture has just these steps, the other way round, and is as smooth as can be elsewhere: it solves
-a Poisson equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but
-with measured steps in place of single pixels, and with a potential that ends at the radius (`potential`), so that a
-window is that window of the whole, and far from seams every byte stays. Where to trust a step is this project's own.
-All is done to the stored numbers, sRGB codes too: a step of light is a factor more than a sum, and in linear light
-what is added to a bright stone turns the gap beside it black. Sums are of whole numbers.
+The correction has these steps with the opposite sign and is as smooth as possible elsewhere: it solves a Poisson
+equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but with
+measured steps in place of single pixels, and with a potential of finite radius (`potential`), so that a rendered window
+equals that window of the whole, and pixels far from seams keep every byte. The confidence of a step is this project's
+own. Stored numbers are corrected, sRGB codes too: a step of light is nearer to a factor than to a sum, and in linear
+light what is added to a bright stone turns the gap next to it black. Sums are of whole numbers.
 """
 
 from __future__ import annotations
@@ -35,11 +34,11 @@ from .steps_kernels import Surroundings, seam_steps
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
 
-SMALL = 3  # px to either side: what is compared is averaged so far, so that grain does not count
+SMALL = 3  # px to either side over which compared colours are averaged, so that grain does not count
 FINE = 14
 """Potentials are whole numbers of 2**-14: sums over them by transforms of doubles come out exact."""
 
-_EXACT = 6  # px: so far the recurrence is used, which loses digits further out
+_EXACT = 6  # px: within it the recurrence is used, which loses digits further out
 _EULER = 0.57721566490153286
 _BITS, _OPACITY = 16, 8  # of a value, of a weight
 _SIDE = 512  # px of a cell, at least: several threads share those of a picture
@@ -48,9 +47,9 @@ _SIDE = 512  # px of a cell, at least: several threads share those of a picture
 def finished(
     draw: Callable[[Box], Array], ground: Ground, alpha: bool, box: Box, finishes: tuple[Finish, ...], run: Run
 ) -> Array:
-    """Draw a box of the map, in px of the map, and finish it; `draw` draws any box that lies on the canvas.
+    """Draw a box of the map, in px of the map, and apply the tone corrections; `draw` draws a box of the canvas.
 
-    `alpha`: whether opacity comes last; it stays.
+    `alpha`: whether the last channel is opacity, which stays. Raise ParameterError if a radius is too wide.
     """
     for how in finishes:
         if how.radius * (s := ground.scale) > MAX_RADIUS:
@@ -64,7 +63,7 @@ def finished(
 
 
 def _levelled(codes: Array, ground: Ground, alpha: bool, box: Box, how: Levelling, run: Run) -> Array:
-    """Level what is drawn of a box: codes (h, w, C)."""
+    """Return the codes (h, w, C) of a box after one tone correction."""
     s = ground.scale
     out, radius = codes.copy(), how.radius * s
     side = max(_SIDE, radius)
@@ -97,9 +96,9 @@ def _levelled(codes: Array, ground: Ground, alpha: bool, box: Box, how: Levellin
 
 
 def _steps_around(ground: Ground, around: Surroundings, cell: Box, radius: int) -> Int32:
-    """Return the steps in a cell, in px of the plane, and `radius` px to all sides of it.
+    """Return the divergence of the steps in a cell, in px of the plane, and `radius` px to all sides of it.
 
-    Beyond the border of the canvas they are as in a mirror: else a seam that ends there would be evened out less.
+    Beyond the border of the canvas it is mirrored: otherwise a seam that ends there would be corrected less.
     """
     smap, s = ground.smap, ground.scale
     sides, pads = [], []
@@ -117,7 +116,7 @@ def _steps_around(ground: Ground, around: Surroundings, cell: Box, radius: int) 
 
 @dataclass(frozen=True)
 class _Colours:
-    """The colours of a plane: what kernels compare, what numbers they became, and their range."""
+    """The colours of a plane as whole numbers: local means and variance for the kernel, and the range of the codes."""
 
     around: Surroundings
     shift: int  # codes become whole numbers of 2**-shift
@@ -146,7 +145,7 @@ class _Colours:
         return cls(Surroundings(means, counts, variance), shift, spread)
 
     def move(self, codes: Array, c: int, steps: Floats, strength: float) -> None:
-        """Add the steps (h, w), which are changed, to channel `c` of codes, within the range of the exemplars."""
+        """Add the steps (h, w), which are overwritten, to channel `c` of codes, within the range of the exemplars."""
         own, (low, high) = codes[..., c].astype(np.float64), self.spread[c]
         steps *= math.ldexp(strength, -self.shift - FINE)
         steps += own
@@ -184,9 +183,9 @@ def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> I
 
 @lru_cache(maxsize=8)
 def potential(radius: int) -> Int64:
-    """Return the potential around a point, less than `radius` px away: (2 radius - 1, 2 radius - 1), in 2**-FINE.
+    """Return the lattice Green's function up to `radius` px from a point: (2 radius - 1, 2 radius - 1), in 2**-FINE.
 
-    Its sum of differences to the four neighbours is 1 at the point, and about 0 elsewhere near it: added up over the
+    Its discrete Laplacian is 1 at the point, and about 0 elsewhere near it: convolved with the
     divergence of a field of steps it gives a picture that has these steps, as far as a picture can. Near the point it
     is the exact one of the square grid, by the recurrence of McCrea and Whipple ("Random paths in two and three
     dimensions", 1940), further out its logarithm; towards the radius it fades.
@@ -204,12 +203,12 @@ def potential(radius: int) -> Int64:
 
 
 def _far(distance: Array | float) -> Array:
-    """The potential so far away, px; as what is given."""
+    """Return the asymptotic potential at a distance in px."""
     return np.asarray((np.log(distance) + _EULER + 1.5 * math.log(2.0)) / (2.0 * math.pi))
 
 
 def _near() -> list[list[float]]:
-    """The potential of a point at (0, 0) on a grid without end, in rows x >= y >= 0."""
+    """Return the exact potential of a point at (0, 0) on the infinite square grid, in rows x >= y >= 0."""
     n = _EXACT + 1
     a = [[0.0] * (n + 1) for _ in range(n + 1)]
     for k in range(1, n + 1):  # along the diagonal, and beside it: both neighbours below are known
