@@ -25,7 +25,6 @@ from . import DAMAGED, LARGEST, Unfit, cache_folder, compilation_begins, drop, n
 
 F = TypeVar("F", bound=Callable[..., Any])
 config: Any = numba.config
-events: Any = event
 
 
 def kernel(function: F) -> F:
@@ -81,7 +80,7 @@ def plain_folder() -> str | None:
         def on_end(self, _: object) -> None:
             """Do nothing: files are listed when the process ends."""
 
-    events.register("numba:compile", Told())
+    event.register("numba:compile", Told())
     return str(folder)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from ..foundation import TIMES, InputError, ParameterError, expect, whole_within
 from ..foundation.arrays import Array
 from ..model import REDUCED, Exemplar
-from .mixing import averaged
+from .mixing import averaged, blocks
 
 
 def magnified(exemplar: Exemplar, times: int) -> Exemplar:
@@ -114,5 +114,4 @@ def cut_out(exemplar: Exemplar, x: int, y: int, width: int, height: int) -> Exem
 def _usable(exemplar: Exemplar, n: int) -> Array | None:
     if exemplar.usable is None:
         return None
-    height, width = exemplar.usable.shape
-    return np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
+    return np.asarray(blocks(exemplar.usable[..., None], n).all(axis=(2, 3)))

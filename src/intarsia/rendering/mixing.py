@@ -118,7 +118,7 @@ def off_unit(plane: Plane) -> float:
     coding = NormalCoding(codes.dtype, plane.is_float and bool((codes < 0).any()), False)
     vectors = coding.vectors(codes).astype(np.float64) / coding.top
     with np.errstate(invalid="ignore", over="ignore"):
-        lengths = np.sqrt((vectors * vectors).sum(axis=2))
+        lengths = np.linalg.norm(vectors, axis=2)
     lengths = lengths[np.isfinite(lengths)]
     return float(np.abs(lengths - 1.0).mean()) if lengths.size else 0.0
 

@@ -240,24 +240,22 @@ def _planes(exemplars: Exemplars, name: str | None) -> tuple[list[Plane], int]:
     if not isinstance(name, str) or exemplars[0].picture(name) is None:
         known = dict.fromkeys((*exemplars[0].drawn, *exemplars[0].packs))
         raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(known)}.")
-    found: list[tuple[Plane, int]] = []
+    found, facts = [], []
     for exemplar in exemplars:
         plane = exemplar.picture(name)
         if plane is None:
             raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
         larger = plane.height >= exemplar.height
-        found.append((plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height)))
-        if _facts_of(*found[-1]) != _facts_of(*found[0]):
+        scale = plane.height // exemplar.height if larger else -(exemplar.height // plane.height)
+        green = plane.kind is Kind.NORMAL and plane.meta.get("normals", "gl")
+        facts.append((plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green))
+        found.append(plane)
+        if facts[-1] != facts[0]:
             raise InputError(
                 f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, "
                 "channels, kind, transfer or scale; make them equal."
             )
-    return [plane for plane, _ in found], found[0][1]
-
-
-def _facts_of(plane: Plane, scale: int) -> tuple[object, ...]:
-    green = plane.meta.get("normals", "gl") if plane.kind is Kind.NORMAL else ""
-    return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
+    return found, facts[0][4]
 
 
 _Side = tuple[int, int, int]
