@@ -1,8 +1,8 @@
-"""What is known of an exemplar, before anything is grown from it: features, elements, light, symmetry, rarity.
+"""Analysis of exemplars before synthesis: features, element size, illumination, symmetry, saliency.
 
-Sums over windows and blocks of pictures, and what follows from them: smaller copies, variances, where windows fit.
+Here: sums over windows and blocks of pictures, reduced copies, variances, principal axes, valid windows.
 
-All in whole numbers, but for the axes of a covariance: the same on every machine.
+All in whole numbers, except the axes of a covariance: equal on every machine.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from numpy.typing import NDArray
 from ..foundation import MethodError, ndimage
 from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
 
-WORK_SIDE = 512  # px: what is slow is looked at on copies no larger,
+WORK_SIDE = 512  # px: slow measurements are made on copies no larger,
 LEAST_SHORT = 64  # px: but a long thin exemplar is not reduced below this
 FINE = 16  # mean colours are kept in 1/16 of a feature unit
 
 
 def factor_for(size: tuple[int, ...], side: int = WORK_SIDE, least: int = LEAST_SHORT) -> int:
-    """Return by what to reduce a picture to at most `side` px a side, while the shorter one keeps at least `least`."""
+    """Return the factor that reduces a picture to at most `side` px a side, the shorter one to at least `least`."""
     return max(1, min(-(-max(size[:2]) // side), min(size[:2]) // least))
 
 
 def blocks(picture: Array, factor: int) -> Array:
-    """View a picture (H, W, ...) as its whole blocks (rows, factor, columns, factor, ...); the rest is left out."""
+    """Return a view of the whole blocks (rows, factor, columns, factor, ...) of a picture (H, W, ...)."""
     rows, columns = (n // factor for n in picture.shape[:2])
     whole = picture[: rows * factor, : columns * factor]
     return whole.reshape(rows, factor, columns, factor, *picture.shape[2:])
 
 
 def block_sums(picture: Array, factor: int) -> Int64:
-    """Add up the blocks of factor x factor px of a picture (H, W, ...): (rows, columns, ...)."""
+    """Return the sums of the blocks of factor x factor px of a picture (H, W, ...): (rows, columns, ...)."""
     parts = blocks(picture, factor)
     bands = parts[:, 0].astype(np.int64)
     for y in range(1, factor):  # one array after the other: three times as fast as a sum over both axes
@@ -45,13 +45,13 @@ def block_sums(picture: Array, factor: int) -> Int64:
 
 
 def enlarged(values: Array, shape: tuple[int, ...], factor: int) -> Array:
-    """Make blocks of factor x factor px of numbers, as large as a picture that was reduced; the last ones go on."""
+    """Return values enlarged to blocks of factor x factor px, of the size of the picture before reduction."""
     rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(shape, values.shape, strict=False))
     return np.asarray(values[rows[:, None], columns])
 
 
 def reduced(features: Int16, usable: Mask | None, factor: int) -> tuple[Int64, Mask | None]:
-    """Average blocks of features (H, W, C): colours in 1/16, and which count, those of which half is usable."""
+    """Return the means of blocks of features (H, W, C) in 1/16, and which blocks count: at least half usable."""
     if factor == 1:
         return features.astype(np.int64) * FINE, usable
     if usable is None:
@@ -62,7 +62,7 @@ def reduced(features: Int16, usable: Mask | None, factor: int) -> tuple[Int64, M
 
 
 def spreads(vectors: Array) -> list[int]:
-    """Return n**2 times the variance of every channel of whole numbers (n, C): whole, so the same on every machine."""
+    """Return n**2 times the variance of every channel of whole numbers (n, C): whole, so equal on every machine."""
     return [len(vectors) * int((c * c).sum()) - int(c.sum()) ** 2 for c in vectors.astype(np.int64, copy=False).T]
 
 
@@ -73,10 +73,10 @@ def variance(picture: Array, usable: Array | None = None) -> int:
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:
-    """Return the variance along the `count` strongest axes, and the axes (count, C), the same on every machine.
+    """Return the variance along the `count` strongest axes, and the axes (count, C), equal on every machine.
 
     Libraries return the axes of equal variances in any order, and each axis in either direction. Therefore a small ramp
-    on the diagonal parts equal variances, and each axis is turned so that its largest entry is positive.
+    on the diagonal separates equal variances, and each axis is turned so that its largest entry is positive.
     """
     ramp = 1e-5 * max(float(np.trace(covariance)) / len(covariance), 1e-9)
     values, vectors = np.linalg.eigh(covariance + np.diag(ramp * np.arange(len(covariance))))
@@ -86,14 +86,14 @@ def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:
 
 
 def nearest(usable: Mask) -> NDArray[np.intp] | None:
-    """For every pixel the nearest usable one (2, H, W); None where all are usable."""
+    """Return the nearest usable pixel of every pixel (2, H, W); None if all are usable."""
     if usable.all():
         return None
     return np.asarray(ndimage.distance_transform_edt(~usable, return_distances=False, return_indices=True), np.intp)
 
 
 def valid_windows(shape: tuple[int, ...], usable: Mask | None, toroidal: bool, patch: Pair) -> Mask:
-    """Where windows of the patch size lie inside the picture and hold usable pixels only."""
+    """Return the first pixels of windows of the patch size that lie inside the picture and hold usable pixels only."""
     rows, columns = shape[0] - patch[0] + 1, shape[1] - patch[1] + 1
     if rows < 1 or columns < 1:
         return np.zeros((max(rows, 0), max(columns, 0)), bool)
@@ -105,7 +105,7 @@ def valid_windows(shape: tuple[int, ...], usable: Mask | None, toroidal: bool, p
 
 
 def without_patch(patch: Pair) -> MethodError:
-    """Say that no patch of (rows, columns) px is free of masked pixels."""
+    """Return the error that no patch of (rows, columns) px is free of masked pixels."""
     return MethodError(
         f"no {patch[1]}x{patch[0]} px patch of the exemplar is free of masked pixels; "
         "choose a smaller patch, or mask less."
@@ -113,13 +113,13 @@ def without_patch(patch: Pair) -> MethodError:
 
 
 def running_sums(values: Array, kind: Any = np.int64) -> Array:
-    """Return the sums above and to the left of every corner of pixels: (H, W, ...) -> (H + 1, W + 1, ...) of a kind."""
+    """Return the summed-area table of a picture: (H, W, ...) -> (H + 1, W + 1, ...), of a dtype."""
     total = np.zeros((values.shape[0] + 1, values.shape[1] + 1, *values.shape[2:]), kind)
     np.cumsum(np.cumsum(values, axis=0, dtype=kind), axis=1, out=total[1:, 1:])
     return total
 
 
 def window_sums(values: Array, size: Pair, kind: Any = np.int64) -> Array:
-    """Return the sums over all windows of (rows, columns) that lie inside a picture (H, W): by their first pixels."""
+    """Return the sums over all windows of (rows, columns) inside a picture (H, W), indexed by their first pixels."""
     (h, w), total = size, running_sums(values, kind)
     return np.asarray(total[h:, w:] - total[:-h, w:] - total[h:, :-w] + total[:-h, :-w])

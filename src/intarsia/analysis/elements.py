@@ -1,20 +1,21 @@
-"""How large the elements of a texture are: stones, leaves, tiles, waves.
+"""Size of the elements (texels) of a texture, from the first minima of its autocorrelation; the autocorrelation itself.
 
-A patch that copies less than one element cuts all of them, so the size of an element is the one number that
-patch methods need most. It is read from the autocorrelation of the exemplar: the picture, moved over itself,
-agrees worst when bright elements lie on dark gaps, which is half an element away.
+A patch smaller than one element cuts all of them, so the size of an element is the number that
+patch methods need most. It is read from the autocorrelation of the exemplar: the correlation is lowest at the offset
+where bright elements lie on dark gaps, which is half an element.
 
-The autocorrelation says how well a picture agrees with itself for every way of moving it over itself, where they
-overlap only in part. A picture of bricks agrees again and again: the peaks of that agreement are its lattice.
+The autocorrelation is normalised at every offset over the overlap of the picture with itself. Its peaks are the lattice
+of a near-regular texture.
 
 Source of the autocorrelation: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13; of
 sizes none, but our own rule, chosen by eye and by measuring 12 photographs. Departures: only one picture and itself
-are compared, so the misprint of eq. 3.8, which shows where sizes differ, cannot occur. Every sum is that of the part
-that overlaps, whose ends are kept inside the picture, so sums beyond the last row cannot either.
+are compared, so the misprint of eq. 3.8, which matters where sizes differ, cannot occur. Every sum is that of the
+overlap, whose ends are kept inside the picture, so sums beyond the last row cannot either.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +28,7 @@ from ..foundation.filters import blurred, fast_length, widely_blurred
 from . import factor_for, principal_axes, reduced, running_sums
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each
-LEAST_SIDE = 8  # a smaller one has no lags to look at; halved and doubled: the same on 92 textures
+LEAST_SIDE = 8  # a smaller one has too few lags; halved and doubled: the same on 92 textures
 CONTRAST = 4096  # steps per standard deviation of the component that is measured: a unit; 256: all sizes as they are
 GRAIN = 100_000  # correlation steps per 1, above rounding errors of FFTs; halved or doubled: a size differs, 1000: 39
 LEAST_SHARE = 1 / 32  # of all pairs of px, that a lag of a masked exemplar must compare; 0 to 1/16: the same on 92
@@ -45,7 +46,7 @@ NOISE = 0.1  # of the largest deviation: a channel of less is not lifted; 0 to 0
 
 @dataclass(frozen=True)
 class ElementSize:
-    """How large the elements of a texture are.
+    """Size of the elements of a texture.
 
     Attributes
     ----------
@@ -55,13 +56,13 @@ class ElementSize:
         The size to choose patches by, px: the 75 % quantile over all directions, so that long stones count by
         their length. At most 0.4 of the short side, at least 1.
     directions : tuple of 12 int
-        Lag of the first dip, px, at 0, 15, ... 165 degrees (0 along x, 90 along y, downwards): half an
-        element. 0: no dip.
+        Lag of the first minimum, px, at 0, 15, ... 165 degrees (0 along x, 90 along y, downwards): half an
+        element. 0: none.
     found : int
-        How many directions have a dip. 0: `size` is a guess, from the side of the exemplar alone.
+        How many directions have a minimum. 0: `size` is a guess, from the side of the exemplar alone.
     reduction : int
-        The exemplar was looked at this many times smaller. All lengths are scaled back to its own px, and so
-        are known to about this many px.
+        The exemplar was measured this many times smaller. All lengths are scaled back to its own px, and so
+        are accurate to about this many px.
     """
 
     height: int
@@ -86,7 +87,7 @@ def element_size(features: Int16, usable: Mask | None = None) -> ElementSize:
     -------
     ElementSize
         For a constant exemplar, or less than 8 px on the short side: a quarter of the short side, at least
-        1 px, `found` 0. A direction without a dip counts as half the short side.
+        1 px, `found` 0. A direction without a minimum counts as half the short side.
     """
     features, usable = _usable_box(features, usable)
     short = min(features.shape[:2])
@@ -118,7 +119,7 @@ def _guess(short: int) -> ElementSize:
 
 
 def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | None]:
-    """Cut away border rows and columns without a usable pixel."""
+    """Return features and mask without border rows and columns that hold no usable pixel."""
     if usable is None or bool(usable.all()):
         return features, None
     rows, columns = np.flatnonzero(usable.any(axis=1)), np.flatnonzero(usable.any(axis=0))
@@ -129,7 +130,7 @@ def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | Non
 
 
 def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
-    """Project colours on the direction in which they differ most, as whole numbers; None where all are equal.
+    """Return colours projected on their first principal axis, as whole numbers; None if all are equal.
 
     Channels count by their own contrast, not by the weights that features give to colours (green most): in a
     field the leaves differ in green, plants and soil in all channels.
@@ -138,7 +139,7 @@ def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
     n = len(chosen)
     if not n:
         return None
-    # Features of 11 bit, so colours of 15: sums of their products are exact, whatever the order of the BLAS.
+    # Features of 11 bit, so colours of 15: sums of their products are exact, in any order.
     x = chosen.astype(np.float64)
     mean = x.sum(axis=0) / n
     covariance = x.T @ x / n - np.outer(mean, mean)
@@ -153,10 +154,9 @@ def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
 
 
 def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
-    """Take away pixel noise (Gaussian, sigma 1) and slow light (Gaussian, sigma `wide`).
+    """Return a picture without pixel noise (Gaussian, sigma 1) and slow illumination (Gaussian, sigma `wide`).
 
-    Borders are mirrored. With a mask they are normalised by the blurred mask, so that what must not count does not
-    leak in.
+    Borders are mirrored. With a mask both are normalised by the blurred mask, so that masked pixels do not leak in.
     """
     if weight is None:
         return blurred(picture, 1.0, "symmetric") - widely_blurred(picture, wide)
@@ -167,14 +167,14 @@ def _band_pass(picture: Floats, weight: Floats | None, wide: float) -> Floats:
 
 
 def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floats | None:
-    """Correlate a picture with itself, moved by up to `reach` px each way: an array with 1 at its centre.
+    """Return the autocorrelation at lags of up to `reach` px each way: an array with 1 at its centre.
 
-    Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare next to
-    none are 1, which never is a dip. None where there is nothing to correlate.
+    Unbiased: every lag is divided by the number of pixel pairs that it compares. Lags that compare hardly any
+    are 1, which is never a minimum. None if there is no variance.
     """
     lags = np.arange(-reach, reach + 1)
-    product = products(picture, picture, lags, lags)
-    pairs = overlaps(picture.shape, lags, lags) if weight is None else np.rint(products(weight, weight, lags, lags))
+    product = _products(picture, lags)
+    pairs = _overlaps(picture.shape, lags, lags) if weight is None else np.rint(_products(weight, lags))
     here = product[reach, reach] / pairs[reach, reach]
     if here < 1e-6:
         return None
@@ -184,7 +184,7 @@ def _autocorrelation(picture: Floats, weight: Floats | None, reach: int) -> Floa
 
 
 def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
-    """Read a picture between its pixels, bilinearly."""
+    """Return a picture interpolated bilinearly at positions."""
     top, left = (np.clip(at.astype(np.int64), 0, n - 2) for at, n in zip((y, x), picture.shape, strict=True))
     down, right = y - top, x - left
     upper = picture[top, left] * (1 - right) + picture[top, left + 1] * right
@@ -193,28 +193,28 @@ def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
 
 
 def _first_dips(correlation: Floats) -> list[int]:
-    """Find the first minimum below 0.1 along each of 12 directions: lags in px, 0 for none."""
+    """Return the lag of the first minimum below 0.1 along each of 12 directions, px; 0 for none."""
     reach = correlation.shape[0] // 2
     angle = np.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS
     lag = np.arange(reach + 1)
     profile = np.rint(GRAIN * _between(correlation, reach + np.sin(angle) * lag, reach + np.cos(angle) * lag))
-    # A profile starts high: where it first rises again from a low value, there it has its first low minimum.
+    # A profile starts high: its first low minimum is where it first rises again from a low value.
     dip = (profile[:, :-1] < LOW * GRAIN) & (profile[:, 1:] > profile[:, :-1])
-    dip[:, 0] = False  # lag 0 is the pattern on itself: the smoothing pulls it down for one-pixel patterns
+    dip[:, 0] = False  # lag 0 is no minimum: the smoothing lowers it for one-pixel patterns
     return [int(np.argmax(row)) for row in dip]
 
 
 Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-FLAT = 1e-9  # of the largest variance: less is rounding, and says nothing
+FLAT = 1e-9  # of the largest variance: less is rounding
 
 
 def autocorrelation(
     picture: Array, usable: Mask | None = None, reach: Pair | None = None
 ) -> tuple[Floats, Floats]:
-    """Correlate a picture with itself at every offset over the pixels that then overlap, and count these.
+    """Return the normalised correlation of a picture with itself at every offset, and how many pixels overlap.
 
-    A channel counts by its contrast in the overlap, so a constant one counts nothing.
+    A channel is weighted by its contrast in the overlap, so a constant one counts nothing.
 
     Parameters
     ----------
@@ -232,120 +232,88 @@ def autocorrelation(
     """
     rows, columns = (min(n - 1, r) for n, r in zip(picture.shape[:2], reach or picture.shape[:2], strict=True))
     down, right = np.arange(rows + 1), np.arange(-columns, columns + 1)
+    size = _padded(picture.shape, down, right)
+    f = picture.reshape(*picture.shape[:2], -1).astype(np.float64)  # less the mean: rounding errors shrink
     if usable is None:
-        f = _centred(picture)
-        half, pairs = _from_rectangles(f, down, right), overlaps(f.shape, down, right)
+        f = f - f.mean(axis=(0, 1))
+        here, there = (
+            [_span(sign * lag, n) for lag, n in zip((down, right), f.shape, strict=False)] for sign in (1, -1)
+        )
+        pairs = _overlaps(f.shape, down, right)
+
+        def both_ways(values: Floats) -> tuple[Floats, Floats]:
+            """Return the sums over the overlap at every lag, and at the opposite one."""
+            sums = running_sums(values, np.float64)
+            return _inside(sums, *here), _inside(sums, *there)
     else:
-        half, pairs = _from_mask(picture, usable.astype(np.float64), down, right)
+        mask = usable.astype(np.float64)
+        f = (f - np.tensordot(mask, f, 2) / max(mask.sum(), 1.0)) * mask[..., None]
+        counted = fft.rfft2(mask, size)
+
+        def both_ways(values: Floats) -> tuple[Floats, Floats]:
+            transformed = fft.rfft2(values, size)
+            sums = fft.irfft2(transformed * np.conj(counted), size)
+            return _at_lags(sums, down, right), _at_lags(sums, -down, -right)
+
+        pairs = np.rint(both_ways(mask)[0])
+    half = _correlation(f, pairs, both_ways, (down, right), size)
     half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
     return _mirrored(half), _mirrored(pairs)
 
 
-def _centred(picture: Array) -> Floats:
-    """A picture (H, W, C) without each channel's mean: correlations do not change, rounding errors shrink."""
-    floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
-    return np.asarray(floats - floats.mean(axis=(0, 1)))
+def _correlation(
+    f: Floats, pairs: Floats, both_ways: Callable[[Floats], tuple[Floats, Floats]], lags: tuple[Array, Array],
+    size: list[int],
+) -> Floats:  # fmt: skip
+    """Return eq. 3.13 for every lag (down, right): `pairs` px overlap there, of which `both_ways` returns sums."""
+    spectrum: Any = 0.0
+    above, below, largest = np.zeros(pairs.shape), np.zeros(pairs.shape), 0.0
+    for own in np.moveaxis(f, 2, 0):
+        transformed, squares = fft.rfft2(own, size), own * own
+        spectrum = spectrum + transformed * np.conj(transformed)
+        (before, after), (square, other) = both_ways(own), both_ways(squares)
+        above -= before * after
+        below += np.sqrt(
+            np.maximum(pairs * square - before * before, 0.0) * np.maximum(pairs * other - after * after, 0.0)
+        )
+        largest = max(largest, float(squares.sum()))
+    above += pairs * _at_lags(fft.irfft2(spectrum, size), *lags)
+    counts = below > FLAT * pairs * largest
+    return np.clip(np.where(counts, above / np.where(counts, below, 1.0), 0.0), -1.0, 1.0)
 
 
 def _mirrored(half: Floats) -> Floats:
     return np.concatenate([half[:0:-1, ::-1], half])
 
 
-def products(f: Floats, g: Floats, down: Array, right: Array) -> Floats:
-    """Sum f(x) g(x - lag) over x, for every lag (down, right)."""
-    size = _padded(f, g, down, right)
-    transformed = fft.rfft2(f, size)
-    both = np.abs(transformed) ** 2 if f is g else transformed * np.conj(fft.rfft2(g, size))
-    return _at_lags(both, size, down, right)
+def _products(f: Floats, lags: Array) -> Floats:
+    """Return the sums of f(x) f(x - lag) over x, for lags (n,) along both axes: (n, n)."""
+    size = _padded(f.shape, lags, lags)
+    return _at_lags(fft.irfft2(np.abs(fft.rfft2(f, size)) ** 2, size), lags, lags)
 
 
-def overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
-    """Count the pixels (H, W) that lie on one another for every lag (down, right)."""
+def _overlaps(shape: tuple[int, ...], down: Array, right: Array) -> Floats:
+    """Return how many pixels of (H, W) overlap at every lag (down, right)."""
     return np.asarray(np.multiply.outer(shape[0] - np.abs(down), shape[1] - np.abs(right)), np.float64)
 
 
-def _padded(f: Floats, g: Floats, down: Array, right: Array) -> list[int]:
-    """The smallest fast transform in which no wanted lag meets another."""
-    size = []
-    for axis, lag in ((0, down), (1, right)):
-        needed = max(f.shape[axis] - int(lag.min()), g.shape[axis] + int(lag.max()), f.shape[axis], g.shape[axis])
-        size.append(fast_length(needed))
-    return size
+def _padded(shape: tuple[int, ...], down: Array, right: Array) -> list[int]:
+    """Return the smallest fast size of a transform in which lags do not wrap onto one another."""
+    return [fast_length(n + int(np.abs(lag).max())) for n, lag in zip(shape, (down, right), strict=False)]
 
 
-def _at_lags(spectrum: Array, size: list[int], down: Array, right: Array) -> Floats:
-    result: Floats = fft.irfft2(spectrum, size)[np.ix_(down % size[0], right % size[1])]
+def _at_lags(sums: Floats, down: Array, right: Array) -> Floats:
+    result: Floats = sums[np.ix_(down % sums.shape[0], right % sums.shape[1])]
     return result
 
 
-def _from_rectangles(f: Floats, down: Array, right: Array) -> Floats:
-    """Eq. 3.13 where all pixels count: one transform per channel, all other sums by running sums."""
-    here = _span(down, f.shape[0]), _span(right, f.shape[1])
-    there = _span(-down, f.shape[0]), _span(-right, f.shape[1])
-    n = overlaps(f.shape, down, right)
-    size = _padded(f, f, down, right)
-    spectrum: Any = 0.0
-    above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
-    for own in np.moveaxis(f, 2, 0):
-        transformed = fft.rfft2(own, size)
-        spectrum = spectrum + transformed * np.conj(transformed)
-        sums, squares = (running_sums(values, np.float64) for values in (own, own * own))
-        before, after = _inside(sums, *here), _inside(sums, *there)
-        above -= before * after
-        spread_here = _clamped(n * _inside(squares, *here) - before * before)
-        spread_there = _clamped(n * _inside(squares, *there) - after * after)
-        below += np.sqrt(spread_here * spread_there)
-        largest = max(largest, float((own * own).sum()))
-    above += n * _at_lags(spectrum, size, down, right)
-    return _ratio(above, below, FLAT * n * largest)
-
-
-def _from_mask(picture: Array, mask: Floats, down: Array, right: Array) -> tuple[Floats, Floats]:
-    """Eq. 3.13 of a picture with itself where some pixels do not count: overlaps are no rectangles, all is transformed.
-
-    Also returns how many pixels each offset compares.
-    """
-    floats = picture.reshape(*picture.shape[:2], -1).astype(np.float64)
-    f = (floats - np.tensordot(mask, floats, 2) / max(mask.sum(), 1.0)) * mask[..., None]
-    size = _padded(f, f, down, right)
-    counted = fft.rfft2(mask, size)
-
-    def both_ways(one: Array) -> tuple[Floats, Floats]:
-        """The products with what counts, moved by every lag and by the opposite one."""
-        whole = fft.irfft2(one * np.conj(counted), size)
-        here, there = (np.ix_(sign * down % size[0], sign * right % size[1]) for sign in (1, -1))
-        return whole[here], whole[there]
-
-    n = np.rint(both_ways(counted)[0])
-    spectrum: Any = 0.0
-    above, below, largest = np.zeros(n.shape), np.zeros(n.shape), 0.0
-    for own in np.moveaxis(f, 2, 0):
-        plain, squared = (fft.rfft2(part, size) for part in (own, own * own))
-        spectrum = spectrum + plain * np.conj(plain)
-        (before, after), (square, other) = both_ways(plain), both_ways(squared)
-        above -= before * after
-        below += np.sqrt(_clamped(n * square - before * before) * _clamped(n * other - after * after))
-        largest = max(largest, float((own * own).sum()))
-    above += n * _at_lags(spectrum, size, down, right)
-    return _ratio(above, below, FLAT * n * largest), n
-
-
 def _span(lag: Array, length: int) -> Spans:
-    """First and last + 1 of so many rows that these, moved by `lag`, lie on."""
+    """Return first and last + 1 of `length` rows that overlap with themselves moved by `lag`."""
     return np.maximum(lag, 0), np.minimum(lag + length, length)
 
 
 def _inside(total: Floats, rows: Spans, columns: Spans) -> Floats:
-    """Sum what is inside every rectangle of `rows` and `columns`, by running sums."""
+    """Return the sums over rectangles of `rows` and `columns`, from a summed-area table."""
     bands = total[rows[1]] - total[rows[0]]
     result: Floats = bands[:, columns[1]] - bands[:, columns[0]]
     return result
-
-
-def _clamped(values: Floats) -> Floats:
-    return np.maximum(values, 0.0, out=values)
-
-
-def _ratio(above: Floats, below: Floats, flat: Floats) -> Floats:
-    counts = below > flat
-    return np.clip(np.where(counts, above / np.where(counts, below, 1.0), 0.0), -1.0, 1.0)

@@ -1,10 +1,10 @@
-"""What methods compare: every exemplar as an int16 picture, stretched to the exemplars' own range.
+"""Feature vectors for matching: every exemplar as an int16 picture, normalised to the range of all exemplars.
 
-Matching never touches the pixels themselves: 8-bit, 16-bit and float planes of equal content give the same
+Matching does not use the pixels themselves: 8-bit, 16-bit and float planes of equal content give the same
 features, and so the same map (law 13). All steps are integer arithmetic, or single IEEE operations.
 
-Numbers have one unit for all exemplars, and what lies far off is cut: heights may be metres, millimetres or shares, and
-hold a hole of -1e30, and what the rest looks like must still be seen. No 8-bit picture is ever cut.
+Numbers have one unit for all exemplars, and outliers are clipped: heights may be metres, millimetres or shares, and
+hold a hole of -1e30, and the contrast of the rest must remain. No 8-bit picture is ever clipped.
 """
 
 from __future__ import annotations
@@ -22,47 +22,46 @@ from ..foundation.filters import moving_sums
 from ..foundation.geometry import ISOMETRIES
 from ..model import Exemplar, Exemplars, resized
 from ..model.image import Kind, Plane
-from ..rendering import WHITE, Unit, code_shares, code_values, has_own_unit, inner_range
+from ..rendering import WHITE, Unit, code_shares, code_values, enlarged, has_own_unit, inner_range
 from . import block_sums, spreads
 
 if TYPE_CHECKING:
     from . import oriented
     from .oriented import Lines, Outlines
-else:  # where outlines and courses count
+else:  # imported where outlines and courses are used
     oriented = lazy("intarsia.analysis.oriented")
 
-MOST_SPREAD = 256  # all values may span so many times what 998 of 1000 do; 8 bits cannot tell more apart
+MOST_SPREAD = 256  # the range of all values over that of 998 of 1000, at most; 8 bits resolve no more
 
 
 def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
-    """Return planes of one name as whole numbers (H, W, C) that can be compared, and what 0 is in them.
+    """Return planes of one name as comparable whole numbers (H, W, C), and the whole number of the value 0.
 
     Floats are counted in units of their own size, taken from their usable pixels (masks are those of the base, and
-    may be a multiple or fraction of a plane's size). Where they hold nothing but whole codes of 16 bits within 0 to 1,
+    may be a multiple or fraction of a plane's size). If they hold nothing but whole codes of 16 bits within 0 to 1,
     those are returned, as for integers.
     """
-    if not any(map(has_own_unit, planes)):
-        return [code_values(p) for p in planes], 0
-    masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
-    colours = planes[0].channels - planes[0].alpha
-    seen = [code_shares(p.samples[..., :colours])[m] for p, m in zip(planes, masks, strict=True)]
-    if not any(s.size for s in seen):
-        return [code_values(p) for p in planes], 0
-    unit = Unit.of(np.concatenate([s.ravel() for s in seen]))
-    if not unit.origin and -16 <= unit.exponent <= 0:
-        codes = [WHITE.count(s) for s in seen]
-        if all((unit.count(s) == c << unit.bits - unit.exponent).all() for s, c in zip(seen, codes, strict=True)):
+    unit = WHITE
+    if any(map(has_own_unit, planes)):
+        masks = [... if m is None else resized(m, (p.height, p.width)) for m, p in zip(usable, planes, strict=True)]
+        colours = planes[0].channels - planes[0].alpha
+        each = [code_shares(p.samples[..., :colours])[m].ravel() for p, m in zip(planes, masks, strict=True)]
+        seen = np.concatenate(each)
+        if seen.size:
+            unit = Unit.of(seen)
+        finer = unit.bits - unit.exponent
+        if not unit.origin and 0 <= finer - unit.bits <= 16 and (unit.count(seen) == WHITE.count(seen) << finer).all():
             unit = WHITE
     return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
 
 
 def ends(values: Sequence[Array]) -> Pair:
-    """Return least and greatest of whole numbers, or less where a few of them lie very far from the rest.
+    """Return least and greatest of whole numbers, clipped if there are far outliers.
 
-    Where they span over 256 times what is left without one of a thousand at either end, that range is returned,
+    If they span over 256 times the range without one of a thousand at either end, that range is returned,
     widened by itself on both sides.
     """
-    low, high = min(int(v.min()) for v in values), max(int(v.max()) for v in values)
+    low, high = _extremes(values)
     if high - low <= MOST_SPREAD:
         return low, high
     least, most = map(int, inner_range(np.concatenate([v.ravel() for v in values])))
@@ -72,14 +71,18 @@ def ends(values: Sequence[Array]) -> Pair:
     return low, high
 
 
+def _extremes(values: Sequence[Array]) -> Pair:
+    return min(int(v.min()) for v in values), max(int(v.max()) for v in values)
+
+
 RANGE = 1023
 LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
 MAX_LABELS = 16
-FARTHEST = 256 * RANGE  # black lies at most so far from the exemplar's own range: sums of its squares stay whole
+FARTHEST = 256 * RANGE  # distance of black from the exemplar's own range, at most: sums of its squares stay exact
 
 
 def labels_of(planes: list[Plane]) -> Int32 | None:
-    """The labels that occur, if they are few enough for a channel each."""
+    """Return the labels that occur; None for other planes, or if they are too many for a channel each."""
     if planes[0].kind is not Kind.LABEL or planes[0].channels > 1:
         return None
     names = np.unique(np.concatenate([np.unique(code_values(p)) for p in planes]))
@@ -87,7 +90,7 @@ def labels_of(planes: list[Plane]) -> Int32 | None:
 
 
 def values_of(codes: Int32, plane: Plane, labels: Int32 | None = None) -> Int32:
-    """Code values of a plane, colour under transparency taken away, few labels as one channel each."""
+    """Return code values of a plane: colours premultiplied by opacity, `labels` as one channel each."""
     if labels is not None:
         return np.asarray(codes == labels, dtype=np.int32) * 65535
     if plane.alpha:
@@ -101,31 +104,28 @@ def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     s = values.shape[0] // exemplar.height
     if s > 1:
         return np.asarray(block_sums(values, s) // (s * s), np.int32)
-    s = exemplar.height // values.shape[0]
-    return np.asarray(values.repeat(s, axis=0).repeat(s, axis=1), np.int32)
+    return enlarged(values, exemplar.height // values.shape[0])
 
 
 def stretched(
     values: list[Int32], exemplars: Exemplars, plane: Plane, zero: int
 ) -> tuple[list[Int32], Int32, bool]:
-    """Stretch to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
+    """Normalise to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
 
-    Returns the pictures, what a pixel of value 0, counted as `zero`, becomes (1, 1, C), and True for a normal map.
+    Return the pictures, the result for a pixel of value 0, counted as `zero` (1, 1, C), and True for a normal map.
     """
     black = np.zeros((1, 1, values[0].shape[2]), np.int32)
     usable = [v for v in _usable(values, exemplars) if v.size]
-    low, high = min(int(v.min()) for v in usable), max(int(v.max()) for v in usable)
     if plane.kind is Kind.NORMAL:
-        middle = 0 if low < 0 else 65535  # twice the value of a zero component
-        span = 131070 if low < 0 else 65535
+        signed = _extremes(usable)[0] < 0
+        middle = 0 if signed else 65535  # twice the value of a zero component
         twice = [2 * v.astype(np.int64) - middle for v in values]
-        if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` reckons with
+        if plane.meta.get("normals") == "dx":  # as if green pointed up, which `posed` assumes
             for v in twice:
                 v[..., 1] *= -1
-        signed = [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice]
-        return signed, black, True
-    if plane.kind is not Kind.LABEL:
-        low, high = ends(usable)
+        span = 131070 if signed else 65535
+        return [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice], black, True
+    low, high = _extremes(usable) if plane.kind is Kind.LABEL else ends(usable)
     span = max(high - low, 1)
     shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
     if plane.kind is not Kind.LABEL:
@@ -141,9 +141,9 @@ def weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | Non
 
 
 def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) -> list[float]:
-    """Return how much each of `count` channels of a base plane counts, 1 for those that count most.
+    """Return the weights of `count` channels of a base plane, relative to the largest.
 
-    A single weight is that of all colours."""
+    A single weight is that of all colours. Raise ParameterError for another number of weights."""
     colours = plane.channels - plane.alpha
     if weights is None:
         weights = LUMINANCE if colours == 3 and plane.kind is Kind.COLOUR else (1.0,) * colours
@@ -161,19 +161,19 @@ def times(values: Int32, factor: float) -> Int32:
 
 
 def _usable(values: Sequence[Array], exemplars: Exemplars) -> list[Array]:
-    """The usable pixels of each picture, (n, C); where all are, without picking them one by one."""
+    """Return the usable pixels of each picture, (n, C); without indexing if all are."""
     both = zip(values, exemplars, strict=True)
     return [v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in both]
 
 
 def variance_of(values: Sequence[Array], exemplars: Exemplars) -> float:
-    """Sum of the channels' variances; integer sums, so the same on every machine."""
+    """Return the sum of the channels' variances; from integer sums, so equal on every machine."""
     flat = np.concatenate(_usable(values, exemplars))
     return float(sum(spreads(flat))) / len(flat) ** 2
 
 
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
-OUTLINES, SLOW = 0.5, 0.3  # how much outlines count, their spread over that of colour; slow colour is multiplied
+OUTLINES, SLOW = 0.5, 0.3  # weight of outlines: their deviation over that of colour; factor of slow colour
 SLOW_REACH = 20  # slow colour is averaged over three squares of twice this part of the shorter side
 
 T = TypeVar("T")
@@ -181,11 +181,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Features:
-    """The exemplars as int16 pictures (H, W, C), comparable with one another.
+    """Features of exemplars: int16 pictures (H, W, C), comparable with one another.
 
-    ``normals`` names the first of three channels of each normal map, whose vectors turn with the piece;
-    ``black`` is what a pixel of value 0 would be, channel by channel; the base plane has the first ``base``, and the
-    last ``structure`` help to find what fits, but are not seen.
+    ``normals``: the first of three channels of each normal map, whose vectors turn with the piece;
+    ``black``: the features of a pixel of value 0; ``base``: number of channels of the base plane, which come first;
+    ``structure``: number of channels at the end that are used in the search, and not in costs of seams.
     """
 
     pictures: tuple[Int16, ...]
@@ -196,12 +196,12 @@ class Features:
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def brightness(self, feats: Int16, known: UInt8) -> int:
-        """Sum of a window's squared features where it is known, counted from black."""
+        """Return the sum of a window's squared features where it is known, relative to black."""
         above = (feats[:, :, : self.base].astype(np.int64) - self.black[: self.base]) * known[:, :, None]
         return int((above * above).sum())
 
     def memo(self, key: Any, make: Callable[[], T]) -> T:
-        """Return what is known of these pictures under `key`, making it at the first asking."""
+        """Return the value cached for these pictures under `key`, which `make` computes at first use."""
         if key not in self._memo:
             self._memo[key] = make()
         value: T = self._memo[key]
@@ -209,16 +209,16 @@ class Features:
 
     @property
     def level(self) -> Int16:
-        """The first picture without slopes, which face opposite ways on the two sides of a joint."""
+        """The first picture without the slopes of normals, which differ in sign on the two sides of a joint."""
         return np.delete(self.pictures[0], [k + axis for k in self.normals for axis in (0, 1)], axis=2)
 
     def posed(self, number: int, pose: int) -> Int16:
-        """Return picture `number` as it looks when laid down in isometry `pose`."""
+        """Return picture `number` in isometry `pose`."""
         return posed(self.pictures[number], pose, self.normals)
 
 
 def posed(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
-    """Lay features (H, W, ..., C) down in an isometry; `normals` as in :class:`Features`."""
+    """Return features (H, W, ..., C) in an isometry; `normals` as in :class:`Features`."""
     picture = pose_array(picture, pose)
     if pose and normals:
         picture = picture.copy()
@@ -231,27 +231,18 @@ def posed(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
 
 
 def pose_array(array: Array, pose: int) -> Array:
-    """Lay an array (H, W, ...) down in one of the eight isometries (Multrus 2003, 4.1.1)."""
-    swapped = np.swapaxes(array, 0, 1)
-    return {
-        0: array,
-        1: array[:, ::-1],
-        2: array[::-1],
-        3: swapped,
-        4: swapped[::-1, ::-1],
-        5: swapped[::-1],
-        6: array[::-1, ::-1],
-        7: swapped[:, ::-1],
-    }[pose]
+    """Return an array (H, W, ...) in one of the eight isometries (Multrus 2003, 4.1.1)."""
+    (a, b), (c, d) = ISOMETRIES[pose].j
+    return (np.swapaxes(array, 0, 1) if b else array)[:: a + c, :: b + d]
 
 
 def features(
     exemplars: Exemplars, weights: tuple[float, ...] | None = None, structure: float = 0.0
 ) -> Features:
-    """Return the features of the exemplars; `weights` count the channels of the base plane, their own the planes.
+    """Return the features of the exemplars; `weights` are those of channels of the base plane; planes have their own.
 
-    `structure` appends how far each pixel lies from outlines, and the colours of the base plane averaged
-    over a tenth of the exemplar: 1 gives outlines half of the spread of colour, and multiplies slow colours by 0.3.
+    `structure` appends the distance of each pixel to outlines, and the colours of the base plane averaged
+    over a tenth of the exemplar: 1 gives outlines half of the deviation of colour, and multiplies slow colours by 0.3.
 
     Raises
     ------
@@ -268,7 +259,7 @@ def features(
 
 
 def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
-    """Return the outlines in the base planes of exemplars, looked for once."""
+    """Return the outlines in the base planes of exemplars, cached."""
     return plain.memo("outlines", lambda: [
         oriented.outlines_of(p[..., : plain.base], e.usable, e.toroidal)
         for p, e in zip(plain.pictures, exemplars, strict=True)
@@ -276,14 +267,14 @@ def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
 
 
 def course_lines(plain: Features, exemplar: Exemplar) -> Lines | None:
-    """Return the lines between the courses of the one exemplar that features are of; None where it has none."""
+    """Return the lines between the courses of the single exemplar that features are of; None if it has none."""
     return plain.memo("courses", lambda: oriented.lines_of(
         outlines(plain, [exemplar])[0], plain.pictures[0].shape, exemplar.toroidal
     ))  # fmt: skip
 
 
 def _with_structure(plain: Features, exemplars: Exemplars, weight: float) -> Features:
-    """Append the channels of structure that the base plane has to features."""
+    """Return features with the structure channels of the base plane appended."""
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
     far = [oriented.outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
@@ -306,7 +297,7 @@ def _with_structure(plain: Features, exemplars: Exemplars, weight: float) -> Fea
 
 
 def _blurred(picture: Int16, exemplar: Exemplar, radius: int) -> Int32:
-    """Average three times over squares of 2 radius + 1 px, in whole numbers, around the exemplar's mean."""
+    """Return a picture less its mean, averaged three times over squares of 2 radius + 1 px, in whole numbers."""
     mean = picture.reshape(-1, picture.shape[2]).astype(np.int64).sum(axis=0) // (picture.shape[0] * picture.shape[1])
     out = picture.astype(np.int64) - mean
     mode: Literal["wrap", "symmetric"] = "wrap" if exemplar.toroidal else "symmetric"
@@ -324,38 +315,35 @@ def _features(exemplars: Exemplars, weights: tuple[float, ...] | None) -> Featur
                 f"{e.name} and {exemplars[0].name} differ in planes, channels, kind or weights; give exemplars of one "
                 "make-up."
             )
-    stacks: list[list[Int32]] = [[] for _ in exemplars]
-    normals: list[int] = []
-    base_variance, channels, base = 0.0, 0, 0
     weights_of = {name: math.sqrt(exemplars[0].weight(name)) for name in layout}
     most = max(1.0, *weights_of.values())  # so that no plane exceeds the range
-    black: list[int] = []
-    for number, name in enumerate(layout):
-        labels = labels_of([e.planes[name] for e in exemplars])
-        codes, nothing = counted([e.planes[name] for e in exemplars], [e.usable for e in exemplars])
-        values = [
-            at_base_size(values_of(c, e.planes[name], labels), e) for c, e in zip(codes, exemplars, strict=True)
-        ]
-        scaled, zero, signed = stretched(values, exemplars, exemplars[0].planes[name], nothing)
-        if number == 0:
-            *scaled, last = weighted([*scaled, zero], exemplars[0].base, weights)
+    stacks: list[list[Int32]] = []  # planes, of every exemplar
+    normals, black = list[int](), list[int]()
+    base_variance, channels, base = 0.0, 0, 0
+    for name, own in weights_of.items():
+        planes = [e.planes[name] for e in exemplars]
+        labels = labels_of(planes)
+        codes, nothing = counted(planes, [e.usable for e in exemplars])
+        values = [at_base_size(values_of(c, p, labels), e) for c, p, e in zip(codes, planes, exemplars, strict=True)]
+        scaled, zero, signed = stretched(values, exemplars, planes[0], nothing)
+        if not stacks:
+            *scaled, last = weighted([*scaled, zero], planes[0], weights)
             base_variance = variance_of(scaled, exemplars)
-            if (own := weights_of[name] / most) != 1:
-                *scaled, last = (times(s, own) for s in (*scaled, last))
+            if own != most:
+                *scaled, last = (times(s, own / most) for s in (*scaled, last))
             black, base = last.ravel().tolist(), last.size
         else:
             black += [0] * scaled[0].shape[2]
             share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(variance_of(scaled, exemplars), 1.0)))
-            scaled = [times(s, share * weights_of[name] / most) for s in scaled]
+            scaled = [times(s, share * own / most) for s in scaled]
         if signed:
             normals.append(channels)
         channels += scaled[0].shape[2]
-        for stack, s in zip(stacks, scaled, strict=True):
-            stack.append(s)
+        stacks.append(scaled)
     pictures = []
-    for e, stack in zip(exemplars, stacks, strict=True):
+    for e, *stack in zip(exemplars, *stacks, strict=True):
         picture = np.concatenate(stack, axis=2).astype(np.int16)
-        if e.usable is not None and e.usable.any():  # one wholly unusable lies under a start map: it is matched
+        if e.usable is not None and e.usable.any():  # a wholly unusable one lies under a start map: it is matched
             picture[~e.usable] = 0
         pictures.append(picture)
     return Features(tuple(pictures), tuple(normals), tuple(black), base)
@@ -367,5 +355,5 @@ def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int, float]]:
 
 
 def contrast(feats: Features, exemplars: Exemplars) -> float:
-    """Return how much the exemplars differ from their mean: the sum of the variances of all channels."""
+    """Return the sum of the variances of all channels."""
     return variance_of(feats.pictures, exemplars)

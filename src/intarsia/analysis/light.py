@@ -1,7 +1,6 @@
-"""The light on an exemplar: how strongly it slopes, and the exemplar without the slope.
+"""Uneven illumination of an exemplar: a low-order polynomial is fitted to log luminance, measured and divided out.
 
-A photograph that is brighter on one side makes blocks of it visible. A smooth surface, a polynomial of low order, is
-fitted to the logarithm of the luminance and divided out; the mean stays.
+In a photograph that is brighter on one side patches become visible. The mean luminance stays.
 
 Source: no paper of its own; Lopez Recas 2011 names uneven light as future work (chapter 6). Departures: none.
 """
@@ -21,30 +20,29 @@ from ..rendering import from_linear, to_linear
 from .features import LUMINANCE
 
 PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
-ORDER = 2  # of the polynomial: a slope and a vignette; what bends more often is the texture
+ORDER = 2  # of the polynomial: a gradient and a vignette; higher orders are texture
 TERMS = 5  # of such a polynomial, but for its mean
-# Of 92 textures one is told of: with half the share four, with double none; with a factor of 1.2 two, with 1.8 none.
-LEAST_SHARE = 0.3  # of the differences between parts that must be a slope,
+# Of 92 textures one is reported: with half the share four, with double none; with a factor of 1.2 two, with 1.8 none.
+LEAST_SHARE = 0.3  # of the differences between parts that must be illumination,
 LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
-EXTREMES = (2, 98)  # percent: a corner of the polynomial alone is no slope
+EXTREMES = (2, 98)  # percent: the corners of the polynomial are left out
 DARK = 1e-3  # of the largest luminance: darker px count as this dark
 COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE: solvers differ in the last bits,
-EVEN = 1e-12  # variance of log luminance: what rounding leaves of one brightness
-ALIKE = 1e-10  # terms that so few parts do not tell apart count as one; products of doubles are exact to 1e-15
+EVEN = 1e-12  # variance of log luminance: what rounding leaves of a constant
+ALIKE = 1e-10  # terms that so few parts cannot separate count as one; products of doubles are exact to 1e-15
 GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
 
 
 @dataclass(frozen=True)
 class Slope:
-    """How unevenly an exemplar is lit.
+    """Strength of uneven illumination.
 
     Attributes
     ----------
     share : float
-        0 to 1: how much of the differences in brightness between parts of the exemplar is one smooth slope or vignette,
-        less what chance would give it, as there are only so many elements.
+        0 to 1: R^2 of the surface for the mean luminance of parts, adjusted for the number of elements.
     factor : float
-        How many times brighter the brightest parts of that slope are than its darkest, in linear light.
+        Ratio of the brightest to the darkest parts of the surface, in linear light.
     """
 
     share: float
@@ -52,12 +50,12 @@ class Slope:
 
     @property
     def strong(self) -> bool:
-        """Whether blocks from both sides would show side by side, so that flattening is worth a try."""
+        """Whether patches from both sides differ visibly side by side, so that flattening may help."""
         return self.share >= LEAST_SHARE and self.factor >= LEAST_FACTOR
 
 
 def slope_of(exemplar: Exemplar, element: float) -> Slope:
-    """Measure the light on an exemplar whose elements are `element` px large; none where it is no colour."""
+    """Return the illumination of an exemplar with elements of `element` px; none if it has no colours."""
     if exemplar.base.kind is not Kind.COLOUR:
         return Slope(0.0, 1.0)
     light, visible = _seen_light(exemplar)
@@ -71,16 +69,16 @@ def slope_of(exemplar: Exemplar, element: float) -> Slope:
 
 
 def flattened(exemplar: Exemplar) -> Exemplar:
-    """Take the slope of light off an exemplar: even brightness, everything else as it was.
+    """Return an exemplar of even illumination; everything else stays.
 
-    A slope and a vignette are fitted to the base plane in linear light and divided out; depth, size, opacity, mask and
-    all other planes stay, so that a map of the one is a map of the other. What would become brighter than white in
-    whole-number pixels is cut off there.
+    A gradient and a vignette are fitted to the base plane in linear light and divided out; depth, size, opacity, mask
+    and all other planes stay, so that a map of the one is a map of the other. Integer pixels that would become brighter
+    than white are clipped.
 
     Raises
     ------
     ParameterError
-        where the base plane holds no colours, or the exemplar continues across its borders, which it then would not.
+        if the base plane holds no colours, or the exemplar is toroidal, which it then would not be.
     """
     expect(exemplar, Exemplar, "the exemplar to flatten", "one of read(path) or Exemplar.of(array)", InputError)
     name, base = next(iter(exemplar.planes.items()))
@@ -100,7 +98,7 @@ def flattened(exemplar: Exemplar) -> Exemplar:
 
 
 def clipped(before: Plane, after: Plane) -> float:
-    """The share of pixels that flattening made white: 0 for floats."""
+    """Return the share of pixels that flattening clipped to white: 0 for floats."""
     if after.is_float:
         return 0.0
     colours = after.channels - after.alpha
@@ -110,7 +108,7 @@ def clipped(before: Plane, after: Plane) -> float:
 
 
 def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
-    """Linear light of the colours (H, W, 1 or 3), and which px are there to be seen."""
+    """Return the linear light of the colours (H, W, 1 or 3), and which px are usable, finite and not transparent."""
     base = exemplar.base
     samples = to_linear(base)
     colours = samples.shape[2] - base.alpha
@@ -124,18 +122,18 @@ def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
 
 
 class UnevenLight(NamedTuple):
-    """Slow changes of light: divided by the gain, a picture is even; multiplied by it, it is lit again."""
+    """Illumination: divided by the gain, a picture is even; multiplied by it, it is as it was."""
 
     gain: Floats  # (H, W), 1 on average
-    strength: float  # R^2, 0 to 1: how much of the variance of log luminance is light; below 0.1 none to speak of
+    strength: float  # R^2, 0 to 1: share of the variance of log luminance; below 0.1 negligible
 
 
 def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
-    """Find slow changes of light in scene-linear colours (H, W, 1 or 3), which are 0 where nothing is visible.
+    """Return the illumination of scene-linear colours (H, W, 1 or 3), which are 0 where not visible.
 
-    What is fitted is the mean luminance of PARTS parts along each side, at most one a px: the dark px of joints and
-    shadows, which light hardly changes in most photographs, do not hold the surface back. Beyond what is visible the
-    gain is known as well.
+    The surface is fitted to the mean luminance of PARTS parts along each side, at most one a px: so the dark px of
+    joints and shadows, which illumination hardly changes in most photographs, have little weight. The gain is
+    extrapolated where nothing is visible.
     """
     luminance = light @ np.array(LUMINANCE if light.shape[2] == 3 else (1.0,))
     if luminance.max() <= 0:
@@ -148,7 +146,7 @@ def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
 
 
 def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
-    """Fit a polynomial of x and y, a slope and a vignette, to the logarithm: the surface around its mean, and R^2.
+    """Return a polynomial of x and y fitted to log luminance, less its mean, and R^2.
 
     Legendre polynomials keep the normal equations well behaved on sides of any length.
     """
@@ -168,7 +166,7 @@ def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
         return np.zeros(luminance.shape), 0.0
     factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=ALIKE)[0]
     left = target - factors @ centred
-    # From here on one after the other, in whole multiples of 1 / COARSE: sums of products differ between machines.
+    # Terms are added one by one, in whole multiples of 1 / COARSE: sums of products differ between machines.
     surface = np.zeros(luminance.shape)
     for factor, term, mean in zip(np.rint(factors * COARSE) / COARSE, basis, middle[:, 0], strict=True):
         surface += factor * (term - np.rint(mean * COARSE) / COARSE)
@@ -176,7 +174,7 @@ def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
 
 
 def _averaged(layers: Floats, known: Mask) -> tuple[Floats, Floats]:
-    """Means over parts of which most is known: of all layers but the last (n, parts), and of the last."""
+    """Return the means over parts that are mostly known: of all layers but the last (n, parts), and of the last."""
     height, width = known.shape
     down, across = min(PARTS, height), min(PARTS, width)
     means = []

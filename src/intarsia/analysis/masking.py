@@ -1,7 +1,7 @@
-"""How plainly a step of tone is seen at every pixel: what changes there anyway hides it (contrast masking).
+"""Contrast masking: the visibility of a step at every pixel, by the local contrast that hides it.
 
-A contrast is seen beside another one only from a threshold on that rises with the other (Legge and Foley, "Contrast
-masking in human vision", J. Opt. Soc. Am. 70, 1980). So a step that gravel hides parts a cloud, or a smooth stone.
+The threshold of a contrast rises with the contrast around it (Legge and Foley, "Contrast masking in human vision", J.
+Opt. Soc. Am. 70, 1980). A seam that gravel hides is visible in a cloud, or on a smooth stone.
 """
 
 from __future__ import annotations
@@ -11,25 +11,25 @@ import numpy as np
 from ..foundation.arrays import Int16, Mask
 from ..foundation.filters import moving_sums
 
-ONCE = 128  # a step counts as what it differs, where neighbours differ by a knee on average,
-MOST = 2  # up to so many times and down to one so many-th of it, by the root of how much less or more they differ
-RADIUS = 2  # px around every pixel in which changes hide a step
+ONCE = 128  # the factor is 1 where neighbours differ by the threshold (knee) of seam costs on average,
+MOST = 2  # factors are limited to this and its inverse; they follow the root of that difference
+RADIUS = 2  # px around every pixel in which contrast hides a step
 
 
 def visibility(picture: Int16, knee: int, usable: Mask | None = None, toroidal: bool = False) -> Int16:
-    """Tell how much a difference counts at every pixel of an exemplar, by the changes from px to px around it.
+    """Return the weight of a difference at every pixel of an exemplar, from the differences of neighbours around it.
 
-    `knee`: of the price of seams, in units of the features. Other arguments as for
+    `knee`: threshold of the truncated quadratic seam cost, in units of the features. Other arguments as for
     :func:`intarsia.analysis.popout.popout`.
 
     Returns
     -------
     int16 array, shape (H, W)
-        In 1/128: from 64, where all changes, to 256, where nothing does.
+        In 1/128: from 64, at high local contrast, to 256, at none.
     """
     counts = np.ones(picture.shape[:2], bool) if usable is None else usable
     planes = np.moveaxis(picture.astype(np.int64), 2, 0)
-    found = np.zeros((2, *counts.shape), np.int64)  # how much changes at every pixel, and in how many pairs
+    found = np.zeros((2, *counts.shape), np.int64)  # sums of differences at every pixel, and numbers of pairs
     for axis in range(2):
         both = counts & np.roll(counts, -1, axis)
         if not toroidal:

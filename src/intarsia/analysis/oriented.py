@@ -1,16 +1,16 @@
-"""How far every pixel lies from what has an outline: joints, cracks, edges of things; grain has none.
+"""Oriented energy of exemplars: distance to outlines (joints, cracks, edges), and the lines between courses.
 
-Along an outline the picture changes across one direction and not along it, and does so for a while. So long even and
-odd filters are laid over it in many directions, and of the strongest answer only what exceeds the mean of all of them
-counts: grain answers to all alike. Every pixel then is as far as the nearest outline, or farther where that is less
-sure, and no threshold says what an outline is.
+Along an outline the picture changes across one direction and not along it, over some length. So long even and
+odd filters are applied in many directions, and of the strongest response only the excess over the mean of all
+directions counts: grain responds equally to all. The distance to an outline is larger where the outline is less
+sure; there is no threshold for outlines.
 
 Source: our own, after oriented energy (Morrone and Owens 1987; Freeman and Adelson 1991) and the distance to features
 as a channel to compare (Wu and Yu 2004; Lefebvre and Hoppe 2006, section 3). All decisions are in whole numbers.
 
 Lines run across an exemplar from side to side: joints between courses of stones, boards or tiles. One by one the path
-is looked for along which outlines in its direction are surest; it bends where courses do, and none comes close to
-another. They are courses where such lines are spread over the whole exemplar, and outlines in their direction lie on
+with the highest sum of outlines in its direction is found; it bends where courses do, and has a least distance to the
+others. They are courses if such lines cover the whole exemplar, and outlines in their direction lie on
 them rather than between: wood, bark and cloth have lines anywhere. Paths are found by dynamic programming, as seams are
 (Efros and Freeman 2001).
 """
@@ -33,39 +33,39 @@ DIRECTIONS = 12
 ACROSS, ALONG = 1.8, 6.0  # px of a filter, in an exemplar of USUAL px
 USUAL, LEAST = 256, 0.75  # filters grow with the exemplar, and never below three quarters
 TAPS = 4096  # sum of what a filter multiplies by
-SURE = 256  # an outline as sure as
+SURE = 256  # sureness of outlines whose excess is at the quantile RANKED
 RANKED = 0.93  # of all pixels, or more
 AXES = ((11, 0, 1), (5, 6, 7))  # directions within 15 degrees of rows, and of columns
-REACH = 0.07  # of the shorter side: what is farther from all outlines is as far
+REACH = 0.07  # of the shorter side: greatest distance
 STRAIGHT, SLANTED = 5, 7  # a step of a px, and one to a corner, in fifths of a px
 
 
 class Outlines(NamedTuple):
-    """How filters answered in every pixel (H, W) of a picture, reduced `factor` times."""
+    """Responses of the filters in every pixel (H, W) of a picture, reduced `factor` times."""
 
-    excess: Int64  # by how much the strongest direction exceeds the mean of all
+    excess: Int64  # of the strongest direction over the mean of all
     mean: Int64
     along: Int64  # (2, H, W): the same of the directions close to rows, and to columns
     factor: int
 
     @property
     def share(self) -> float:
-        """How much of all changes runs along outlines: the mean excess over the mean answer."""
+        """How much of all changes are outlines: the mean excess over the mean response."""
         return int(self.excess.sum()) / max(int(self.mean.sum()), 1)
 
     def sure(self, excess: Int64) -> Int64:
-        """Say how sure outlines of such an excess are: 0 to SURE."""
+        """Return the sureness of outlines of such an excess: 0 to SURE."""
         ranked = np.sort(self.excess, axis=None)
         return np.minimum(SURE * excess // max(int(ranked[int(RANKED * (len(ranked) - 1))]), 1), SURE)
 
 
 def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines:
-    """Look for outlines in features (H, W, C), those of large exemplars on a reduced copy; none where nothing is."""
+    """Return the outlines of features (H, W, C), those of large exemplars from a reduced copy."""
     factor = factor_for(picture.shape)
     small = picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
     most, along, mean = _answers(small, toroidal)
     if usable is not None:
-        # What has nothing unusable within 3 px, whose edge is none of the picture's.
+        # Only pixels without unusable ones within 3 px: the edge of the mask is no outline.
         whole = block_sums(usable, factor) == factor * factor
         inside = lowest(whole.astype(np.int64), 7, "wrap" if toroidal else "constant")
         most, along, mean = most * inside, along * inside, mean * inside
@@ -73,7 +73,7 @@ def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines
 
 
 def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Int32:
-    """Return how far the pixels of a picture of this shape lie from its outlines: (H, W), in fifths of a px.
+    """Return the distance of the pixels of a picture of this shape to its outlines: (H, W), in fifths of a px.
 
     0 on the surest outlines, at most 7 % of the shorter side.
     """
@@ -83,7 +83,7 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
 
 
 def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
-    """How strongly the filters of all directions answer in every pixel: the most, along axes, and the mean; int64."""
+    """Return the responses of the filters in every pixel: the most, those along axes, and the mean of all; int64."""
     scale = max(min(picture.shape[:2]) / USUAL, LEAST)
     filters = [_filter(k, scale) for k in range(DIRECTIONS)]
     radius = filters[0].shape[0] // 2
@@ -113,7 +113,7 @@ def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
 
 
 def _filter(number: int, scale: float) -> NDArray[np.complex128]:
-    """The odd filter of a direction, and times i the even one: whole numbers (2 r + 1, 2 r + 1) that add up to 0."""
+    """Return the odd filter of a direction plus i times the even one: whole numbers (2 r + 1, 2 r + 1) of sum 0."""
     across, along = ACROSS * scale, ALONG * scale
     radius = math.ceil(3 * along)
     y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(np.float64)
@@ -129,7 +129,7 @@ def _filter(number: int, scale: float) -> NDArray[np.complex128]:
 
 
 def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
-    """The least of `far` and what the pixels around have, a step farther for every px between."""
+    """Return the distance transform of `far` by steps to the eight neighbours, at most `steps` of them."""
     most, far = int(far.max(initial=0)), far.astype(np.int32)
     (h, w), sides = far.shape, (0, 1, 2)
     for _ in range(steps):
@@ -137,7 +137,7 @@ def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
         straight, slanted = (
             np.minimum.reduce([wide[y : y + h, x : x + w] for y in sides for x in sides if (y - x) % 2 == odd])
             for odd in (1, 0)
-        )  # what is even lies at corners, and is the pixel itself
+        )  # even: the corners, and the pixel itself
         nearer = np.minimum(straight + STRAIGHT, slanted + SLANTED)
         if not (nearer < far).any():
             break
@@ -145,20 +145,20 @@ def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
     return far
 
 
-BEND = SURE  # a line that steps aside by a px loses what a px of the surest outline is worth
-CLOSE = 24, 6  # lines are as far apart as this part of the shorter side, and so many px, or more
+BEND = SURE  # a step aside by one px costs as much as one px of the surest outline gains
+CLOSE = 24, 6  # least distance of lines: this part of the shorter side, and so many px
 LEAST_LINE = 0.5  # sureness of a line, bends subtracted. Of all that are found in 80 photographs a third has more
-ENDS = 4, 0.125  # no line is what is less sure in one of so many parts; of lines of eleven walls 0.16 and more
+ENDS = 4, 0.125  # a line needs this sureness in each of so many parts; of lines of eleven walls 0.16 and more
 FEWEST = 3  # lines
-WIDEST = 3  # no course is higher than this part of the exemplar, whose ends are none
+WIDEST = 3  # no course is higher than this part of the exemplar
 CLEAR = 4.3  # times as sure on lines as halfway between. Of seven walls 4.7 to 21; of ripples 4.0, bark 2.8, cloth 2.3
 
 
 class Lines(NamedTuple):
-    """Lines between courses, in their order.
+    """Lines between courses, in order.
 
     ``axis``: 0 where they run along rows, 1 where along columns; ``at`` (K, n) int32: of every line the row in each
-    column, or the column in each row, px; ``clear``: how much surer they are than what lies between them.
+    column, or the column in each row, px; ``clear``: ratio of the sureness on them to that between them.
     """
 
     axis: int
@@ -167,19 +167,19 @@ class Lines(NamedTuple):
 
     @property
     def heights(self) -> list[int]:
-        """How high the courses between them are in the mean, px."""
+        """Mean heights of the courses between them, px."""
         return [round(int(gap.sum()) / gap.size) for gap in np.diff(self.at, axis=0)]
 
     @property
     def told(self) -> str:
-        """Which courses there are between them, in words."""
+        """The courses between them, in words."""
         low, high = min(self.heights), max(self.heights)
         size = f"{low} to {high}" if low < high else f"{low}"
         return f"{len(self.at)} lines run across it between courses {size} px {('high', 'wide')[self.axis]}"
 
 
 def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines | None:
-    """Return the lines between the courses of a picture of this shape, by its outlines; None where it has none."""
+    """Return the lines between the courses of a picture of this shape, from its outlines; None if it has none."""
     both = [_along(axis, found.sure(found.along[axis]), toroidal) for axis in (0, 1)]
     courses = [lines for lines in both if lines is not None]
     if not courses:
@@ -190,7 +190,7 @@ def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines |
 
 
 def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:
-    """Where the lines above and below every pixel of a picture n px high lie, (n, W) each."""
+    """Return the lines above and below every pixel of a picture n px high, (n, W) each."""
     if toroidal:
         at = np.concatenate([at[-1:] - n, at, at[:1] + n])
     else:
@@ -204,9 +204,9 @@ def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:
 
 
 def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
-    """Find the path from left to right that adds up most of `sure` (H, W): its row in every column (W,), and its sum.
+    """Return the path from left to right with the highest sum of `sure` (H, W): its row in every column (W,), its sum.
 
-    From column to column it keeps its row, or costs `bend` to go one up or down: so much less the sum is. Of equal
+    From column to column it keeps its row, or goes one up or down, which costs `bend`. Of equal
     paths it is the one that ends uppermost, and keeps its row longest before its end.
     """
     total = paths.accumulate(np.ascontiguousarray(-sure.T), bend)
@@ -215,10 +215,10 @@ def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
 
 
 def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
-    """Look for lines along one axis, the surest first."""
+    """Return the lines between courses along one axis, found in the order of their sureness; None if there are none."""
     sure = np.ascontiguousarray(sure if axis == 0 else sure.T)
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
-    left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # round the torus, lines end as they begin
+    left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # on a torus lines end as they begin
     found, length = list[Array](), left.shape[1]
     while (best := surest_line(left, BEND))[1] >= LEAST_LINE * SURE * length:
         line = np.roll(best[0][w // 2 : w // 2 + w], w // 2) if toroidal else best[0]
@@ -239,13 +239,13 @@ def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
 
 
 def _goes_through(sure: Array) -> bool:
-    """Whether what is sure so much from side to side ends nowhere between."""
+    """Return whether a line with such sureness along it has no gap."""
     parts = np.array_split(sure, ENDS[0])
     return all(int(part.sum()) >= ENDS[1] * SURE * len(part) for part in parts)
 
 
 def _clear(sure: Array, at: Array, toroidal: bool) -> float:
-    """How much surer outlines are on lines than about halfway between two of them."""
+    """Return the ratio of the sureness on lines to that about halfway between two of them."""
     h = len(sure)
     above, below = _around(at.astype(np.int64), h, toroidal)
     up, down = np.arange(h)[:, None] - above, below - np.arange(h)[:, None]

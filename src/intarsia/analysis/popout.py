@@ -1,14 +1,14 @@
-"""What strikes in an exemplar: spots whose colour or contrast is unlike that of all others, at several scales.
+"""Saliency of exemplar pixels and rarity of patches: nearest-neighbour distance of local statistics, at several scales.
 
-A brown leaf on a lawn is seen at once, and is seen each time it returns. The mean colour of a spot, and how much it
-varies around it, are compared with those of spots elsewhere, after both were made equally wide in all directions: a
-spot pops out as far as its nearest likes are away. Rosenholtz ("A simple saliency model predicts a number of motion
-popout phenomena", Vision Research 1999) measures likewise how far off a distribution a feature lies.
+A brown leaf on a lawn is salient, and so is each repetition of it. The mean colour and the local deviation around a
+spot are compared with those of spots elsewhere, after whitening: the saliency is the distance to the nearest
+neighbours. Rosenholtz ("A simple saliency model predicts a number of motion popout phenomena", Vision Research 1999)
+likewise measures the distance of a feature to the distribution of features.
 
-Whole patches are compared, too, by what is seen of them at a glance: a patch with a brown leaf, a knot or a door stands
-out of a texture, and is rare if nothing else in the exemplar looks like it. That is our remedy for the failing
-repetition control of Multrus 2003 on exemplars with one striking element (patch-based sampling, prevention of
-repetitions); in it blades of grass hide the leaf.
+Whole patches are compared, too, by their mean colours on a coarse grid: a patch with a brown leaf, a knot or a door is
+rare if nothing else in the exemplar is similar. That is our remedy for the failing repetition control of Multrus 2003
+on exemplars with one salient element (patch-based sampling, prevention of repetitions); in it blades of grass hide
+the leaf.
 
 The distance to the k-th nearest neighbour as a measure of being an outlier: Ramaswamy, Rastogi and Shim, "Efficient
 algorithms for mining outliers from large data sets", SIGMOD 2000.
@@ -26,28 +26,28 @@ from ..foundation.filters import Mode, highest, lowest, moving_sums
 from ..foundation.run import Run, draw_many, run_of
 from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
-USUAL = 256  # what the median spot has
+USUAL = 256  # saliency of the median spot
 FAR = 1 << 12  # beyond all features
-MOST = 16 * USUAL  # and no spot more: as far as that, all are seen at once
-WORK_SIDE = 192  # px: larger exemplars are looked at on reduced copies
+MOST = 16 * USUAL  # and no spot more
+WORK_SIDE = 192  # px: larger exemplars are measured on reduced copies
 RADII = 2, 5, 9  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
 ROOM = 8  # a scale needs an exemplar so many times as large
 ROWS = 1024  # spots that are compared at a time
-REFERENCES = 500  # spots that all are compared with
-LIKES = 3, 200  # the nearest three in two hundred are a spot's likes,
-LEAST_LIKES = 3  # but no fewer
-BARE, SEEN = 3, 16  # px of a square that is bare ground, where colours vary by less, of 2046
-APART = 3  # radii: nearer spots show the same
-NARROW = 50  # directions in which spots differ less than by 1 / 50 of all their variance are not widened more
+REFERENCES = 500  # spots with which all are compared
+LIKES = 3, 200  # the rank of the neighbour whose distance counts: three in two hundred,
+LEAST_LIKES = 3  # but no lower
+BARE, SEEN = 3, 16  # px of a square that is uniform if colours vary by less, of 2046
+APART = 3  # radii: least distance of compared spots, which otherwise overlap
+NARROW = 50  # directions with less than 1 / 50 of the total variance are amplified no further
 FIXED = 64  # distances are kept in 1/64 of a spread
-NOWHERE = 1 << 30  # how far away is what is no like
-STAGE = 1999  # which spots are references hangs on this number and on their places
+NOWHERE = 1 << 30  # distance of spots that are not compared
+STAGE = 1999  # of the random numbers that choose the references
 
 
 def popout(
     picture: Int16, usable: Mask | None = None, toroidal: bool = False, run: Run | None = None
 ) -> Int32:
-    """Measure how far the look of every spot of an exemplar is from its likes.
+    """Return the saliency of every pixel of an exemplar: how far its local statistics are from those elsewhere.
 
     Parameters
     ----------
@@ -63,8 +63,8 @@ def popout(
     Returns
     -------
     int32 array, shape (H, W)
-        In 1/256: 256 is as common as the median spot, 512 twice as far from its likes, at most 4096. The most of all
-        scales, so at least 256; and 256 where nothing can be compared. 0 where all around is of one colour.
+        In 1/256: 256 is the distance of the median spot, 512 twice as far, at most 4096. The maximum over all
+        scales, so at least 256; and 256 where nothing can be compared. 0 in uniform areas.
     """
     factor = factor_for(picture.shape, WORK_SIDE)
     small, mask = reduced(picture, usable, factor)
@@ -76,16 +76,16 @@ def popout(
     return enlarged(out, picture.shape, factor)
 
 
-STRIKING = 2.0  # times as far as usual: more strikes,
-RARE = 0.9  # where such a share of pixels does less; 0: of 48 sheets one preferred, six not (docs/design/passes.md)
-DEAREST = 64  # times as salient as usual, at most (docs/design/passes.md#even-use-of-the-exemplar)
+STRIKING = 2.0  # times the median: more is salient,
+RARE = 0.9  # if such a share of pixels is below; 0: of 48 sheets one preferred, six not (docs/design/passes.md)
+DEAREST = 64  # greatest weight (docs/design/passes.md)
 
 
 def saliency(strikes: Sequence[Array], plain: float) -> Array:
-    """How salient all pixels of exemplars are, one after another, by their :func:`popout`.
+    """Return the weights of all pixels of exemplars, end to end, from their :func:`popout`.
 
-    1 and more where they strike, by the square of how much more than what just does, at most DEAREST; `plain` where
-    they do not; 0 on bare ground.
+    1 and more where they are salient, growing with the square of the relative excess over the threshold, at most
+    DEAREST; `plain` where they are not; 0 in uniform areas.
     """
     far = np.concatenate([s.ravel() for s in strikes]) / USUAL
     bar = max(np.quantile(far, RARE, method="lower"), STRIKING)
@@ -96,7 +96,7 @@ def saliency(strikes: Sequence[Array], plain: float) -> Array:
 
 
 def _bare(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
-    """Where all around is of one colour."""
+    """Return which pixels lie in uniform areas."""
     counts = np.ones(picture.shape[:2], bool) if usable is None else usable
     mode: Mode = "wrap" if toroidal else "edge"
     high = highest(np.where(counts[..., None], picture, -FAR), BARE, mode)
@@ -105,7 +105,7 @@ def _bare(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
 
 
 def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
-    """Describe every spot: its mean features and how they vary (H, W, C + 1); and how much of it counts, of 4096.
+    """Return mean features and deviation around every pixel (H, W, C + 1), and the usable share of it, of 4096.
 
     Whole numbers below 2**53, in float64.
     """
@@ -125,9 +125,9 @@ def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> t
 
 
 def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
-    """Average pictures (C, H, W) three times over squares of 2 radius + 1 px, rounded down each time.
+    """Return pictures (C, H, W) averaged three times over squares of 2 radius + 1 px, rounded down each time.
 
-    All sums are whole numbers below 2**53: so they, and what is rounded down, are exact.
+    All sums are whole numbers below 2**53, so they and the rounded means are exact.
     """
     for _ in range(3):
         for axis in (1, 2):
@@ -137,7 +137,7 @@ def _averaged(values: Array, radius: int, toroidal: bool) -> Array:
 
 
 def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> Int32:
-    """Measure spots of one size on a grid; every pixel has what the spot nearest to it has."""
+    """Return the saliency at one scale, measured on a grid; every pixel has that of the nearest spot."""
     step, begin = max(2, radius * 4 // 5), radius // 2
     height, width = picture.shape[:2]
     every, share = looks(picture, usable, radius, toroidal)
@@ -158,9 +158,9 @@ def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) 
 
 
 def _widened(spots: Array) -> Array:
-    """Give spots (n, C) the same spread in all directions; in 1/FIXED of it, rounded.
+    """Return spots (n, C) whitened, in 1/FIXED, rounded.
 
-    By the Cholesky factor of their covariance, whose few steps are single IEEE operations: the same everywhere.
+    By the Cholesky factor of their covariance, in single IEEE operations: equal on every machine.
     """
     n, count = len(spots), spots.shape[1]
     around = spots - spots.sum(axis=0) // n
@@ -184,10 +184,10 @@ def _widened(spots: Array) -> Array:
 def _relative(
     spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int, least: int, few: int = 1
 ) -> Array:
-    """How far the like of a rank, from 0, of every spot (n, C) is, 256 = the median; of `others`, by their numbers.
+    """Return the distance of every spot (n, C) to its neighbour of a rank, from 0, among `others`, 256 = the median.
 
-    None is nearer than `apart` (on a torus of `size`), what is nearer than `least` looks as far, and all are 256 where
-    fewer than `few` have a like.
+    Neighbours lie at least `apart` px away (on a torus of `size`), distances are at least `least`, and all are 256 if
+    fewer than `few` have a neighbour.
     """
     far = likes_away(spots, at, others, apart, size, rank)
     known = far >= 0
@@ -199,9 +199,9 @@ def _relative(
 
 
 def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int) -> Int64:
-    """How far the like of this rank, from 0, is from every spot (n, C), rounded down; -1 where there are not so many.
+    """Return the distance of every spot (n, C) to its neighbour of this rank, from 0, rounded down; -1 where none.
 
-    The numbers of spots and what is computed of them are whole and below 2**53, so that products of float64 are exact.
+    All numbers are whole and below 2**53, so that products of float64 are exact.
     """
     out, theirs = np.full(len(spots), -1, np.int64), spots[others].astype(np.float64)
     square, places = (theirs * theirs).sum(axis=1), at.astype(np.int32)
@@ -216,7 +216,7 @@ def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, r
         for axis in range(2):
             away = np.abs(places[part, axis][:, None] - places[others, axis])
             beside &= (np.minimum(away, size[axis] - away) if size[axis] else away) < apart
-        if far.max() < NOWHERE:  # numbers of half the width are parted five times as fast
+        if far.max() < NOWHERE:  # 32-bit integers are partitioned five times as fast
             far = far.astype(np.int32)
         far[beside] = none = np.inf if far.dtype.kind == "f" else NOWHERE
         best = np.partition(far, rank, axis=1)[:, rank]
@@ -225,17 +225,17 @@ def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, r
     return out
 
 
-MOST_RARE = 4 * USUAL  # rarities end here: 4 times the median is simply unique
+MOST_RARE = 4 * USUAL  # greatest rarity: 4 times the median is unique
 NEIGHBOURS = 3  # k: the copy beside a repeat, or a pair of knots, must not make either common
-CELLS = 4  # a patch is described by 4 x 4 mean colours: what is seen of it at a glance
-PATCH_SIDE = 512  # px: patches of larger exemplars are looked at on reduced copies
+CELLS = 4  # a patch is described by 4 x 4 mean colours
+PATCH_SIDE = 512  # px: patches of larger exemplars are measured on reduced copies
 SAMPLES = 1000  # patches compared: n * n distances take time
 FEW = 16  # fewer patches have no meaningful median
-VISIBLE = 1  # mean colours that differ less, in feature units, look equal: a thousandth of the range
+VISIBLE = 1  # mean colours that differ less, in feature units, are equal: a thousandth of the range
 
 
 def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
-    """Measure how striking the patches of an exemplar are.
+    """Return the rarity of the patches of an exemplar.
 
     Parameters
     ----------
@@ -248,8 +248,8 @@ def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
     -------
     grid : int32 array, shape (ceil((H - patch + 1) / step), ceil((W - patch + 1) / step))
         ``grid[i, j]`` is the rarity of the patch whose upper left px is (i * step, j * step), in 1/256: 256
-        is as common as the median patch, 512 twice as far from its like, 1024 the most. All are 256 where
-        fewer than 16 patches exist, or all look alike; so is a patch that overlaps too many others.
+        is the median, 512 twice as far from similar patches, 1024 the most. All are 256 if
+        fewer than 16 patches exist, or all are equal; so is a patch that overlaps too many others.
     step : int
         The step of the grid, px: the smallest that gives at most 1000 patches.
     """
@@ -269,7 +269,7 @@ def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
     sums = np.diff(np.diff(corners, axis=1), axis=3).transpose(0, 2, 1, 3, 4)
     area = factor * factor * np.multiply.outer(np.diff(edges), np.diff(edges))[:, :, None]
     seen = (FINE * sums // area).reshape(shape[0] * shape[1], -1)  # the mean colours of their cells, in 1/FINE
-    # Others, half a patch away or more along an axis: nearer ones share what they show.
+    # Others, half a patch away or more along an axis: nearer ones overlap.
     found = _relative(
         seen, 2 * step * np.argwhere(np.ones(shape)), np.arange(len(seen)), patch, (0, 0), NEIGHBOURS - 1,
         int(FINE * VISIBLE * seen.shape[1] ** 0.5), FEW,

@@ -1,7 +1,7 @@
-"""Whether something of a defect was left standing just outside of the hole that should remove it.
+"""Detection of remains of a defect at the edge of the hole that should remove it, as outliers of pixel values.
 
-A mask drawn a little too small leaves a rim: pixels at the edge of the hole such as are hardly found elsewhere in the
-picture. They are looked for by their values alone (channels, their differences, and how much they change within 3x3
+A mask drawn a little too small leaves a rim: pixels at the edge of the hole whose values are rare elsewhere in the
+picture. They are found by their values alone (channels, their differences, and their range within 3x3
 px), so a rim that looks like other parts of the picture is not found.
 """
 
@@ -13,7 +13,7 @@ from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Mask
 
 # Halved and doubled on 24 textures with painted and darkened discs: of 288 rims of 2 to 9 px 167 are seen and covered,
-# by 6 px too many, and none is told of beside 96 holes without a defect.
+# by 6 px too many, and none is reported at 96 holes without a defect.
 REACH = 24  # px around holes where a rim may lie; what goes on beyond is part of the picture; halved: 117, doubled: 170
 RARE = 0.0002  # share of the pixels elsewhere beyond these values, at either end; a tenth: 160, tenfold: 184
 UNUSUAL = 0.002  # and beyond these, so near; halved: 172, by 5 px too many, doubled: 154, by 9, tenfold: 7
@@ -27,9 +27,9 @@ FAR_UP = 1 << 20  # above any feature
 
 
 def rim_of(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
-    """Say by how many px a hole must grow to cover a rim of the defect; 0 where none is seen.
+    """Return by how many px a hole must grow to cover a rim of the defect; 0 if none is found.
 
-    `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): what may be taken as usual.
+    `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): pixels to compare with.
     """
     depth = ndimage.distance_transform_cdt(~hole, metric="chessboard")
     rest = depth > REACH
@@ -50,11 +50,11 @@ def rim_of(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
     unusual = rim | (_beyond(measures, rest, UNUSUAL) & ~hole)  # what lies within GAP px of a rim is part of it
     pieces, _ = ndimage.label(ndimage.maximum_filter(unusual, 2 * (GAP // 2) + 1), np.ones((3, 3)))
     deepest = int(depth[np.isin(pieces, np.unique(pieces[rim])) & unusual].max())
-    return deepest + MARGIN if deepest < REACH else 0  # what goes on beyond the reach is no rim
+    return deepest + MARGIN if deepest < REACH else 0  # what extends beyond the reach is no rim
 
 
 def _measures(picture: Int16, hole: Mask) -> list[Array]:
-    """What pixels are judged by: channels, differences of the first three, and the range of the sum within 3x3 px."""
+    """Return the measures of pixels: channels, differences of the first three, range of the sum in 3x3 px."""
     channels = [picture[:, :, c].astype(np.int32) for c in range(picture.shape[2])]
     total = np.sum(channels, axis=0, dtype=np.int32)
     high = ndimage.maximum_filter(np.where(hole, -FAR_UP, total), 3)
@@ -64,7 +64,7 @@ def _measures(picture: Int16, hole: Mask) -> list[Array]:
 
 
 def _beyond(measures: list[Array], rest: Mask, share: float) -> Mask:
-    """Which pixels have values beyond nearly all of those elsewhere."""
+    """Return which pixels have values beyond all but a `share` of those elsewhere."""
     out = np.zeros(rest.shape, bool)
     for values in measures:
         there = values[rest]

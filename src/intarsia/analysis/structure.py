@@ -1,4 +1,4 @@
-"""How directed a texture is, whether it continues in itself across its borders, and whether it holds names."""
+"""Structure tensor of a texture, continuity across its borders, and detection of label pictures."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from ..foundation.arrays import Array, Int16, Mask
 
-SEAMLESS = 1.3  # the step over the border may be so many times that between neighbours inside
+SEAMLESS = 1.3  # largest step over the border, relative to that between neighbours inside
 
 
 @dataclass(frozen=True)
 class Structure:
-    """Edges of a texture.
+    """Dominant orientation of the edges of a texture.
 
     Attributes
     ----------
@@ -37,12 +37,12 @@ class Border:
 
     @property
     def closed(self) -> bool:
-        """Whether the exemplar can be laid side by side."""
+        """Whether the exemplar can be tiled."""
         return max(self.rows, self.columns) <= SEAMLESS
 
 
 def structure_of(picture: Int16, usable: Mask | None) -> Structure:
-    """Measure the gradients of the sum of all channels."""
+    """Return the orientation of edges, from the structure tensor of the sum of all channels."""
     total = picture.sum(axis=2, dtype=np.int64)
     if min(total.shape) < 3:
         return Structure(0.0, 0.0)
@@ -59,7 +59,7 @@ def structure_of(picture: Int16, usable: Mask | None) -> Structure:
 
 
 def border_of(picture: Int16, usable: Mask | None) -> Border:
-    """Compare the step over each pair of opposite borders with the usual step along that axis."""
+    """Return the step over each pair of opposite borders relative to the mean step along that axis."""
     shares = []
     for axis in (0, 1):
         p = np.moveaxis(picture, axis, 0).astype(np.int64)
@@ -76,7 +76,7 @@ def border_of(picture: Int16, usable: Mask | None) -> Border:
 
 
 def flat_colours(samples: Array, most: int, equal: int) -> bool:
-    """Say whether samples (H, W, C) are of 2 to `most` colours in patches: `equal` neighbours of 10 are alike."""
+    """Return whether samples (H, W, C) have 2 to `most` colours, and `equal` of 10 neighbours are equal."""
     codes = np.zeros(samples.shape[:2], np.uint64)
     for c in range(samples.shape[2]):
         codes = codes * np.uint64(65599) + samples[..., c].astype(np.uint64)

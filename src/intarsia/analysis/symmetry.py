@@ -1,10 +1,10 @@
-"""Which mirrored and turned copies of a texture look like the texture itself.
+"""Isometries under which a texture keeps its statistics: which mirrored and rotated patches may be used.
 
 Light from one side, grass that grows upwards or wood grain forbid some or all of the isometries; gravel allows
-all. The exemplar is divided into two halves like the colours of a checkerboard. What a transformed half and the
-other half have in common is compared with what the two halves have in common as they are: an isometry is allowed
-if it makes the halves hardly less alike. All that decides is a whole number, and the same in a mirror: the exemplar is
-laid down with its darker sides at the top and at the left.
+all. The exemplar is divided into two halves like the colours of a checkerboard. The statistics of a transformed half
+and of the other half are compared with those of the two halves as they are: an isometry is allowed
+if it hardly increases their distance. All decisions are in whole numbers, and the same for the mirrored exemplar: it is
+first oriented with its darker sides at the top and at the left.
 
 Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the measurement is this project's own.
 """
@@ -22,7 +22,7 @@ from ..model import Exemplar, Exemplars, sampled
 from . import block_sums, blocks, valid_windows
 from .features import Features, features, pose_array, posed
 
-STAGE = 93  # keeps these draws apart from those of others
+STAGE = 93  # of these random numbers
 # Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).
 SIDE = 5  # of the patches compared, cells; 3: four, 9: eight
 SCALES = (1, 2, 4)  # px of a cell; without the last three allow more, with 8 none differs
@@ -36,13 +36,13 @@ SLACK = (4, 3)  # so many times farther apart is still alike; 7 / 6: 13, 5 / 3: 
 SUBGROUPS: tuple[tuple[int, ...], ...] = (
     (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
 )  # fmt: skip
-"""The sets of isometries that hold, with any two, the one after the other."""
+"""The subgroups of the eight isometries."""
 MIRRORED = (0, 1, 2, 4, 3, 7, 6, 5)
-"""What each isometry is to a picture seen in a mirror."""
+"""The isometry that corresponds to each one in the mirrored picture."""
 
 
 def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, ...]:
-    """Return the isometries that keep the look of all the exemplars, the identity among them.
+    """Return the isometries that keep the statistics of all the exemplars, with the identity.
 
     `square`: False leaves out those that turn rows into columns, for patches that are not square.
     """
@@ -56,13 +56,13 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
 
 
 def pose_distances(exemplar: Exemplar) -> Int64:
-    """How unlike one half is to the other when it is laid down in each isometry: (STATISTICS, 8).
+    """Return the distances of one half to the other in each isometry: (STATISTICS, 8).
 
     By the directions of gradients, and by the patches at each of the scales.
     """
     feats, out = features([exemplar]), np.zeros((STATISTICS, 8), np.int64)
     vectors = {k + i for k in feats.normals for i in (0, 1)}
-    level = [c for c in range(feats.base) if c not in vectors]  # the channels that stay when a piece is turned
+    level = [c for c in range(feats.base) if c not in vectors]  # the channels that do not change with the isometry
     pose = _upright(feats.pictures[0][:, :, level].sum(axis=2, dtype=np.int64))
     for number, scale in enumerate(SCALES[:1] + SCALES):
         picture = block_sums(posed(feats.pictures[0], pose, feats.normals), scale)
@@ -80,14 +80,14 @@ def pose_distances(exemplar: Exemplar) -> Int64:
 
 
 def _upright(bright: Array) -> int:
-    """The isometry, of 0, 1, 2 and 6, that brings the darker sides of a picture to the top and to the left."""
+    """Return the isometry, of 0, 1, 2 and 6, that brings the darker sides of a picture to the top and to the left."""
     right, down = (int((np.arange(1 - n, n, 2) * bright.sum(axis=axis)).sum()) < 0
                    for axis, n in enumerate(bright.shape[::-1]))  # fmt: skip
     return (0, 1, 2, 6)[right + 2 * down]
 
 
 def _halves(usable: Array, squares: int) -> tuple[Array, Array]:
-    """First cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard.
+    """Return first cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard.
 
     A patch lies in one square with all its cells.
     """
@@ -101,19 +101,19 @@ def _halves(usable: Array, squares: int) -> tuple[Array, Array]:
 
 
 def _lot(halves: tuple[Array, Array], number: int) -> list[Array]:
-    """Take equally many of both halves, evenly and at most SAMPLES; lots of other numbers take those between."""
+    """Return equally many of both halves, evenly spaced, at most SAMPLES; lots of other numbers hold those between."""
     count = min(*(len(half) for half in halves), SAMPLES)
     return [half[(LOTS * np.arange(count) + number) * len(half) // max(LOTS * count, 1)] for half in halves]
 
 
 def _patches(picture: Array, at: Array) -> Array:
-    """The patches that begin at `at`: (SIDE, SIDE, n, C), as isometries want them."""
+    """Return the patches that begin at `at`: (SIDE, SIDE, n, C)."""
     i = np.arange(SIDE)
     return np.asarray(picture[at[:, 0] + i[:, None, None], at[:, 1] + i[None, :, None]])
 
 
 def _of_patches(patches: list[Array], feats: Features) -> Array:
-    """Sliced distance of the two sets of patches, one of them in each isometry: (8,)."""
+    """Return the sliced Wasserstein distance of two sets of patches, one of them in each isometry: (8,)."""
     axes = _directions(patches[0].shape[3], feats.normals)
     # Whole numbers below 2**53: exact in any order of summation.
     flat = [p.transpose(0, 1, 3, 2).reshape(-1, p.shape[2]).astype(np.float64) for p in patches]
@@ -127,9 +127,9 @@ def _of_patches(patches: list[Array], feats: Features) -> Array:
 
 @cache
 def _directions(channels: int, normals: tuple[int, ...]) -> Array:
-    """Ramps and random weights, each of sum 0, so that brightness does not count: (8 * n, SIDE * SIDE * channels).
+    """Return projections, ramps and random weights of sum 0: (8 * n, SIDE * SIDE * channels).
 
-    In all isometries, one after the other: measuring a transformed patch is measuring with the inverse's weights.
+    In all isometries, one after the other: projecting a transformed patch is projecting with the inverse's weights.
     """
     i = np.arange(SIDE) - SIDE // 2
     ramps = [np.add.outer(a * i, b * i) * 4 for a, b in ((1, 0), (0, 1), (1, 1), (1, -1))]
@@ -147,13 +147,13 @@ def _directions(channels: int, normals: tuple[int, ...]) -> Array:
 
 
 def _gradients(tone: Array, at: Array) -> tuple[Array, Array]:
-    """How the tone of a picture rises in the middle of the patches that begin at `at`: down, and to the right."""
+    """Return the gradients of the tone in the middle of the patches that begin at `at`: down, and to the right."""
     y, x = (at + SIDE // 2).T
     return tone[y + 1, x] - tone[y - 1, x], tone[y, x + 1] - tone[y, x - 1]
 
 
 def _of_gradients(grads: list[tuple[Array, Array]]) -> Array:
-    """Difference of the two histograms of gradient directions, one of them in each isometry: (8,)."""
+    """Return the difference of the two histograms of gradient directions, one of them in each isometry: (8,)."""
     strength = np.sort(np.concatenate([d * d + r * r for d, r in grads]))
     steps = strength[[len(strength) // 3, 2 * len(strength) // 3]]
     other = [_histogram(d, r, steps) for d, r in grads[::-1]]
@@ -167,7 +167,7 @@ def _of_gradients(grads: list[tuple[Array, Array]]) -> Array:
 
 
 def _histogram(down: Array, right: Array, steps: Array) -> Array:
-    """Count gradients by signs, by which component is larger, by how much, and by strength."""
+    """Return the histogram of gradients by signs, larger component, slope, and strength."""
     v, h = np.abs(down), np.abs(right)
     small, large = np.minimum(v, h), np.maximum(v, h)
     cells = (np.sign(down) + 1) * 3 + np.sign(right) + 1

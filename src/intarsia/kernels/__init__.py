@@ -1,12 +1,12 @@
-"""Compiled loops that several rooms share: arrays in, arrays out.
+"""Compiled kernels that several rooms share, and the disk cache of compiled kernels.
 
-Compiled kernels kept on disk, one file for each, checked before it is loaded and made anew where it is not whole.
+The cache has one file for each kernel, which is verified before it is loaded, and compiled again if it is damaged.
 
 An entry is a pickle with machine code: whoever can write one can run anything, and a damaged one can do anything. So a
-folder that others may write to is not used, and of an entry nothing is read as code before its length and its digest
-are found right. The digest covers what the entry is for, too: the entry of another kernel is as bad as a damaged one.
+folder that others may write to is not used, and nothing of an entry is loaded before its length and its digest
+are verified. The digest covers the identity of the kernel, too: the entry of another kernel counts as damaged.
 
-Who wants to know that kernels are compiled, or that something is wrong with the folder, asks here, without numba.
+Listeners for compilation and for trouble with the folder are registered here, without importing numba.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ _WRITE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | get
 
 _waiting: list[Callable[[], None]] = []
 _listeners: list[Callable[[str], None]] = []
-_troubles: dict[str, str] = {}  # what kind -> the line that told of it
+_troubles: dict[str, str] = {}  # kind -> the line that reported it
 
 
 class Unfit(Exception):
-    """What lies in the cache is not what belongs there."""
+    """An entry of the cache is damaged, or of another kernel."""
 
 
 def on_trouble(tell: Callable[[str], None]) -> None:
-    """Have `tell` called with each line about a cache that is damaged or cannot be used, also with earlier ones.
+    """Call `tell` with each line about a cache that is damaged or cannot be used, also with earlier ones.
 
-    Without a listener such a line is a RuntimeWarning. Each kind is told once in a process.
+    Without a listener such a line is a RuntimeWarning. Each kind is reported once in a process.
     """
     _listeners.append(tell)
     for line in _troubles.values():
@@ -52,7 +52,7 @@ def on_trouble(tell: Callable[[str], None]) -> None:
 
 
 def troubled() -> bool:
-    """Tell whether a line about the cache was said in this process."""
+    """Return whether trouble with the cache was reported in this process."""
     return bool(_troubles)
 
 
@@ -72,19 +72,19 @@ def on_first_compilation(announce: Callable[[], None]) -> None:
 
 
 def no_longer(announce: Callable[[], None]) -> None:
-    """Leave out who waited, if nothing was compiled."""
+    """Remove a listener that :func:`on_first_compilation` added."""
     with suppress(ValueError):
         _waiting.remove(announce)
 
 
 def compilation_begins() -> None:
-    """Tell those who wait: a kernel is about to be compiled."""
+    """Call the listeners: a kernel is about to be compiled."""
     while _waiting:
         _waiting.pop(0)()
 
 
 def read_entry(path: str, identity: bytes) -> bytes | None:
-    """Return what an entry holds, None where there is no entry; a bad one is refused."""
+    """Return the payload of an entry, None if there is no entry; raise Unfit if it is damaged."""
     try:
         handle = os.open(path, _READ)
     except FileNotFoundError:
@@ -107,7 +107,7 @@ def read_entry(path: str, identity: bytes) -> bytes | None:
 
 
 def write_entry(path: str, identity: bytes, payload: bytes) -> None:
-    """Make an entry, all or nothing: also while others make the same one, or take the folder away."""
+    """Write an entry atomically, also while others write the same one, or remove the folder."""
     hidden = f"{path}.{os.getpid():x}-{uuid.uuid4().hex[:16]}"
     try:
         handle = os.open(hidden, _WRITE, 0o600)
@@ -131,7 +131,7 @@ def _header(identity: bytes, payload: bytes) -> bytes:
 
 
 def drop(path: str) -> None:
-    """Remove what is no entry, whatever it is."""
+    """Remove a file or folder in place of an entry."""
     with suppress(OSError):
         try:
             os.unlink(path)
@@ -140,10 +140,10 @@ def drop(path: str) -> None:
 
 
 def _flaw(found: os.stat_result) -> str | None:
-    """Say why others than this user or the system's own could have put what lies in a folder or file, or None."""
+    """Return why others than this user or root may have written a folder or file, or None."""
     if stat.S_ISLNK(found.st_mode):
         return "it is a link"
-    if not hasattr(os, "geteuid"):  # Windows, where a user's folders are his own
+    if not hasattr(os, "geteuid"):  # Windows, where folders belong to their user
         return None
     if found.st_uid not in (os.geteuid(), 0):
         return "it belongs to another user"
@@ -152,17 +152,17 @@ def _flaw(found: os.stat_result) -> str | None:
 
 @functools.cache
 def sources() -> tuple[Path, ...]:
-    """Return the files that kernels are made of: those that rooms share, each room's own, and the isometries."""
+    """Return the source files of kernels: those of this room, each room's own, and the isometries."""
     shared, own = (ROOT / "kernels").glob("*.py"), ROOT.rglob("*_kernels.py")
     return (ROOT / "foundation/geometry.py", *sorted(shared), *sorted(own))
 
 
 @functools.cache
 def cache_folder() -> str | None:
-    """Return the folder for compiled kernels, made anew whenever any kernel changes; None where none can be used.
+    """Return the folder for compiled kernels, another one whenever any kernel changes; None if none can be used.
 
-    A kernel that calls a changed one would stay as it was, so the folder's name follows from all sources. It lies in
-    the user's cache folder, or in INTARSIA_CACHE; the three last used are kept.
+    A kernel that calls a changed one would not be compiled again, so the folder's name is a digest of all sources. It
+    is in the user's cache folder, or in INTARSIA_CACHE; the three last used are kept.
     """
     digest = hashlib.sha256(b"".join(p.read_bytes() for p in sources())).hexdigest()[:16]
     named = os.environ.get("INTARSIA_CACHE") or os.environ.get("NUMBA_CACHE_DIR")
@@ -193,7 +193,7 @@ def cache_folder() -> str | None:
 
 
 def _sticky(found: os.stat_result) -> bool:
-    """Tell whether a folder is one like /tmp, where nobody can touch what belongs to others."""
+    """Return whether a folder is one like /tmp, in which files can be changed by their owner only."""
     return bool(found.st_mode & stat.S_ISVTX) and found.st_uid in (getattr(os, "geteuid", int)(), 0)
 
 
@@ -206,7 +206,7 @@ def not_kept(folder: str, why: str) -> None:
 
 
 def _prune(home: Path) -> None:
-    """Remove folders of kernels that were not used for longest. A process that still uses one compiles anew."""
+    """Remove the least recently used folders of kernels. A process that still uses one compiles again."""
     used = []
     for path in home.glob("kernels-" + "[0-9a-f]" * 16):
         with suppress(OSError):  # another process prunes, too

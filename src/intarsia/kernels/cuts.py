@@ -1,11 +1,11 @@
-"""What parting two neighbouring pixels costs, and the least costly cut between an old and a new patch.
+"""Seam costs, and the minimum cut between an old and a new patch by shortest paths in the dual grid.
 
 Most overlaps of quilting (strips, an L, a U, two opposite strips) are solved as shortest paths along the
-corners of the pixels, which is exact and much faster than a flow: walk round the window's border and note
-the gaps where the forced pixels change from old to new or back. In the plane a least cut is a shortest path
-between the two gaps when there are two of them and every forced piece touches the border. When there are
-more, and the new (or the old) pixels are one piece, that piece keeps the stretches of the others apart: each
-stretch is then cut off by a path of its own between the gaps at its ends, and none can gain from another.
+corners of the pixels, which is exact and much faster than a flow: the gaps are the places on the window's border
+where the forced pixels change from old to new or back. In the plane a minimum cut is a shortest path
+between the two gaps if there are two of them and every forced piece touches the border. If there are
+more, and the new (or the old) pixels are one piece, that piece separates the stretches of the others: each
+stretch is then cut off by a path of its own between the gaps at its ends, independently of the others.
 Every other shape (a ring, islands) is left to the maximum flow.
 """
 
@@ -22,7 +22,7 @@ from .maxflow import FREE, NEW, OLD, grid_min_cut
 
 @kernel
 def find_root(parent: Int32, v: int) -> int:
-    """Follow parents to the member that names its set, halving the way for the next one who asks."""
+    """Return the representative of the set of `v`, with path halving (union-find)."""
     while parent[v] != v:
         parent[v] = parent[parent[v]]
         v = parent[v]
@@ -31,7 +31,7 @@ def find_root(parent: Int32, v: int) -> int:
 
 @kernel
 def join(parent: Int32, v: int, w: int) -> None:
-    """Make one set of those of two members, named by the smallest: so names come in the order of their members."""
+    """Unite the sets of two members; the smallest is the representative, so these are in the order of first members."""
     a, b = find_root(parent, v), find_root(parent, w)
     parent[max(a, b)] = min(a, b)
 
@@ -39,8 +39,8 @@ def join(parent: Int32, v: int, w: int) -> None:
 _WALL = -1  # an edge between corners that no path may take
 _CUT = -2  # an edge that a path has taken
 _FAR = 1 << 62
-_IDLE = 0  # a corner waits for nothing,
-_NEAR = 1  # for this round
+_IDLE = 0  # a corner is not queued,
+_NEAR = 1  # queued for this round,
 _LATER = 2  # or for a later one
 
 
@@ -48,9 +48,9 @@ _LATER = 2  # or for a later one
 def lay_edges(
     state: UInt8, right: Int32, down: Int32, edge: Int32
 ) -> int:
-    """Lay out the edges between corners, with walls inside what is forced; returns their total cost.
+    """Write the edges between corners, with walls inside forced regions; return their total cost.
 
-    The edge to its right comes first, then, half the array on, the one below it.
+    The edge to the right of corner `v` is at `v`, the one below it half the array further.
     """
     height, width = state.shape
     stride = width + 1
@@ -79,8 +79,8 @@ def lay_edges(
 def typical(edge: Int32) -> int:
     """Return about the geometric mean of the costs above zero, from every fifth edge.
 
-    Few large costs would drive the plain mean far above what a seam ever crosses. Whole bit lengths suffice,
-    and are the same on every machine.
+    A few large costs would raise the arithmetic mean far above the costs that a seam crosses. Whole bit lengths
+    suffice, and are equal on every machine.
     """
     bits, count = 0, 0
     for e in range(0, edge.size, 5):
@@ -94,26 +94,34 @@ def typical(edge: Int32) -> int:
 
 
 @kernel
+def _border(i: int, height: int, width: int) -> tuple[int, int, int]:
+    """Return row and column of border pixel `i` of a window, clockwise from the upper left, and the corner after it."""
+    stride = width + 1
+    i %= 2 * (height + width) - 4
+    if i < width - 1:
+        return 0, i, stride + i + 1
+    i -= width - 1
+    if i < height - 1:
+        return i, width - 1, (i + 2) * stride + width
+    i -= height - 1
+    if i < width - 1:
+        return height - 1, width - 1 - i, (height + 2) * stride - 2 - i
+    i -= width - 1
+    return height - 1 - i, 0, (height - i) * stride
+
+
+@kernel
 def find_path(
-    edge: Int32,
-    corner: Int32,
-    start: Int32,
-    goal: Int32,
-    stride: int,
-    shift: int,
-    step: int,
-    far: Int64,
-    came: UInt8,
+    edge: Int32, height: int, width: int, start: Int32, goal: Int32, shift: int, step: int, far: Int64, came: UInt8
 ) -> int:
-    """Find a shortest path from one gap to another; returns the corner where it ends.
+    """Find a shortest path from one gap to another; return the corner where it ends.
 
     Corners nearer than a limit are relaxed first in, first out until nothing changes; then the limit moves
-    `step` beyond the nearest corner that waits. Any step gives the optimum, a good one saves a heap.
+    `step` beyond the nearest queued corner. Any step gives the optimum; no heap is needed.
     """
     size = far.size
-    half = edge.size // 2
+    half, stride = edge.size // 2, width + 1
     steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
-    n = corner.size
     waits = np.zeros(size, np.uint8)
     near = np.empty(size + 1, np.int32)
     later = np.empty(size, np.int32)
@@ -121,7 +129,7 @@ def find_path(
     unit = 1 if shift > 0 else 0
     head, tail, kept = 0, 0, 0
     for i in range(start[0], start[1]):
-        v = corner[i if i < n else i - n]
+        _, _, v = _border(i, height, width)
         far[v] = 0
         came[v] = 4
         waits[v] = _NEAR
@@ -153,9 +161,9 @@ def find_path(
                     waits[u] = _LATER
                     later[kept] = u
                     kept += 1
-        end = corner[goal[0] if goal[0] < n else goal[0] - n]
+        _, _, end = _border(goal[0], height, width)
         for i in range(goal[0] + 1, goal[1]):
-            v = corner[i if i < n else i - n]
+            _, _, v = _border(i, height, width)
             if far[v] < far[end]:
                 end = v
         if far[end] < limit or kept == 0:
@@ -180,7 +188,7 @@ def find_path(
 
 @kernel
 def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> int:
-    """Mark the edges of the path that ends in corner `v` as cut; returns what they cost."""
+    """Mark the edges of the path that ends in corner `v` as cut; return their cost."""
     half = edge.size // 2
     steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
     cost = 0
@@ -195,7 +203,7 @@ def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> int:
 
 @kernel
 def paint(state: UInt8, edge: Int32, out: UInt8) -> None:
-    """Give the pixels alternating sides across the edges that are cut, such that the forced ones agree."""
+    """Assign alternating sides across cut edges to the pixels, such that the forced ones agree."""
     height, width = state.shape
     stride = width + 1
     half = edge.size // 2
@@ -210,26 +218,24 @@ def paint(state: UInt8, edge: Int32, out: UInt8) -> None:
                 side ^= edge[half + base + x] == _CUT
             out[y, x] = side
             if state[y, x] != FREE:
-                wrong = side != (state[y, x] == NEW)  # all forced pixels say the same
+                wrong = side != (state[y, x] == NEW)  # equal for all forced pixels
     if wrong:
         for y in range(height):
             for x in range(width):
                 out[y, x] = out[y, x] == 0
 
 
-GRADIENT_UNIT = 256  # a gradient cost is the plain cost times this, divided by FLAT + gradients: so 16 times
-FLAT = 16  # the plain cost where all is flat; FLAT is in units of feature distance, so that no zero divides
+GRADIENT_UNIT = 256  # a gradient cost is the cost times this, divided by FLAT + gradients: so 16 times
+FLAT = 16  # the cost in flat areas; in units of feature distance, avoids division by zero
 
-STEEPEST = 4  # knees: from there on a price grows in proportion, so that no cut shuns one step at any length
-
-_POCKET = 3  # the label of a free pixel of the border between forced ones of one kind
+STEEPEST = 4  # thresholds (knees): costs grow linearly from there on, so that no cut takes any detour around one step
 
 
 class SeamPrice(NamedTuple):
-    """How the price of a seam follows from the colours that meet there."""
+    """Variant of the seam cost."""
 
     gradient: bool = False  # cheaper where there is detail (Kwatra et al. 2003, eq. 3)
-    knee: int = 0  # what costs less is cheaper still, what costs more is dearer; 0: as the distance of colours
+    knee: int = 0  # threshold of the truncated quadratic cost; 0: the cost is the distance of colours
 
 
 PLAIN = SeamPrice()
@@ -237,19 +243,19 @@ PLAIN = SeamPrice()
 
 @kernel
 def sharpened(cost: int, knee: int) -> int:
-    """Return what a seam of this cost is to count: its square in knees, from STEEPEST knees on in proportion.
+    """Return the truncated quadratic of a cost: its square over the threshold, linear from STEEPEST thresholds on.
 
-    So a step that is seen counts more than many that are not. The triangle inequality does not hold for it.
+    So one visible step counts more than many invisible ones. The triangle inequality does not hold for it.
     """
     if cost >= STEEPEST * knee:
         return STEEPEST * cost
-    return int(np.float64(cost * cost) / np.float64(knee))  # whole numbers: what is rounded down is the same
+    return int(np.float64(cost * cost) / np.float64(knee))  # whole numbers: the rounding is exact
 
 
 @kernel
 def _distance(a: Int16, y: int, x: int, b: Int16, v: int, u: int) -> int:
     """Return the Euclidean distance of pixel (y, x) of `a` and (v, u) of `b` (h, w, C), rounded down."""
-    total = 0  # views of single pixels would count references, which takes longer than all the rest
+    total = 0  # views of single pixels would be reference counted, which takes longer than all the rest
     for c in range(a.shape[2]):
         difference = int(a[y, x, c]) - int(b[v, u, c])
         total += difference * difference
@@ -260,10 +266,10 @@ def _distance(a: Int16, y: int, x: int, b: Int16, v: int, u: int) -> int:
 def seam_costs(
     old: Int16, new: Int16, price: Any
 ) -> tuple[Int32, Int32]:
-    """Return what it costs to part each pixel from its right and from its lower neighbour.
+    """Return the costs of a seam between each pixel and its right, and its lower neighbour.
 
     The cost is the distance of old and new at both pixels, summed, in the features' own units (Kwatra et
-    al. 2003, eq. 1). With a `gradient` price a seam is made cheaper where there is detail to hide it: the sum times
+    al. 2003, eq. 1). With a `gradient` price a seam is cheaper where there is detail to hide it: the sum times
     GRADIENT_UNIT, divided by FLAT plus how much both images change between the two pixels (their eq. 3),
     rounded down; with a `knee` it is :func:`sharpened`.
     """
@@ -343,91 +349,55 @@ def _pieces(state: UInt8) -> tuple[int, int, int]:
 
 
 @kernel
-def _walk_border(
-    state: UInt8, label: UInt8, corner: Int32, gaps: Int32
-) -> int:
-    """Note the border's pixels clockwise, the corner after each, and the gaps; returns how many gaps.
+def _walk_border(state: UInt8, gaps: Int32, edge: Int32) -> int:
+    """Write the gaps of the border, clockwise; return how many there are.
 
     Gap `g` consists of the corners after the pixels `gaps[g, 0]` up to, not including, `gaps[g, 1]`; both
-    may lie beyond the border's length, once round. Free pixels between two of one kind are labelled _POCKET.
+    may lie beyond the border's length, once round. Free pixels of the border between, say, two old ones may be on
+    either side, so a seam may end there and continue at another of them: edges along their outer side cost nothing.
     """
     height, width = state.shape
-    stride = width + 1
-    n = 0
-    for x in range(width - 1):
-        label[n] = state[0, x]
-        corner[n] = stride + x + 1
-        n += 1
-    for y in range(height - 1):
-        label[n] = state[y, width - 1]
-        corner[n] = (y + 2) * stride + width
-        n += 1
-    for x in range(width - 1, 0, -1):
-        label[n] = state[height - 1, x]
-        corner[n] = (height + 1) * stride + x
-        n += 1
-    for y in range(height - 1, 0, -1):
-        label[n] = state[y, 0]
-        corner[n] = (y + 1) * stride
-        n += 1
-    first = 0
-    while label[first] == FREE:
-        first += 1
-    found = 0
-    last = first
-    for i in range(first + 1, first + n + 1):
-        s = label[i if i < n else i - n]
-        if s == FREE:
-            continue
-        if s != label[last if last < n else last - n]:
-            gaps[found, 0] = last
-            gaps[found, 1] = i
-            found += 1
-        else:
-            for j in range(last + 1, i):
-                label[j if j < n else j - n] = _POCKET
-        last = i
+    stride, half = width + 1, edge.size // 2
+    found, first, last, kind = 0, -1, 0, FREE
+    i = 0
+    while first < 0 or i <= first + 2 * (height + width) - 4:
+        y, x, _ = _border(i, height, width)
+        if state[y, x] != FREE:
+            if first < 0:
+                first = i
+            elif state[y, x] != kind:
+                gaps[found, 0] = last
+                gaps[found, 1] = i
+                found += 1
+            else:
+                for j in range(last + 1, i):
+                    v, u, _ = _border(j, height, width)
+                    corner = (v + 1) * stride + u
+                    if v == 0:
+                        edge[corner] = 0
+                    if u == width - 1:
+                        edge[half + corner + 1] = 0
+                    if v == height - 1:
+                        edge[corner + stride] = 0
+                    if u == 0:
+                        edge[half + corner] = 0
+            last, kind = i, state[y, x]
+        i += 1
     return found
-
-
-@kernel
-def _open_pockets(label: UInt8, height: int, width: int, edge: Int32) -> None:
-    """Let paths run along the outer side of pockets for nothing.
-
-    Free pixels at the border between, say, two old ones may fall to either side, so a seam may end there and
-    go on elsewhere in the pocket.
-    """
-    stride = width + 1
-    half = edge.size // 2
-    right_side = width - 1
-    bottom = right_side + height - 1
-    left_side = bottom + width - 1
-    n = label.size
-    for i in range(n):
-        if label[i] != _POCKET:
-            continue
-        if i <= right_side:
-            edge[stride + i] = 0
-        if right_side <= i <= bottom:
-            edge[half + (i - right_side + 1) * stride + width] = 0
-        if bottom <= i <= left_side:
-            edge[(height + 1) * stride + left_side - i] = 0
-        if i >= left_side or i == 0:
-            edge[half + ((n - i if i > 0 else 0) + 1) * stride] = 0
 
 
 @kernel
 def min_cut(
     state: UInt8, right: Int32, down: Int32, out: UInt8
 ) -> int:
-    """Split a window between old and new where that costs least; returns the total cost.
+    """Split a window between old and new by a minimum cut; return its cost.
 
-    `state` says 0 where a pixel must stay old, 2 where it must become new and 1 where it is free; costs are
+    `state`: 0 where a pixel must stay old, 2 where it must become new, 1 where it is free; costs are
     non-negative and below 2**30. `out` becomes 1 where the new patch is taken. The total of the costs between
-    neighbours on different sides is the exact minimum, with what touching forced pixels cost in any case. Of
-    several least cuts, the one with the shortest seam is taken, and among those the first in a fixed order;
-    the shapes left to the maximum flow get the cut with the fewest old pixels. Where nothing is forced old
-    all becomes new, and where nothing is forced new all stays old.
+    neighbours on different sides is the exact minimum, with the cost between touching forced pixels. Of
+    several minimum cuts, the one with the shortest seam is taken, and among those the first in a fixed order;
+    the shapes left to the maximum flow get the cut with the fewest old pixels. If nothing is forced old
+    all becomes new, and if nothing is forced new all stays old.
     """
     height, width = state.shape
     olds, news, inland = _pieces(state)
@@ -436,27 +406,22 @@ def min_cut(
         return 0
     if inland > 0 or height < 2 or width < 2:
         return grid_min_cut(state, right, down, out)
-    border = 2 * (height + width) - 4
-    label = np.empty(border, np.uint8)
-    corner = np.empty(border, np.int32)
-    gaps = np.empty((border, 2), np.int32)
-    found = _walk_border(state, label, corner, gaps)
+    size = (height + 2) * (width + 1)
+    edge = np.empty(2 * size, np.int32)
+    total = lay_edges(state, right, down, edge)
+    gaps = np.empty((2 * (height + width), 2), np.int32)
+    found = _walk_border(state, gaps, edge)
     # With more than two gaps, the stretches to cut off are those of the label that is in several pieces:
     # the one that begins after the first gap, or the other one, which begins after the second.
     offset = 0
     if found > 2:
-        begins = label[gaps[0, 1] % border]
-        if (olds if begins == NEW else news) != 1:
+        y, x, _ = _border(gaps[0, 1], height, width)
+        if (olds if state[y, x] == NEW else news) != 1:
             offset = 1
-            if (olds if begins == OLD else news) != 1:
+            if (olds if state[y, x] == OLD else news) != 1:
                 return grid_min_cut(state, right, down, out)
-    stride = width + 1
-    size = (height + 2) * stride
-    edge = np.empty(2 * size, np.int32)
     far = np.empty(size, np.int64)
     came = np.empty(size, np.uint8)
-    total = lay_edges(state, right, down, edge)
-    _open_pockets(label, height, width, edge)
     # The length of a seam counts below its cost, where both fit together.
     shift = 1
     while (1 << shift) <= size:
@@ -466,7 +431,7 @@ def min_cut(
     step = typical(edge) << (shift + 3)
     cost = 0
     for g in range(offset, found + offset, 2):
-        end = find_path(edge, corner, gaps[g], gaps[(g + 1) % found], stride, shift, step, far, came)
-        cost += take_path(end, stride, came, edge)
+        end = find_path(edge, height, width, gaps[g], gaps[(g + 1) % found], shift, step, far, came)
+        cost += take_path(end, width + 1, came, edge)
     paint(state, edge, out)
     return cost

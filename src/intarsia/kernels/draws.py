@@ -1,4 +1,4 @@
-"""The draws of :mod:`intarsia.foundation.run`, for kernels: the same bits for the same five numbers."""
+"""Counter-based random numbers in kernels: the same bits as in :mod:`intarsia.foundation.run`."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Compile a kernel: serial, without the interpreter lock, kept on disk where a folder is our own.
+"""Decorator of kernels: compiled serially by numba, without the interpreter lock, and cached on disk.
 
-Every kernel of the package goes through :func:`kernel`; nothing else calls numba. No `parallel=True`, no
+Every kernel of the package uses :func:`kernel`; nothing else calls numba. No `parallel=True`, no
 `fastmath`: threads come from outside, and a decision never depends on the width of a vector register.
 
-Where the inside of numba is known, :mod:`.compiling` is quick, and checks each entry of the cache by itself. Of any
-other numba only what is public is used: it compiles longer, once, and gives the same numbers.
+With the supported version of numba :mod:`.compiling` is used, which is faster and verifies each entry of the cache.
+With any other only numba's public interface is used: it compiles longer, once, and gives the same numbers.
 """
 
 from __future__ import annotations
@@ -25,16 +25,15 @@ from . import DAMAGED, LARGEST, Unfit, cache_folder, compilation_begins, drop, n
 
 F = TypeVar("F", bound=Callable[..., Any])
 config: Any = numba.config
-events: Any = event
 
 
 def kernel(function: F) -> F:
-    """Compile `function` at its first call, or load what was compiled before (see :mod:`.cache`)."""
+    """Return `function` compiled at its first call, or loaded from the cache (see :mod:`intarsia.kernels`)."""
     return function if config.DISABLE_JIT else cast(F, compiled(function))
 
 
 def plain(function: Callable[..., Any]) -> Any:
-    """Compile by what is public of numba alone, kept where it keeps things, but in a folder of our own."""
+    """Return `function` compiled by numba's public interface, with numba's cache in a folder of our own."""
     folder, before = plain_folder(), config.CACHE_DIR
     config.CACHE_DIR = folder or before
     try:
@@ -45,11 +44,11 @@ def plain(function: Callable[..., Any]) -> Any:
 
 @functools.cache
 def plain_folder() -> str | None:
-    """The folder for what numba keeps by itself, which it does not check: of its files those stay that are whole.
+    """Return the folder of numba's own cache, whose files are verified here, as numba does not.
 
-    A list of their digests is written when a process ends that compiled something. A file that is not as the list says
-    is removed before numba sees it: damaged, or of a process that was killed. Two processes may do all this at once:
-    what one takes away the other compiles or finds missing, which numba expects.
+    A list of their digests is written when a process ends that compiled something. A file that differs from the list
+    is removed before numba loads it: damaged, or of a process that was killed. Two processes may do this at once:
+    numba expects that files are removed.
     """
     home = cache_folder()
     if home is None:
@@ -79,14 +78,14 @@ def plain_folder() -> str | None:
             atexit.register(write_list)
 
         def on_end(self, _: object) -> None:
-            """Nothing: what is compiled is listed when the process ends."""
+            """Do nothing: files are listed when the process ends."""
 
-    events.register("numba:compile", Told())
+    event.register("numba:compile", Told())
     return str(folder)
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """The digests of all files below a folder; none of what is no plain file, or too large."""
+    """Return the digests of all files below a folder; empty for irregular or too large ones."""
     found = {}
     for path in sorted(folder.rglob("*.nb?")):
         with suppress(OSError):  # another process took it away
@@ -98,5 +97,5 @@ def _digests(folder: Path) -> dict[str, str]:
 
 try:
     from .compiling import compiled
-except Exception:  # another numba, with another inside
+except Exception:  # another numba, with other internals
     compiled = plain

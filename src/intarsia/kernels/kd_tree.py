@@ -1,4 +1,4 @@
-"""A balanced kd-tree over points of whole numbers: built once, asked for the nearest few, the same everywhere.
+"""A balanced kd-tree over integer points for approximate nearest neighbours, equal on every machine.
 
 Node k has the children 2k + 1 and 2k + 2. A node's points are cut in halves along the axis on which they spread
 most, until few are left; so the shape of the tree follows from the number of points alone.
@@ -21,13 +21,13 @@ NOWHERE: Int64 = np.zeros((0, 2), np.int64)
 
 
 class Tree(NamedTuple):
-    """Points in the order of the leaves, and where they are cut."""
+    """Points in the order of the leaves, and the splits of the nodes."""
 
     points: Int32  # (N, D)
     order: Int64  # (N,): number of each point as it was given
     axis: Int64  # (nodes,)
-    cut: Int64  # (nodes,): points beyond the cut are not smaller, those before it not larger
-    mean: Int64  # (n,): how long vectors become points: less the mean, along D axes in 1 / 16384
+    cut: Int64  # (nodes,): points after the split are not smaller, those before it not larger
+    mean: Int64  # (n,): mean of the vectors that are projected on D axes, in 1 / 16384, to give points
     axes: Int64  # (D, n)
 
 
@@ -73,10 +73,10 @@ def build(points: Any, order: Any, axis: Any, cut: Any) -> None:
 
 @kernel
 def sort_keys(both: Any, n: int, most: Any) -> int:
-    """Sort the first `n` of ``both[0]``, keys of 0 to `most` times 2**32 and what tells equal ones apart, rising.
+    """Sort the first `n` of ``both[0]``: keys of 0 to `most` times 2**32 plus an index, rising.
 
-    ``both`` (2, N) int64; returns which half of it holds them. Few are inserted one by one, many are sorted by eight
-    bits of their key after the other, the lowest first.
+    ``both`` (2, N) int64; return which half of it holds the result. Insertion sort for few, radix sort by eight
+    bits for many.
     """
     if n <= FEW:
         for i in range(1, n):
@@ -106,7 +106,7 @@ def sort_keys(both: Any, n: int, most: Any) -> int:
 
 @kernel
 def pixels_apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
-    """Return how far two pixels lie apart, along rows or columns; `size`: height, width, 1 if toroidal."""
+    """Return the chessboard distance of two pixels; `size`: height, width, 1 if toroidal."""
     high, wide = abs(ay - by), abs(ax - bx)
     if size[2]:
         high, wide = min(high, size[0] - high), min(wide, size[1] - wide)
@@ -115,13 +115,13 @@ def pixels_apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
 
 @kernel
 def asking_room(dims: int) -> Any:
-    """Return room for one question after another: see :func:`ask_apart`."""
+    """Return the scratch arrays of :func:`ask_apart`."""
     return np.empty((DEEP, 4), np.int64), np.empty((DEEP, dims), np.int64), np.empty(dims, np.int64)
 
 
 @kernel
 def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any, room: Any) -> int:
-    """Find the nearest points, looking into at most so many leaves; return how many of them were found.
+    """Find the nearest points in at most `leaves` leaves; return how many were found.
 
     `near` (k,) int64 squared distances, rising; `number` (k,) the points' numbers. Equal ones: the lower number.
     """
@@ -132,11 +132,11 @@ def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any, room: Any) -
 def ask_apart(
     tree: Any, point: Any, place: Any, own: Any, limits: Any, near: Any, number: Any, room: Any
 ) -> int:
-    """Find the nearest points of a tree, as :func:`ask`, that lie far enough from the pixel `own`; return how many.
+    """Find the nearest points of a tree, as :func:`ask`, at a least distance from the pixel `own`; return how many.
 
-    ``place`` (N, 2): pixel of each point, or none: then all are far enough. ``limits``: height, width, 1 if toroidal,
-    px apart at least, leaves looked into at most. ``room``: nodes still to see (node, first point, one past the last,
-    distance at least); how far each lies from the point along each axis; and the same of the node at hand.
+    ``place`` (N, 2): pixel of each point, or empty: no least distance. ``limits``: height, width, 1 if toroidal,
+    least distance in px, most leaves to visit. ``room``: stack of nodes (node, first point, one past the last, lower
+    bound of the distance); their offsets from the point along each axis; and those of the current node.
     """
     points, order, axes, cuts = tree.points, tree.order, tree.axis, tree.cut
     dims, k, leaves, anywhere = points.shape[1], len(near), limits[4], len(place) == 0
@@ -144,7 +144,7 @@ def ask_apart(
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3] = 0, 0, len(points), 0
     for d in range(dims):
         gaps[0, d] = 0
-    top, count, worst = 1, 0, FAR  # as long as not enough are found all are near enough
+    top, count, worst = 1, 0, FAR  # no bound until enough are found
     while top and leaves > 0:
         top -= 1
         node, low, high, least = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
@@ -166,7 +166,7 @@ def ask_apart(
                 stack[top, 0], stack[top, 1], stack[top, 2] = 2 * node + 1, low, middle
                 node, low = 2 * node + 2, middle
             top += 1
-        refused, taken = False, False  # a leaf of nothing but neighbours does not count
+        refused, taken = False, False  # a leaf of nothing but too near pixels does not count
         for i in range(low, high):
             total, d = np.int64(0), 0
             while d < dims and total <= worst:
@@ -189,7 +189,7 @@ def ask_apart(
 
 @kernel
 def _insert(near: Any, number: Any, count: int, distance: Any, index: Any) -> None:
-    """Put an entry into its place among the first `count`, the last of which is lost."""
+    """Insert an entry in order among the first `count`, the last of which is dropped."""
     at = count - 1
     while at > 0 and (near[at - 1] > distance or (near[at - 1] == distance and number[at - 1] > index)):
         near[at], number[at] = near[at - 1], number[at - 1]

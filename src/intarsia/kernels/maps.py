@@ -1,8 +1,7 @@
-"""Maps in kernels: windows of a growing one, and the connected pieces of any.
+"""Kernels on maps: reading windows of a partial map, pasting patches by a minimum cut, connected pieces.
 
-What is known in a window, and how a patch is cut into it: a window is named by its first pixel; on wrapped axes it may
-reach over the border. Pieces, frames and fractions included, go on where one neighbour continues the other in the
-exemplar.
+A window is given by its first pixel; on wrapped axes it may reach over the border. Two neighbours belong to one piece,
+frames and fractions included, if one continues the other in the exemplar.
 """
 
 from __future__ import annotations
@@ -21,15 +20,15 @@ OLD, FREE, NEW = 0, 1, 2
 
 
 class Grown(NamedTuple):
-    """What a growing map shows."""
+    """A partial map."""
 
-    variant: UInt8  # (H, W): number of the posed exemplar, HOLE where nothing is known
-    yx: Int32  # (H, W, 2): the pixel of it, row and column
-    wrap: tuple[bool, bool]  # whether rows and columns continue in themselves
+    variant: UInt8  # (H, W): number of the exemplar in an isometry, HOLE where nothing is known
+    yx: Int32  # (H, W, 2): the source pixel, row and column
+    wrap: tuple[bool, bool]  # whether rows and columns wrap
 
 
 class Posed(NamedTuple):
-    """The posed exemplars laid end to end; a toroidal one is followed by its own beginning."""
+    """The exemplars in their isometries, end to end; a toroidal one is followed by its own beginning."""
 
     flat: Int16  # (numbers,): features, channel by channel of each pixel
     table: Int64  # (V, 4): where each begins in flat, height, width and stride, px
@@ -37,7 +36,7 @@ class Posed(NamedTuple):
 
 @kernel
 def canvas_place(at: int, length: int, wrap: bool) -> int:
-    """Return the canvas coordinate, the long way round if it wraps; -1 where it lies outside."""
+    """Return the canvas coordinate, modulo the length if the axis wraps; -1 outside."""
     if 0 <= at < length:
         return at
     return at % length if wrap else -1
@@ -45,9 +44,9 @@ def canvas_place(at: int, length: int, wrap: bool) -> int:
 
 @kernel
 def gather_window(grown: Any, posed: Any, y0: int, x0: int, feats: Any, known: Any) -> int:
-    """Read the features under a window into `feats` (h, w, C), and into `known` where there are any.
+    """Read the features under a window into `feats` (h, w, C), and into `known` (h, w) which pixels have any.
 
-    Returns the number of known pixels.
+    Return the number of known pixels.
     """
     (variant, yx, wrap), (flat, table) = grown, posed
     height, width = variant.shape
@@ -81,24 +80,24 @@ def gather_all(grown: Any, posed: Any, at: Any, feats: Any, known: Any) -> None:
 
 @kernel
 def known_beside(variant: Any, y0: int, x0: int, wrap: Any, i: int, j: int, h: int, w: int, k: int) -> bool:
-    """Say whether side `k` of pixel (i, j) of a window is the window's edge, with a known pixel beyond it."""
+    """Return whether side `k` of pixel (i, j) of a window is the window's edge, with a known pixel beyond it."""
     height, width = variant.shape
     a, b = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
     if 0 <= a < h and 0 <= b < w:
         return False
     if (h == height and not 0 <= a < h) or (w == width and not 0 <= b < w):
-        return False  # the window goes all round: beyond its edge lies its other edge
+        return False  # the window is as long as the canvas: its opposite edges meet
     y, x = canvas_place(y0 + a, height, wrap[0]), canvas_place(x0 + b, width, wrap[1])
     return y >= 0 and x >= 0 and variant[y, x] != HOLE
 
 
 @kernel
 def mark(grown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> None:
-    """Say of every pixel of a window whether it must stay, must be new, or may be either.
+    """Write the constraint of every pixel of a window: OLD, FREE or NEW.
 
-    It must stay where it is locked, or lies on the window's edge beside a known pixel outside: the cut then
-    runs inside the window, where both sides are known. It must be new where nothing is known, or where it
-    touches such a pixel, for the same reason.
+    OLD if it is locked, or lies on the window's edge next to a known pixel outside: the cut then
+    runs inside the window, where both sides are known. NEW if it is not known, or touches such a pixel, for the
+    same reason.
     """
     variant, wrap = grown.variant, grown.wrap
     height, width = variant.shape
@@ -131,11 +130,11 @@ def mark(grown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> N
 
 @kernel
 def cut_in_middle(grown: Any, locked: Any, y0: int, x0: int, known: Any, seam: Any, take: Any) -> None:
-    """Cut straight through the middle of the seam: old pixels stay in its outer half (Multrus 2003, B.1.4).
+    """Cut straight through the middle of the overlap: old pixels stay in its outer half (Multrus 2003, B.1.4).
 
-    `seam` (2,): rows and columns of the seams. An old pixel stays where it is locked, or lies within half a seam
-    of an edge of the window beyond which something is known. Of an odd seam the half at the top and left is the
-    larger one: the cut lies at the same place whichever of two windows is laid first. At the upper right corner
+    `seam` (2,): rows and columns of the overlap. An old pixel stays if it is locked, or lies within half an overlap
+    of an edge of the window beyond which something is known. Of an odd overlap the half at the top and left is the
+    larger one: the cut is the same whichever of two windows is placed first. At the upper right corner
     only the top counts, as in a raster scan, where nothing lies to the right.
     """
     variant, wrap = grown.variant, grown.wrap
@@ -159,7 +158,7 @@ def cut_in_middle(grown: Any, locked: Any, y0: int, x0: int, known: Any, seam: A
 
 @kernel
 def write_patch(grown: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, take: Any) -> None:
-    """Write the patch of variant `v` at (u, s) into the window, wherever `take` says so and the canvas reaches."""
+    """Write the patch of variant `v` at (u, s) into the window, where `take` is set and inside the canvas."""
     (variant, yx, wrap), table = grown, posed.table
     height, width = variant.shape
     rows, columns = table[v, 1], table[v, 2]
@@ -189,10 +188,10 @@ def paste(
     grown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, feats: Any, known: Any,
     price: Any,
 ) -> None:  # fmt: skip
-    """Cut the patch of variant `v` at (u, s) into the window at (y0, x0) along the cheapest seam.
+    """Paste the patch of variant `v` at (u, s) into the window at (y0, x0) along a minimum cut.
 
-    `feats` (h, w, C) and `known` (h, w) are what :func:`gather_window` read; `feats` is filled up. `locked` (H, W): the
-    pixels of the map that must stay.
+    `feats` (h, w, C) and `known` (h, w) are those of :func:`gather_window`; unknown `feats` are filled in.
+    `locked` (H, W): the pixels of the map that must stay.
     """
     flat, table = posed
     h, w, channels = feats.shape
@@ -219,7 +218,7 @@ def paste(
 def overlay(
     grown: Any, locked: Any, posed: Any, y0: int, x0: int, v: int, u: int, s: int, known: Any, seam: Any
 ) -> None:
-    """Lay the patch of variant `v` at (u, s) into the window, cut straight in the middle of its seams."""
+    """Paste the patch of variant `v` at (u, s) into the window, cut straight in the middle of the overlaps."""
     take = np.empty(known.shape, np.uint8)
     cut_in_middle(grown, locked, y0, x0, known, seam, take)
     write_patch(grown, posed, y0, x0, v, u, s, take)
@@ -231,7 +230,7 @@ J = np.array([isometry.j for isometry in ISOMETRIES], dtype=np.int64).reshape(8,
 # Columns of the tables of pieces and groups; TOP .. RIGHT is the box of the pixels themselves, half open.
 WHICH, POSE, OY, OX, TOP, LEFT, BOTTOM, RIGHT = range(8)
 NEAR = 1.0
-"""Px by which a neighbour may miss where the exemplar goes on, along each axis; rounding alone misses by as much."""
+"""Greatest deviation in px of a neighbour from the continued position, along each axis; rounding may reach it."""
 
 
 @kernel
@@ -244,7 +243,7 @@ def goes_on(
     x: int,
     axis: int,
 ) -> bool:
-    """Say whether a pixel goes on in the next along an axis: it lies where the mean of both frames leads."""
+    """Return whether the next pixel along an axis continues a pixel: it lies where the mean of both frames leads."""
     v, u = (y + 1, x) if axis == 0 else (y, x + 1)
     if which[y, x] != which[v, u]:
         return False
@@ -265,7 +264,7 @@ def label_flowing(
 ) -> Int32:
     """Number the connected pieces (H, W) in the order of their first pixels; holes are a class of their own.
 
-    `at` (H, W, 2) is where pixels lie in the exemplar, `j` (H, W, 2, 2) how the exemplar goes on around them.
+    `at` (H, W, 2): positions in the exemplar, `j` (H, W, 2, 2): frames.
     """
     height, width = which.shape
     labels = np.empty((height, width), np.int32)

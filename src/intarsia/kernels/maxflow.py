@@ -1,14 +1,14 @@
-"""Exact minimum cuts on the 4-neighbour grid of a window, whatever the shape of what is forced.
+"""Exact minimum cuts on the 4-neighbour grid of a window, for forced regions of any shape, by push and relabel.
 
 The maximum flow is found by push and relabel in first-in, first-out order, the farthest first, with breadth-first
-relabelling from time to time (Goldberg and Tarjan, J. ACM 1988; Cherkassky and Goldberg, Algorithmica 1997). On window
+(global) relabelling (Goldberg and Tarjan, J. ACM 1988; Cherkassky and Goldberg, Algorithmica 1997). On window
 grids this measured three to ten times faster than a plain version of Boykov and Kolmogorov's two search
-trees, whose paths become long where much lies between the forced pixels. Only the first phase is run: flow
-that cannot reach the end is left where it is stuck, for the cut is already known by then.
+trees, whose paths become long if the forced pixels are far from one another. Only the first phase is run: flow
+that cannot reach the sink is left where it is, as the cut is already known.
 
 The graph is implicit: the arcs of pixel `v` are the four residual capacities `room[4 * v + d]`, d = right,
-left, down, up, and `d ^ 1` is the arc back. A margin of one pixel without arcs spares every test for the
-window's edge. Costs are non-negative and below 2**30, for a residual may become the sum of both directions.
+left, down, up, and `d ^ 1` is the reverse arc. A margin of one pixel without arcs makes tests for the
+window's edge unnecessary. Costs are non-negative and below 2**30, for a residual may become the sum of both directions.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MOST = (1 << 63) - 1  # no flow is more
 
 @kernel
 def cut_cost(mask: UInt8, right: Int32, down: Int32) -> int:
-    """Add up the costs between all neighbouring pixels that lie on different sides of `mask`."""
+    """Return the cost of a cut: that between all neighbouring pixels on different sides of `mask`."""
     height, width = mask.shape
     total = 0
     for y in range(height):
@@ -41,12 +41,12 @@ def cut_cost(mask: UInt8, right: Int32, down: Int32) -> int:
 
 @kernel
 def _measure_heights(kind: Any, room: Any, sink: Any, step: Any, level: Any, reached: Any) -> Any:
-    """Count each pixel's arcs on the shortest way with room to an old one, or out of the grid; the size: no way.
+    """Write each pixel's residual distance to an old one, or to the sink, in arcs; the size: unreachable.
 
-    Lists those that have a way, the nearest first; returns how many.
+    List the reachable ones, the nearest first; return how many.
     """
     size = kind.size
-    head, tail = np.uint64(0), np.uint64(0)  # what is unsigned needs no test for the last but so many
+    head, tail = np.uint64(0), np.uint64(0)  # unsigned: no tests for negative indices
     for k in range(size):
         v = np.uint64(k)
         level[v] = size if kind[v] != NEW else size + 1
@@ -77,10 +77,9 @@ def _measure_heights(kind: Any, room: Any, sink: Any, step: Any, level: Any, rea
 def _drain(
     room: Any, sink: Any, step: Any, level: Any, excess: Any, queue: Any, waiting: Any, most: Any
 ) -> Any:
-    """Push waiting flow downhill, raising pixels as needed, until none waits, heights are due anew or `most` came.
+    """Push excess to lower pixels and relabel, until none is left, global relabelling is due, or `most` arrived.
 
-    The first `waiting` of the queue wait, and pixels to which more comes than leaves them. Returns how much came to old
-    pixels.
+    The first `waiting` of the queue have excess. Return how much arrived at old pixels.
     """
     head, tail, size, one, came = np.uint64(0), waiting, level.size, np.uint64(1), np.int64(0)
     end, raised = np.uint64(size), 0
@@ -129,10 +128,10 @@ def _drain(
 def push_flow(
     kind: UInt8, room: Int32, excess: Int64, sink: Int64, stride: int, most: Any
 ) -> tuple[Any, Any]:
-    """Send all that can flow from the new pixels, and what waits in `excess`, to the old ones; or until `most` came.
+    """Send the maximum flow from the new pixels, and from `excess`, to the old ones; or stop when `most` arrived.
 
-    Returns each pixel's distance to an old one along arcs with room left; the size, or more, where there is no way:
-    it is known if less than `most` came. That comes next. `room` and `excess` are used up.
+    Return each pixel's residual distance to an old one, the size or more if unreachable (defined if less than `most`
+    arrived), and the flow. `room` and `excess` are overwritten.
     """
     size, four, one = kind.size, np.uint64(4), np.uint64(1)
     level, reached = np.empty(size, np.int32), np.empty(size, np.int32)
@@ -153,7 +152,7 @@ def push_flow(
             total += excess[k]
     while total < most:
         known, waiting = _measure_heights(kind, room, sink, step, level, reached), np.uint64(0)
-        for k in range(known):  # the farthest first: what comes to a pixel goes on together
+        for k in range(known):  # the farthest first: the flow into a pixel is pushed on together
             v = np.uint64(reached[known - one - np.uint64(k)])
             if kind[v] == FREE and excess[v] > 0:
                 queue[waiting] = v
@@ -166,13 +165,13 @@ def push_flow(
 
 @kernel
 def least_cut(state: Any, terms: Any, more: Any, out: Any, most: Any) -> Any:
-    """Choose between old and new for every pixel so that its terms add up to the least.
+    """Minimise a submodular energy of old and new pixels by a minimum cut (an expansion move).
 
-    `state`: OLD, FREE, NEW or ABSENT. `terms` (3, 2, h, w): of each pixel and its right, and its lower neighbour, what
-    is paid if both stay, if the second becomes new, if the first does.
-    `more` (h, w): what each pixel costs besides if it is taken, or, below 0, if it stays; or of no size.
-    Of several such choices `out` (1 = new) is the one with the fewest old pixels. Where nothing must stay, all
-    becomes new. Returns whether `out` says so: not if all choices cost `most` or more.
+    `state`: OLD, FREE, NEW or ABSENT. `terms` (3, 2, h, w): pairwise terms of each pixel and its right, and its lower
+    neighbour: if both stay, if the second becomes new, if the first does.
+    `more` (h, w): unary term of each pixel if it becomes new, or, below 0, if it stays; or of no size.
+    Of several minima `out` (1 = new) is the one with the fewest old pixels. If nothing must stay, all
+    becomes new. Return whether `out` is a minimum: not if all choices cost `most` or more.
     """
     h, w = state.shape
     kept = 0
@@ -226,12 +225,12 @@ def least_cut(state: Any, terms: Any, more: Any, out: Any, most: Any) -> Any:
 def grid_min_cut(
     state: UInt8, right: Int32, down: Int32, out: UInt8
 ) -> int:
-    """Split a window of any shape between old and new at the least cost; returns that cost.
+    """Split a window of any shape between old and new by a minimum cut; return its cost.
 
-    `state` says 0 where a pixel must stay old, 2 where it must become new and 1 where it is free. `out`
-    becomes 1 where the new one is taken. Of several least cuts this is the one with the fewest old pixels:
-    those which an arc with room left still connects to an old one (that set is unique). Where nothing is
-    forced old all becomes new, and where nothing is forced new all stays old.
+    `state`: 0 where a pixel must stay old, 2 where it must become new, 1 where it is free. `out`
+    becomes 1 where the new one is taken. Of several minimum cuts this is the one with the fewest old pixels:
+    those with a residual path to an old one (that set is unique). If nothing is
+    forced old all becomes new, and if nothing is forced new all stays old.
     """
     height, width = state.shape
     any_old = np.any(state == OLD)

@@ -1,4 +1,4 @@
-"""Cheapest paths: along bed joints, down vertical joints, for cuts that never turn back."""
+"""Cheapest paths by dynamic programming: along bed and head joints, and for cuts that never turn back."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BARRED = 1 << 40
 
 @kernel
 def accumulate(cost: Any, bend: int) -> Any:
-    """Sum up costs (n, k) along the cheapest paths from the first row, one step aside a row at most; int64.
+    """Return the cumulative costs (n, k) of the cheapest paths from the first row, at most one step aside a row; int64.
 
     A step aside costs `bend`.
     """
@@ -34,9 +34,9 @@ def accumulate(cost: Any, bend: int) -> Any:
 
 @kernel
 def trace(total: Any, end: int, bend: int) -> Any:
-    """Walk the cheapest path back from column `end` of the last row: its column in every row (n,) int64.
+    """Return the cheapest path that ends in column `end` of the last row: its column in every row (n,) int64.
 
-    Of equal ways straight on comes first, then the left one.
+    Of equal steps the straight one is taken, then the left one.
     """
     n, k = total.shape
     path = np.empty(n, np.int64)
@@ -55,7 +55,7 @@ def trace(total: Any, end: int, bend: int) -> Any:
 
 @kernel
 def cheapest(cost: Any) -> Any:
-    """The cheapest path down a field of costs (n, k): its column in every row; of equal ends the middle one."""
+    """Return the cheapest path down a field of costs (n, k): its column in every row; of equal ends the middle one."""
     total = accumulate(cost, 0)
     n, k = cost.shape
     end = k // 2
@@ -67,10 +67,10 @@ def cheapest(cost: Any) -> Any:
 
 @kernel
 def least_cut(cost: Any, gap: Any) -> Any:
-    """The least cut between two sheets, line by line: from which pixel on the second one shows, (n,) int64.
+    """Return the least cut between two layers, line by line: the first pixel of the second layer, (n,) int64.
 
-    `cost` (n, K + 1): what it costs in a line to cut before pixel k; `gap` (n, K): what it costs that a pixel shows
-    one sheet and its neighbour in the next line the other. A cut may go any way along the lines. Of equal cuts the
+    `cost` (n, K + 1): the cost to cut a line before pixel k; `gap` (n, K): the cost if a pixel is of one layer and its
+    neighbour in the next line of the other. A cut may go any distance along the lines. Of equal cuts the
     one that goes straight on, else the one further left.
     """
     n, count = cost.shape

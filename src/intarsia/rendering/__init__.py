@@ -1,7 +1,7 @@
-"""Drawing a map: colours, mixing at seams, finishing, normals and magnification.
+"""Rendering of a map: source pixels, blending at seams, tone correction, normal maps and magnification.
 
-The ground that a map is drawn from: exemplars end to end, how far a pixel is from what is unusable, and the map. Codes
-become light and codes again by the sRGB curve, exact for integers; matching starts from the same numbers.
+Here: the source atlas that a map is drawn from (exemplars end to end, distances to unusable pixels, the map), the sRGB
+curve in both directions, exact for integers, and the whole numbers that matching starts from.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ OUTSIDE = "the map points outside its exemplars; it belongs to others, or is dam
 
 @dataclass(frozen=True)
 class Ground:
-    """A map, and one plane of its exemplars end to end, all in px of the plane."""
+    """A map and one plane of its exemplars end to end (the source atlas), all in px of the plane."""
 
     samples: Array  # (N, C) codes of all exemplars
     reach: Reach
@@ -39,9 +39,9 @@ class Ground:
 
     @classmethod
     def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, feather: int) -> Ground:
-        """Lay the planes end to end, those that are smaller than the map (-`scale` times) enlarged.
+        """Place the planes end to end, those that are smaller than the map (-`scale` times) enlarged.
 
-        Without a `feather`, in px of the plane, nobody votes, and no distance is measured.
+        Without a `feather`, in px of the plane, there are no votes, and no distance is measured.
         """
         grow = max(scale, 1)
         layers = [enlarged(p.samples, max(-scale, 1)) for p in planes]
@@ -67,9 +67,9 @@ class Ground:
         return free if free.any() and not free.all() else None
 
     def cut(self, box: Box) -> tuple[Array, ...]:
-        """Cut a box out of the map: the parts of `full`, and of maps that are not exact the last two of `Part`.
+        """Return a box of the map: the parts of `full`, and of maps that are not exact the last two of `Part` as well.
 
-        InputError where it points outside its exemplars.
+        Raise InputError if it points outside its exemplars.
         """
         size, smap = (box.height, box.width), self.smap
         part = np.empty((*size, 2), np.int32), np.empty(size, np.uint8), np.empty(size, np.uint8)
@@ -81,7 +81,7 @@ class Ground:
         return (*part, *(places or ()))
 
     def refuse_holes(self, here: UInt8) -> None:
-        """InputError where the exemplars `here`, which are to be drawn, have holes."""
+        """Raise InputError if the exemplar numbers `here`, which are to be drawn, hold holes."""
         if (here == HOLE).any():
             holes = int(self.smap.holes.sum())
             raise InputError(
@@ -95,7 +95,7 @@ def enlarged(samples: Array, times: int) -> Array:
 
 
 def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[np.uint16]:
-    """Measure how far every pixel is from what must not be read: 0 there, `cap` at most."""
+    """Return the chessboard distance of every pixel to the nearest unusable one: 0 there, at most `cap`."""
     height, width = exemplar.height * grow, exemplar.width * grow
     if exemplar.usable is None:
         if exemplar.toroidal:
@@ -118,7 +118,7 @@ _KNEE = (4045, 100_000)  # at or below this share of white the curve is a straig
 
 @dataclass(frozen=True)
 class Curve:
-    """How the codes of one plane become the numbers that are mixed.
+    """Conversion between the codes of one plane and the numbers that are blended.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class Curve:
 
     @classmethod
     def of(cls, plane: Plane, mixing: Mixing = Mixing.MEAN) -> Curve:
-        """Return the curve of a plane: sRGB for colours that say so, unless their codes are to be mixed."""
+        """Return the curve of a plane: sRGB for sRGB colours, unless their codes are to be blended."""
         coded = plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB
         return cls(plane.pixels.dtype, coded and mixing is not Mixing.SOURCE, plane.alpha)
 
@@ -157,21 +157,16 @@ class Curve:
     def linear(self, samples: Array) -> Array:
         """Return the light of codes (..., C): int32 fixed point, or float64; as they are without a curve.
 
-        Half floats become single ones: kernels know no others.
+        Half floats become single ones: kernels have no others.
         """
         if samples.dtype == np.float16:
             samples = samples.astype(np.float32)
         if not self.srgb:
             return samples
-        colours = samples.shape[-1] - self.alpha
-        light = np.empty(samples.shape, np.int32 if self.integer else np.float64)
-        light[..., colours:] = samples[..., colours:]
-        if self.integer:
-            light[..., :colours] = self.table[samples[..., :colours]]
-        else:
-            values = samples[..., :colours]
-            with np.errstate(over="ignore"):
-                light[..., :colours] = np.copysign(from_srgb(np.abs(values)), values)
+        light = samples.astype(np.int32 if self.integer else np.float64)
+        colours, codes = light[..., : samples.shape[-1] - self.alpha], samples[..., : samples.shape[-1] - self.alpha]
+        with np.errstate(over="ignore"):
+            colours[...] = self.table[codes] if self.integer else np.copysign(from_srgb(np.abs(codes)), codes)
         return light
 
     def code(self, light: Array) -> Array:
@@ -212,13 +207,13 @@ class Curve:
 def to_linear(plane: Plane) -> Array:
     """Return the light of a plane, (H, W, C).
 
-    sRGB colours become int32 fixed point (white 2**28) or float64; all else passes through.
+    sRGB colours become int32 fixed point (white 2**28) or float64; all else is returned as it is.
     """
     return Curve.of(plane).linear(plane.samples)
 
 
 def from_linear(values: Array, plane: Plane) -> Array:
-    """Return light (H, W, C) in the coding of `plane`: the way back of `to_linear`, exact for integers."""
+    """Return light (H, W, C) in the coding of `plane`: the inverse of `to_linear`, exact for integers."""
     return Curve.of(plane).code(values)
 
 
@@ -231,14 +226,14 @@ def light_table(size: int) -> Int32:
 
 @cache
 def code_steps(size: int) -> Int32:
-    """Return the light at which codes 1, 2, ... begin: half-way between two codes, as codes go."""
+    """Return the light at which codes 1, 2, ... begin: half-way between two neighbouring codes."""
     top = 256**size - 1
     return _ceiling(2 * np.arange(top, dtype=np.int64) + 1, 2 * top)
 
 
 @cache
 def code_shelf(size: int) -> tuple[Int32, int]:
-    """Return (codes, shift): ``codes[light >> shift]`` is the code at which to start looking for a light."""
+    """Return (codes, shift): the search for the code of a light starts at ``codes[light >> shift]``."""
     shift = BITS - 8 * size - 4 * (size == 1)
     starts = np.arange((1 << BITS - shift) + 1, dtype=np.int64) << shift
     return np.searchsorted(code_steps(size), starts, side="right").astype(np.int32), shift
@@ -248,7 +243,7 @@ def _ceiling(numerator: Int64, denominator: int) -> Int32:
     """Return the light of numerator / denominator in fixed point, rounded up exactly, on every machine.
 
     The power 2.4 = 12 / 5 of a machine's library may err in the last bits, so values too close to an integer
-    are settled by whole numbers: light <= r  <=>  z**12 * 2**(5 BITS) <= r**5.
+    are decided in whole numbers: light <= r  <=>  z**12 * 2**(5 BITS) <= r**5.
     """
     line = -(-(numerator * 25 << BITS) // (323 * denominator))  # v / 12.92
     z = (1000 * numerator + 55 * denominator, 1055 * denominator)
@@ -269,7 +264,7 @@ def _float_from_linear(v: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Unit:
-    """In what the numbers of planes are counted, so that they can be compared as whole numbers.
+    """Unit in which the numbers of planes are counted as whole numbers, for matching.
 
     Attributes
     ----------
@@ -287,13 +282,13 @@ class Unit:
 
     @classmethod
     def of(cls, values: Floats) -> Unit:
-        """Return the unit of floats that may have any range: of their own largest size, as a power of two.
+        """Return the unit of floats of any range: their largest size, as a power of two.
 
-        So heights in metres or millimetres count as those from 0 to 1 do: exactly alike if they are a power of two
+        Heights in metres or millimetres count as those from 0 to 1 do: exactly if they are a power of two
         times as large, and otherwise but for roundings by 2**-23 of the largest size. Whole codes of 8 and 16 bits as
-        floats count multiples of ``1 << bits``, which is as fine as single precision holds them. Where all but one of
-        a thousand values at either end lie closer together than 16 bits of the largest could tell apart, it is these
-        that are counted: from their least, in units of their own range.
+        floats count multiples of ``1 << bits``, which is as fine as single precision holds them. If all but one of
+        a thousand values at either end differ by less than 16 bits of the largest size resolve, the unit is that of
+        their own range, counted from their least.
         """
         size = float(np.abs(values).max(initial=0.0))
         if not size:
@@ -305,7 +300,7 @@ class Unit:
         return cls(0.0, _power(size), FINE)
 
     def count(self, values: Floats) -> Int32:
-        """Return floats in this unit, rounded half up and clipped to +-2**24. Not finite ones count as 0 does."""
+        """Return floats in this unit, rounded half up and clipped to +-2**24; what is not finite counts as 0."""
         finite = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
         with np.errstate(over="ignore"):  # what is masked out may be of any size
             whole = np.floor(np.ldexp(finite - self.origin, -self.exponent) * float(65535 << self.bits) + 0.5)
@@ -321,7 +316,7 @@ WHITE = Unit()
 
 
 def inner_range(values: Array) -> tuple[Any, Any]:
-    """Return the range of numbers without one of a thousand at either end."""
+    """Return least and greatest of numbers without one of a thousand at either end."""
     flat, k = values.ravel(), values.size // TAIL
     ends = (k, flat.size - 1 - k)
     if flat.dtype.kind != "f" and (least := int(flat.min())) > int(flat.max()) - COUNTED:
@@ -332,13 +327,13 @@ def inner_range(values: Array) -> tuple[Any, Any]:
 
 
 def _power(size: float) -> int:
-    """The least e with size <= 2**e."""
+    """Return the least e with size <= 2**e."""
     share, exponent = math.frexp(size)
     return exponent - (share == 0.5)
 
 
 def has_own_unit(plane: Plane) -> bool:
-    """True for floats whose range is their own: data and coded colours, but not light, normals or labels."""
+    """Return True for floats of any range: data and coded colours, but not light, normals or labels."""
     coded = plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB
     return plane.is_float and (coded or plane.kind is Kind.DATA)
 
@@ -347,11 +342,10 @@ def code_values(plane: Plane, unit: Unit = WHITE) -> Int32:
     """Return the whole numbers that matching starts from, (H, W, C) int32, equal for equal data of any depth.
 
     Data and coded colours are counted in `unit`, opacity and normals always in WHITE: there white, or the top of the
-    range, is 65535, and floats are rounded half up. Colours in
-    linear light, integers too, go through a logarithm, straight between powers of two: 0 at 0, about
-    65535 at 1, odd. It is read off the bits of float32(abs(v) + 2**-8), so no rounding of a machine's library
-    decides anything. Labels keep their value (beyond 2**31 they count on from -2**31). What is not finite
-    counts as 0.
+    range, is 65535, and floats are rounded half up. Colours in linear light, integers too, are replaced by an odd
+    piecewise linear logarithm, straight between powers of two: 0 at 0, about 65535 at 1. It is read off the bits of
+    float32(abs(v) + 2**-8), so no rounding of a machine's library decides anything. Labels keep their value (beyond
+    2**31 they continue from -2**31). What is not finite counts as 0.
     """
     samples = plane.samples
     if plane.kind is Kind.LABEL:

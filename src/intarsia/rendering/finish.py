@@ -1,16 +1,15 @@
-"""Finish a drawn picture: even out steps of light and colour across seams.
+"""Gradient-domain (Poisson) tone correction: steps of light and colour at seams of a rendered picture are removed.
 
-Where two pieces meet, each of them goes on in its exemplar beyond the seam, so both can be compared around every
-place of it. Where they show the same but for light or colour, as two halves of tiles do, they differ by the same all
-around, and that is the step to be evened out. Where they show something else, a stone and the joint beside it, they
-differ here so and there otherwise; as far as they do, the step is meant, and stays.
+The exemplar continues beyond the seam for both of two pieces that meet, so they can be compared around each of its
+pixels. If their difference is constant, as between two halves of tiles under different light, it is the step to be
+removed. If it varies, as between a stone and the joint next to it, the content differs; so far the step is kept.
 
-What is added to the picture has just these steps, the other way round, and is as smooth as can be elsewhere: it solves
-a Poisson equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but
-with measured steps in place of single pixels, and with a potential that ends at the radius (`potential`), so that a
-window is that window of the whole, and far from seams every byte stays. Where to trust a step is this project's own.
-All is done to the stored numbers, sRGB codes too: a step of light is a factor more than a sum, and in linear light
-what is added to a bright stone turns the gap beside it black. Sums are of whole numbers.
+The correction has these steps with the opposite sign and is as smooth as possible elsewhere: it solves a Poisson
+equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but with
+measured steps in place of single pixels, and with a potential of finite radius (`potential`), so that a rendered window
+equals that window of the whole, and pixels far from seams keep every byte. The confidence of a step is this project's
+own. Stored numbers are corrected, sRGB codes too: a step of light is nearer to a factor than to a sum, and in linear
+light what is added to a bright stone turns the gap next to it black. Sums are of whole numbers.
 """
 
 from __future__ import annotations
@@ -35,95 +34,89 @@ from .steps_kernels import Surroundings, seam_steps
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
 
-SMALL = 3  # px to either side: what is compared is averaged so far, so that grain does not count
+SMALL = 3  # px to either side over which compared colours are averaged, so that grain does not count
 FINE = 14
 """Potentials are whole numbers of 2**-14: sums over them by transforms of doubles come out exact."""
 
-_EXACT = 6  # px: so far the recurrence is used, which loses digits further out
+_EXACT = 6  # px: within it the recurrence is used, which loses digits further out
 _EULER = 0.57721566490153286
 _BITS, _OPACITY = 16, 8  # of a value, of a weight
 _SIDE = 512  # px of a cell, at least: several threads share those of a picture
 
 
-@dataclass(frozen=True)
-class Finishing:
-    """All that finishing a plane needs."""
+def finished(
+    draw: Callable[[Box], Array], ground: Ground, alpha: bool, box: Box, finishes: tuple[Finish, ...], run: Run
+) -> Array:
+    """Draw a box of the map, in px of the map, and apply the tone corrections; `draw` draws a box of the canvas.
 
-    ground: Ground
-    alpha: bool  # whether opacity comes last; it stays
-    run: Run
-
-    def finished(self, draw: Callable[[Box], Array], box: Box, finishes: tuple[Finish, ...]) -> Array:
-        """Draw a box of the map, in px of the map, and finish it; `draw` draws any box that lies on the canvas."""
-        for how in finishes:
-            if how.radius * (s := self.ground.scale) > MAX_RADIUS:
-                raise ParameterError(
-                    f"radius={how.radius} is too wide on a {s}x larger plane; at most {MAX_RADIUS // s} px."
-                )
-        codes = draw(box)
-        for how in finishes:
-            codes = self._levelled(codes, box, how)
-        return codes
-
-    def _levelled(self, codes: Array, box: Box, how: Levelling) -> Array:
-        """Level what is drawn of a box: codes (h, w, C)."""
-        ground, s = self.ground, self.ground.scale
-        out, radius = codes.copy(), how.radius * s
-        side, (y0, x0) = max(_SIDE, radius), (box.y0 * s, box.x0 * s)
-        cells = [
-            Box(y, x, min(y + side, len(out)), min(x + side, out.shape[1]))
-            for y in range(0, len(out), side)
-            for x in range(0, out.shape[1], side)
-        ]
-        colours = _Colours.of(ground, self.alpha)
-        size = [fast_length(min(n, side) + 2 * radius) for n in out.shape[:2]]
-        spread = fft.rfft2(potential(radius), size)
-        with self.run.pool() as each:
-
-            def level(cell: Box) -> None:
-                wide = self._with_margin(cell.moved(y0, x0), radius)
-                steps = np.zeros((wide.height, wide.width, colours.around.means.shape[1]), np.int32)
-                seam_steps(ground.cut(wide), ground.reach.table, colours.around, s, steps)
-                if not steps.any():
-                    return
-                steps = _with_mirrors(steps, wide, cell.moved(y0, x0), radius)
-                first = 2 * radius - 1
-
-                def even(c: int) -> None:
-                    field = fft.irfft2(fft.rfft2(steps[..., c], size) * spread, size)
-                    added = np.rint(field[first : first + cell.height, first : first + cell.width])
-                    colours.move(out[cell.y0 : cell.y1, cell.x0 : cell.x1], c, added, how.strength)
-
-                each(even, range(steps.shape[2]))
-
-            each(level, cells)
-            self.run.tick(1, 1)
-        return out
-
-    def _with_margin(self, cell: Box, radius: int) -> Box:
-        """Return a cell, in px of the plane, with what lies around it, as far as the canvas goes."""
-        smap, s = self.ground.smap, self.ground.scale
-        y0, x0, y1, x1 = cell.y0 - radius, cell.x0 - radius, cell.y1 + radius, cell.x1 + radius
-        if not smap.wrap.y:
-            y0, y1 = max(y0, 0), min(y1, smap.height * s)
-        if not smap.wrap.x:
-            x0, x1 = max(x0, 0), min(x1, smap.width * s)
-        return Box(y0, x0, y1, x1)
-
-
-def _with_mirrors(steps: Int32, wide: Box, cell: Box, radius: int) -> Int32:
-    """Return the steps around a cell, `radius` px to all sides; beyond the border of the canvas as in a mirror.
-
-    Else a seam that ends at the border would be evened out less there.
+    `alpha`: whether the last channel is opacity, which stays. Raise ParameterError if a radius is too wide.
     """
-    rows = (wide.y0 - cell.y0 + radius, cell.y1 + radius - wide.y1)
-    columns = (wide.x0 - cell.x0 + radius, cell.x1 + radius - wide.x1)
-    return np.pad(steps, (rows, columns, (0, 0)), "symmetric")
+    for how in finishes:
+        if how.radius * (s := ground.scale) > MAX_RADIUS:
+            raise ParameterError(
+                f"radius={how.radius} is too wide on a {s}x larger plane; at most {MAX_RADIUS // s} px."
+            )
+    codes = draw(box)
+    for how in finishes:
+        codes = _levelled(codes, ground, alpha, box, how, run)
+    return codes
+
+
+def _levelled(codes: Array, ground: Ground, alpha: bool, box: Box, how: Levelling, run: Run) -> Array:
+    """Return the codes (h, w, C) of a box after one tone correction."""
+    s = ground.scale
+    out, radius = codes.copy(), how.radius * s
+    side = max(_SIDE, radius)
+    cells = [
+        Box(y, x, min(y + side, len(out)), min(x + side, out.shape[1]))
+        for y in range(0, len(out), side)
+        for x in range(0, out.shape[1], side)
+    ]
+    colours = _Colours.of(ground, alpha)
+    size = [fast_length(min(n, side) + 2 * radius) for n in out.shape[:2]]
+    spread = fft.rfft2(potential(radius), size)
+    with run.pool() as each:
+
+        def level(cell: Box) -> None:
+            steps = _steps_around(ground, colours.around, cell.moved(box.y0 * s, box.x0 * s), radius)
+            if not steps.any():
+                return
+            first = 2 * radius - 1
+
+            def even(c: int) -> None:
+                field = fft.irfft2(fft.rfft2(steps[..., c], size) * spread, size)
+                added = np.rint(field[first : first + cell.height, first : first + cell.width])
+                colours.move(out[cell.y0 : cell.y1, cell.x0 : cell.x1], c, added, how.strength)
+
+            each(even, range(steps.shape[2]))
+
+        each(level, cells)
+        run.tick(1, 1)
+    return out
+
+
+def _steps_around(ground: Ground, around: Surroundings, cell: Box, radius: int) -> Int32:
+    """Return the divergence of the steps in a cell, in px of the plane, and `radius` px to all sides of it.
+
+    Beyond the border of the canvas it is mirrored: otherwise a seam that ends there would be corrected less.
+    """
+    smap, s = ground.smap, ground.scale
+    sides, pads = [], []
+    for start, stop, length, wrap in (
+        (cell.y0, cell.y1, smap.height, smap.wrap.y), (cell.x0, cell.x1, smap.width, smap.wrap.x),
+    ):  # fmt: skip
+        begin, end = start - radius, stop + radius
+        sides.append((begin, end) if wrap else (max(begin, 0), min(end, length * s)))
+        pads.append((sides[-1][0] - begin, end - sides[-1][1]))
+    (y0, y1), (x0, x1) = sides
+    steps = np.zeros((y1 - y0, x1 - x0, around.means.shape[1]), np.int32)
+    seam_steps(ground.cut(Box(y0, x0, y1, x1)), ground.reach.table, around, s, steps)
+    return np.pad(steps, (*pads, (0, 0)), "symmetric")
 
 
 @dataclass(frozen=True)
 class _Colours:
-    """The colours of a plane: what kernels compare, what numbers they became, and their range."""
+    """The colours of a plane as whole numbers: local means and variance for the kernel, and the range of the codes."""
 
     around: Surroundings
     shift: int  # codes become whole numbers of 2**-shift
@@ -131,23 +124,28 @@ class _Colours:
 
     @classmethod
     def of(cls, ground: Ground, alpha: bool) -> _Colours:
-        codes = ground.samples[:, : ground.samples.shape[1] - alpha]
-        weights = _weights(ground, alpha)
-        seen = codes if weights is None or not weights.any() else codes[weights > 0]
-        if codes.dtype.kind == "f":  # what is masked out may hold anything
-            seen = np.nan_to_num(seen.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+        codes, usable = ground.samples[:, : ground.samples.shape[1] - alpha], ground.usable
+        weights = _opacity(ground.samples[:, -1]) if alpha else None
+        if usable is not None:
+            weights = usable.astype(np.int64) if weights is None else weights * usable
+        seen = _finite(codes if weights is None or not weights.any() else codes[weights > 0])
         spread = np.stack([seen.min(axis=0), seen.max(axis=0)], axis=1).astype(np.float64)
         if codes.dtype.kind == "f":
             shift = min(_BITS - math.frexp(float(np.abs(spread).max()))[1], 1000)
+            top = math.ldexp(1.0, _BITS)
+            values = np.rint(np.clip(np.ldexp(_finite(codes), shift), -top, top)).astype(np.int64)
         else:
             shift = _BITS - 8 * codes.itemsize
-        values = _as_integers(codes, shift)
+            values = codes.astype(np.int64) << shift
         means = _means(ground.reach.table, values, weights, SMALL * ground.scale)
         counts = np.zeros(0, np.bool_) if weights is None else weights > 0
-        return cls(Surroundings(means, counts, _variance(values[counts] if counts.any() else values)), shift, spread)
+        counted = values[counts] if counts.any() else values
+        n, square = len(counted), int((counted * counted).sum())  # exact but for the last division
+        variance = (n * square - sum(int(total) ** 2 for total in counted.sum(axis=0))) / (n * n)
+        return cls(Surroundings(means, counts, variance), shift, spread)
 
     def move(self, codes: Array, c: int, steps: Floats, strength: float) -> None:
-        """Add the steps (h, w), which are changed, to channel `c` of codes, within the range of the exemplars."""
+        """Add the steps (h, w), which are overwritten, to channel `c` of codes, within the range of the exemplars."""
         own, (low, high) = codes[..., c].astype(np.float64), self.spread[c]
         steps *= math.ldexp(strength, -self.shift - FINE)
         steps += own
@@ -155,27 +153,11 @@ class _Colours:
         codes[..., c] = steps if codes.dtype.kind == "f" else np.floor(steps + 0.5, out=steps)
 
 
-def _variance(values: Int64) -> float:
-    """The variance of whole numbers (n, C), of all channels together; exact but for the last division."""
-    n, square = len(values), int((values * values).sum())
-    return (n * square - sum(int(total) ** 2 for total in values.sum(axis=0))) / (n * n)
-
-
-def _weights(ground: Ground, alpha: bool) -> Int64 | None:
-    """How much every pixel of the exemplars counts; None where all count alike."""
-    opaque, usable = _opacity(ground.samples[:, -1]) if alpha else None, ground.usable
-    if usable is None:
-        return opaque
-    return usable.astype(np.int64) if opaque is None else opaque * usable
-
-
-def _as_integers(codes: Array, shift: int) -> Int64:
-    """Return codes as whole numbers of 2**-shift; what is not finite, which only masked pixels may be, as 0."""
+def _finite(codes: Array) -> Array:
+    """Return floats as doubles, 0 where they are not finite, which only masked pixels may be; integers as they are."""
     if codes.dtype.kind != "f":
-        return np.asarray(codes.astype(np.int64) << shift)
-    values = np.nan_to_num(codes.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
-    top = math.ldexp(1.0, _BITS)
-    return np.asarray(np.rint(np.clip(np.ldexp(values, shift), -top, top)), np.int64)
+        return codes
+    return np.nan_to_num(codes.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _opacity(alpha: Array) -> Int64:
@@ -183,7 +165,7 @@ def _opacity(alpha: Array) -> Int64:
     if alpha.dtype.kind == "f":
         share = np.clip(np.nan_to_num(alpha.astype(np.float64), nan=0.0), 0.0, 1.0)
         return np.rint(share * ((1 << _OPACITY) - 1)).astype(np.int64)
-    return np.asarray(alpha.astype(np.int64) >> (0 if alpha.itemsize == 1 else 16 - _OPACITY))
+    return np.asarray(alpha.astype(np.int64) >> 8 * alpha.itemsize - _OPACITY)
 
 
 def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> Int64:
@@ -201,9 +183,9 @@ def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> I
 
 @lru_cache(maxsize=8)
 def potential(radius: int) -> Int64:
-    """Return the potential around a point, less than `radius` px away: (2 radius - 1, 2 radius - 1), in 2**-FINE.
+    """Return the lattice Green's function up to `radius` px from a point: (2 radius - 1, 2 radius - 1), in 2**-FINE.
 
-    Its sum of differences to the four neighbours is 1 at the point, and about 0 elsewhere near it: added up over the
+    Its discrete Laplacian is 1 at the point, and about 0 elsewhere near it: convolved with the
     divergence of a field of steps it gives a picture that has these steps, as far as a picture can. Near the point it
     is the exact one of the square grid, by the recurrence of McCrea and Whipple ("Random paths in two and three
     dimensions", 1940), further out its logarithm; towards the radius it fades.
@@ -221,12 +203,12 @@ def potential(radius: int) -> Int64:
 
 
 def _far(distance: Array | float) -> Array:
-    """The potential so far away, px; as what is given."""
+    """Return the asymptotic potential at a distance in px."""
     return np.asarray((np.log(distance) + _EULER + 1.5 * math.log(2.0)) / (2.0 * math.pi))
 
 
 def _near() -> list[list[float]]:
-    """The potential of a point at (0, 0) on a grid without end, in rows x >= y >= 0."""
+    """Return the exact potential of a point at (0, 0) on the infinite square grid, in rows x >= y >= 0."""
     n = _EXACT + 1
     a = [[0.0] * (n + 1) for _ in range(n + 1)]
     for k in range(1, n + 1):  # along the diagonal, and beside it: both neighbours below are known

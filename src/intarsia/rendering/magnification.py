@@ -1,10 +1,10 @@
-"""Grow small, draw large: an exemplar that is compared at reduced size and shown at its own (Lefebvre and Hoppe 2005).
+"""Synthesis magnification: matching at reduced size, rendering at full size (Lefebvre and Hoppe 2005, section 5).
 
     wall = ia.synthesize(ia.magnified(ia.read("brick.png"), 4), 256)
     ia.write("wall.png", wall.render())     # 1024 x 1024 px
 
 Section 5 of the paper, synthesis magnification: the map is made of the reduced exemplar; each pixel of the large
-picture is what its four nearest map pixels, enlarged, show there, mixed along both axes by how near they are. Those
+picture is the bilinear blend of what its four nearest map pixels, enlarged, show there. Those
 are the votes of a feather of one px of the map, n px of the picture. Shares along an axis are k / (n + 1), k = 1 .. n,
 where bilinear weights at the middles of pixels are (k - 1/2) / n: at most 1/12 off. With odd n the ramp lies half a px
 of the picture to one side, as no feather of n px can be centred there: at most 1 / (n + 1) off.
@@ -20,11 +20,11 @@ import numpy as np
 from ..foundation import TIMES, InputError, ParameterError, expect, whole_within
 from ..foundation.arrays import Array
 from ..model import REDUCED, Exemplar
-from .mixing import averaged
+from .mixing import averaged, blocks
 
 
 def magnified(exemplar: Exemplar, times: int) -> Exemplar:
-    """Make textures of this exemplar be grown at a fraction of its size, and drawn with all of its pixels.
+    """Return an exemplar that is matched at a fraction of its size and rendered with all of its pixels.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
     Returns
     -------
     Exemplar
-        Whose base is the old one, averaged in blocks by what its numbers mean; ``shown`` names the planes as they were,
-        which renderings draw. A px of the base is usable if all of its block is.
+        Its base is the given one, averaged in blocks by its kind; the planes as they were are those that renderings
+        draw. A px of the base is usable if all of its block is.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
 def reduced(exemplar: Exemplar, n: int, said: str = "the reduction", *remedies: str) -> Exemplar:
     """Average blocks of n x n px of every plane by its kind; a block is usable if all of it is.
 
-    What is left of sides is cut off first, unless the exemplar is toroidal; `said` and `remedies`: see :func:`trimmed`.
+    Remainders of sides are cut off first, unless the exemplar is toroidal; `said`, `remedies`: see :func:`trimmed`.
     """
     smallest = max(exemplar.width // p.width for p in exemplar.planes.values()) or 1
     exemplar = trimmed(exemplar, n * smallest, said, *remedies)
@@ -82,9 +82,10 @@ def trimmed(
     exemplar: Exemplar, n: int, said: str, less: str = "choose less",
     otherwise: str = "let it not be toroidal, or choose another number",
 ) -> Exemplar:  # fmt: skip
-    """Cut columns at the right and rows at the bottom off, so that n divides the sides; `said`: who asks for it.
+    """Cut columns at the right and rows at the bottom off, so that n divides the sides.
 
-    `less`, `otherwise`: what to do where nothing is left, and where a toroidal exemplar would no longer be one.
+    Raise ParameterError, which begins with `said`, if nothing is left (it ends with `less`), or if a toroidal exemplar
+    would no longer be one (`otherwise`).
     """
     unit = lcm(n, max(exemplar.width // p.width for p in exemplar.planes.values()) or 1)
     width, height = (side - side % unit for side in (exemplar.width, exemplar.height))
@@ -101,7 +102,7 @@ def trimmed(
 
 
 def cut_out(exemplar: Exemplar, x: int, y: int, width: int, height: int) -> Exemplar:
-    """Cut a rectangle out of all planes, in px of the base; it must cut no pixel of a smaller plane."""
+    """Return a rectangle of all planes, in px of the base; it must not split a pixel of a smaller plane."""
     planes = {}
     for name, plane in exemplar.planes.items():
         left, top, w, h = (v * plane.width // exemplar.width for v in (x, y, width, height))
@@ -113,5 +114,4 @@ def cut_out(exemplar: Exemplar, x: int, y: int, width: int, height: int) -> Exem
 def _usable(exemplar: Exemplar, n: int) -> Array | None:
     if exemplar.usable is None:
         return None
-    height, width = exemplar.usable.shape
-    return np.asarray(exemplar.usable.reshape(height // n, n, width // n, n).all(axis=(1, 3)))
+    return np.asarray(blocks(exemplar.usable[..., None], n).all(axis=(2, 3)))

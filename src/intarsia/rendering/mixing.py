@@ -1,12 +1,12 @@
-"""How the votes of several pieces become one pixel: integers, floats, normals and labels.
+"""Blending of the votes of several pieces into one pixel: integers, floats, normal maps and labels.
 
-A mixer belongs to one plane of all exemplars. It votes in one cell and returns the codes and, for every
-pixel, the weight of all votes (0: nobody votes, the code means nothing). So it does for what is read between pixels,
-where pieces are turned, scaled or bent. It also averages blocks, for planes that are smaller than the map.
+A mixer belongs to one plane of all exemplars. For one cell it returns the codes and, for every pixel, the weight of all
+votes (0: no votes, the code is undefined); likewise for interpolated pixels, where pieces are turned, scaled or bent.
+It also averages blocks, for planes that are smaller than the map.
 
-Colours with opacity are premultiplied, so that what is invisible never tints what is seen: colour = sum w a C /
-sum w a, opacity = sum w a / sum w; where every voter is wholly transparent the colours mix plainly. Keeping the
-contrast applies to the colours; opacity is always the mean.
+Colours with opacity are premultiplied, so that transparent pixels do not tint opaque ones: colour = sum w a C /
+sum w a, opacity = sum w a / sum w; where every vote is wholly transparent the colours are blended without opacity.
+Variance-preserving blending applies to the colours; opacity is always the mean.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from .vote_kernels import LIMB, Reach, Voters, add_votes, settle_vectors, vote_l
 if TYPE_CHECKING:
     from . import warped_kernels
     from .warped_kernels import Part
-else:  # what few pictures need
+else:  # what few pictures use
     warped_kernels = lazy("intarsia.rendering.warped_kernels")
 
 SAMPLED = 1 << 18
-"""Vectors of a map that are looked at, about."""
+"""About how many vectors of a normal map are measured."""
 
 
 @dataclass(frozen=True)
@@ -64,24 +64,24 @@ class NormalCoding:
         return int(np.iinfo(self.dtype).max) if self.dtype.kind == "u" else 1
 
     def turn(self) -> tuple[Int64, Int64]:
-        """Return (channel, sign), (8, 3) each: laid with a pose, component c is sign * old[channel].
+        """Return (channel, sign), (8, 3) each: in an isometry, component c is sign * old[channel].
 
         An output pixel p shows the exemplar at u(p), with J = du/dp. A height h(u(p)) has by the chain rule the slope
-        J^T times that of h; a normal holds the slope in x and y, so n_yx' = J^T n_yx, and n_z is kept. All this in the
-        picture's axes, x right and y down. Where green points up it is -y, which changes the sign of whatever crosses
-        from red to green and back.
+        J^T times that of h; a normal holds the slope in x and y, so n_yx' = J^T n_yx, and n_z is kept. These are
+        the picture's axes, x right and y down. If green points up it is -y, which changes the sign of components
+        that move between red and green.
         """
-        channel = np.tile(np.arange(3), (8, 1))
-        sign = np.ones((8, 3), dtype=np.int64)
-        for pose, isometry in enumerate(ISOMETRIES):
+        channel, sign = [], []
+        for isometry in ISOMETRIES:
             (a, b), (c, d) = isometry.j
-            cross = 1 if self.green_down else -1
-            if isometry.swaps:
-                channel[pose, :2] = 1, 0
-                sign[pose, :2] = b * cross, c * cross
-            else:
-                sign[pose, :2] = d, a
-        return channel, sign
+            channel.append((1, 0, 2) if isometry.swaps else (0, 1, 2))
+            sign.append((b * self.cross, c * self.cross, 1) if isometry.swaps else (d, a, 1))
+        return np.array(channel), np.array(sign)
+
+    @property
+    def cross(self) -> int:
+        """The sign that a component takes when it moves between red and green."""
+        return 1 if self.green_down else -1
 
     def vectors(self, codes: Array) -> Array:
         """Return codes as vectors, times the top of the range: int32 for integers, float64 for floats."""
@@ -91,7 +91,7 @@ class NormalCoding:
     def settled(
         self, samples: Array, first: Int64, total: Float64 | None = None, weight: Float64 | None = None
     ) -> Array:
-        """Return codes as :func:`settle_vectors` writes them."""
+        """Return the codes that :func:`settle_vectors` writes, (h, w, 3)."""
         half = samples.dtype == np.float16  # kernels know none
         samples = samples.astype(np.float32) if half else samples
         out = np.empty((*first.shape, 3), np.float64 if half else samples.dtype)
@@ -109,8 +109,8 @@ class NormalCoding:
 def off_unit(plane: Plane) -> float:
     """Return by how much the vectors of a normal map differ from length 1, on average.
 
-    0.02 in maps of 8 bits, 0.1 where these were reduced; 58 of 61 photographs have 0.17 and more. Of large maps every
-    few pixels are looked at.
+    0.02 in maps of 8 bits, 0.1 where these were reduced; 58 of 61 photographs have 0.17 and more. Large maps are
+    subsampled.
     """
     codes = plane.samples
     step = max(1, math.isqrt(codes.shape[0] * codes.shape[1] // SAMPLED))
@@ -118,14 +118,14 @@ def off_unit(plane: Plane) -> float:
     coding = NormalCoding(codes.dtype, plane.is_float and bool((codes < 0).any()), False)
     vectors = coding.vectors(codes).astype(np.float64) / coding.top
     with np.errstate(invalid="ignore", over="ignore"):
-        lengths = np.sqrt((vectors * vectors).sum(axis=2))
+        lengths = np.linalg.norm(vectors, axis=2)
     lengths = lengths[np.isfinite(lengths)]
     return float(np.abs(lengths - 1.0).mean()) if lengths.size else 0.0
 
 
 @dataclass(frozen=True)
 class Spread:
-    """The mean and the range of an exemplar's channels, as light: what keeping the contrast refers to."""
+    """The mean and the range of an exemplar's channels, as light, for variance-preserving blending."""
 
     mean: Float64
     low: Float64
@@ -133,7 +133,7 @@ class Spread:
 
     @classmethod
     def of(cls, light: Array, share: Array | None = None) -> Spread:
-        """Measure pixels (N, C), each counting by its `share`; the mean of equal pixels is that pixel."""
+        """Return those of pixels (N, C), weighted by `share`; the mean of equal pixels is that pixel."""
         base = light[0].astype(np.float64)
         away = light - base
         if share is None or not share.any():
@@ -143,7 +143,7 @@ class Spread:
         return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
 
     def widen(self, mean: Float64, weight: Array, squares: Float64) -> Float64:
-        """Push means away from the overall mean by sum w / sqrt(sum w^2), not beyond the exemplar's range."""
+        """Return means scaled around the overall mean by sum w / sqrt(sum w^2), clipped to the exemplar's range."""
         gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
 
@@ -152,7 +152,7 @@ _UPRIGHT = (np.tile(np.arange(64), (8, 1)), np.ones((8, 64), np.int64))
 
 
 def room_for(shape: Pair, channels: int, kind: type) -> tuple[Array, Array]:
-    """Make room for the sums of a cell: totals (h, w, C), and weights (h, w)."""
+    """Return zeros for the sums of a cell: totals (h, w, C), and weights (h, w)."""
     return np.zeros((*shape, channels), kind), np.zeros(shape, kind)
 
 
@@ -163,13 +163,13 @@ def blocks(values: Array, s: int) -> Array:
 
 
 def limbs_of(light: Array) -> Array:
-    """Return light (..., C) as (..., 2 C): in two limbs, so that sums weighted by opacity of 16 bits fit in 64."""
+    """Return light (..., C) split into two limbs (..., 2 C), so that sums weighted by opacity of 16 bits fit in 64."""
     return np.concatenate([light >> LIMB, light & ((1 << LIMB) - 1)], axis=-1)
 
 
 @dataclass(frozen=True)
 class Colours:
-    """Colours, with opacity last or without, and data."""
+    """Blending of colours, with opacity last or without, and of data."""
 
     samples: Array  # (N, C) codes
     curve: Curve
@@ -177,9 +177,9 @@ class Colours:
 
     @cached_property
     def light(self) -> Array:
-        """What is mixed, (N, C), int32 or floats."""
+        """The numbers that are blended, (N, C), int32 or floats."""
         light = self.curve.linear(self.samples)
-        return light.astype(np.int32) if light.dtype.kind == "u" else light  # kernels need one kind of whole numbers
+        return light.astype(np.int32) if light.dtype.kind == "u" else light  # one integer type for kernels
 
     @property
     def colours(self) -> int:
@@ -187,17 +187,17 @@ class Colours:
         return int(self.samples.shape[-1]) - self.curve.alpha
 
     def squares(self, plan: Voters) -> Float64 | None:
-        """Make room for sums of squared weights, where they are needed."""
+        """Return zeros for sums of squared weights; None where they are not needed."""
         return np.zeros(plan.shape) if self.spread else None
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Float64]:
-        """As votes, of what is read between pixels."""
+        """Return the same for interpolated pixels."""
         alpha, size = self.curve.alpha, part.size(feather)
         plain, weight = room_for(size, self.samples.shape[1], np.float64)
         seen, opaque = room_for(size, plain.shape[2] if alpha else 1, np.float64)
         first = np.full(size, -1)
         warped_kernels.read_light(part, reach, feather, self.light, alpha, (seen, plain), first, (opaque, weight))
-        if self.curve.srgb and self.curve.integer and not alpha:  # plainly: as below
+        if self.curve.srgb and self.curve.integer and not alpha:  # the same as below, faster
             return self.curve.divided(plain, weight, first, self.light, self.samples), weight
         away = plain / np.maximum(weight, 1.0)[..., None]
         if alpha:
@@ -207,7 +207,7 @@ class Colours:
         return self._coded(np.maximum(first, 0), away), weight
 
     def _coded(self, first: Int64, away: Array, weight: Array | None = None, squares: Float64 | None = None) -> Array:
-        """Return what is `away` from the light of pixels as codes; those of the pixels where it is nothing."""
+        """Return the codes of the light of pixels `first` plus `away`; the pixels' own codes where that is 0."""
         mean = self.light[first] + away
         same, n = away == 0, self.colours
         if self.spread and squares is not None and weight is not None:
@@ -217,24 +217,22 @@ class Colours:
 
 
 class Integers(Colours):
-    """Of 8 and 16 bit: whole sums, rounded once."""
+    """Blending of 8 and 16 bit codes: whole sums, rounded once."""
 
     @cached_property
     def limbs(self) -> Array:
-        """The light of the colours."""
+        """The light of the colours, in two limbs."""
         return limbs_of(self.light[:, :-1])
 
     def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
-        total, weight = sums = room_for(plan.shape, self.colours, np.int64)
-        squares = self.squares(plan)
-        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, sums, squares)
-        codes = self._rounded(total, weight, squares)
+        plain, squares = room_for(plan.shape, self.colours, np.int64), self.squares(plan)
+        add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, plain, squares)
+        codes = self._rounded(*plain, squares)
         if self.curve.alpha:
-            total, opaque = sums = room_for(plan.shape, 2 * self.colours, np.int64)
-            squares = self.squares(plan)
-            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, sums, squares)
-            codes = self._seen(codes, weight, self._rounded(total, opaque, squares), opaque)
-        return codes, weight
+            seen, squares = room_for(plan.shape, 2 * self.colours, np.int64), self.squares(plan)
+            add_votes((plan, reach), self.limbs, None, self.samples[:, -1], _UPRIGHT, None, seen, squares)
+            codes = self._seen(codes, plain[1], self._rounded(*seen, squares), seen[1])
+        return codes, plain[1]
 
     def average(self, codes: Array, s: int) -> Array:
         light = blocks(self.curve.linear(codes).astype(np.int64), s)
@@ -248,13 +246,13 @@ class Integers(Colours):
         return self._seen(mean, weight, seen, opaque)
 
     def _seen(self, plain: Array, weight: Int64, seen: Array, opaque: Int64) -> Array:
-        """Join colours with opacity: where nothing is seen, what they are if all count alike."""
+        """Return colours with opacity; where the opacity is 0, the colours blended without it."""
         weight = np.maximum(weight, 1)
         alpha = ((2 * opaque + weight) // (2 * weight)).astype(plain.dtype)
         return np.concatenate([np.where((opaque > 0)[..., None], seen, plain), alpha[..., None]], axis=2)
 
     def _rounded(self, total: Int64, weight: Int64, squares: Float64 | None = None) -> Array:
-        """Divide sums of light, or of its limbs, as codes."""
+        """Return sums of light, or of its limbs, divided by weights, as codes."""
         share = np.maximum(weight, 1)[..., None]
         if limbs := total.shape[2] > self.colours:
             high, low = np.split(total, 2, axis=2)
@@ -264,7 +262,7 @@ class Integers(Colours):
             mean = whole * float(1 << LIMB) + rest / share if limbs else total / share
             mean = self.spread.widen(mean, share[..., 0], squares)
             total = np.floor(mean if self.curve.srgb else mean + 0.5).astype(np.int64)
-        elif limbs:  # the steps of the curve round; without a curve, round half up here
+        elif limbs:  # the code table rounds; without a curve, round half up here
             total = (whole << LIMB) + (rest // share if self.curve.srgb else (2 * rest + share) // (2 * share))
         else:
             return self.curve.divided(total, weight)
@@ -272,7 +270,7 @@ class Integers(Colours):
 
 
 class Floats(Colours):
-    """Sums in float64, where all agree an exact copy."""
+    """Blending in float64; where all votes agree, an exact copy."""
 
     def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
         codes, weight = self._mixed(plan, reach, None)
@@ -294,7 +292,7 @@ class Floats(Colours):
 
     def average(self, codes: Array, s: int) -> Array:
         block, light = blocks(codes, s), blocks(self.curve.linear(codes).astype(np.float64), s)
-        alike = np.ones((*block.shape[:3], 1))
+        alike = np.ones_like(light[..., :1])
         mean, _ = self._averaged(block, light, alike)
         if self.curve.alpha:
             seen, opaque = self._averaged(block, light, np.maximum(light[..., -1:], 0.0))
@@ -303,7 +301,7 @@ class Floats(Colours):
         return mean
 
     def _averaged(self, block: Array, light: Array, share: Array) -> tuple[Array, Array]:
-        pick = np.argmax(share > 0, axis=2)[:, :, None]  # the first that is seen
+        pick = np.argmax(share > 0, axis=2)[:, :, None]  # the first that is not transparent
         code, base = (np.take_along_axis(a, pick, axis=2)[:, :, 0] for a in (block, light))
         weight = share.sum(axis=(2, 3))
         away = ((light - base[:, :, None]) * share).sum(axis=2) / np.where(weight > 0, weight, 1.0)[..., None]
@@ -312,7 +310,7 @@ class Floats(Colours):
 
 @dataclass(frozen=True)
 class Normals:
-    """Vectors: turned with their piece, mixed, made unit length again; where all agree an exact copy."""
+    """Blending of normals: turned with their piece, averaged, normalised; where all agree, an exact copy."""
 
     samples: Array  # (N, 3) codes
     light: Array  # (N, 3) vectors
@@ -325,21 +323,20 @@ class Normals:
         return self.coding.settled(self.samples, first, total, weight), weight
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """As votes, of what is read between pixels."""
+        """Return the same for interpolated pixels."""
         total, weight = room_for(part.size(feather), 3, np.float64)
         first, lead = np.zeros(weight.shape, np.int64), np.zeros_like(total)
-        cross = 1 if self.coding.green_down else -1
-        warped_kernels.read_vectors(part, reach, feather, self.light, cross, first, (lead, total), weight)
+        warped_kernels.read_vectors(part, reach, feather, self.light, self.coding.cross, first, (lead, total), weight)
         vector = lead * weight[..., None] + total
         heard = np.asarray(vector.any(axis=2))
-        vector[(first >= 0) & (total == 0.0).all(axis=2)] = 0.0  # a copy
+        vector[(first >= 0) & (total == 0.0).all(axis=2)] = 0.0  # an exact copy
         first = np.where(first >= 0, first, -1 - first)
         return self.coding.settled(self.samples, first, vector), heard
 
     def average(self, codes: Array, s: int) -> Array:
         vectors = blocks(self.coding.vectors(codes), s).astype(np.float64)
         vector = vectors.sum(axis=2)
-        vector[(vectors == vectors[:, :, :1]).all(axis=(2, 3))] = 0.0  # a copy
+        vector[(vectors == vectors[:, :, :1]).all(axis=(2, 3))] = 0.0  # an exact copy
         first = 8 * np.arange(vector.size // 3).reshape(vector.shape[:2])
         leading = blocks(codes, s)[:, :, 0].reshape(-1, 3)
         return self.coding.settled(leading, first, vector)
@@ -347,21 +344,21 @@ class Normals:
 
 @dataclass(frozen=True)
 class Labels:
-    """Names: the label with the largest weight, the smallest of equals."""
+    """Majority vote of labels: the largest weight, the smallest label of equals."""
 
     ranks: Int32  # (N,): place of a pixel's label among all labels in order
     names: Array  # (K, C)
 
     @classmethod
     def of(cls, samples: Array) -> Labels:
-        """Number the labels of pixels (N, C); several channels are one name."""
+        """Return the mixer of pixels (N, C), whose labels are numbered; several channels are one label."""
         names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
     def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
         out, weight = np.zeros(plan.shape, np.int32), np.zeros(plan.shape, np.int64)
         todo = [(0, plan.shape[0], 4)]
-        while todo:  # few pixels hear more than four labels; where they do, take fewer rows with more room
+        while todo:  # few pixels have votes for more than four labels; there, take fewer rows with more slots
             begin, end, room = todo.pop()
             size = (end - begin, plan.shape[1], room)
             label, share = np.zeros(size, np.int32), np.zeros(size, np.int64)
@@ -374,27 +371,25 @@ class Labels:
         return self.names[out], weight
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """As votes, of what is read between pixels."""
+        """Return the same for interpolated pixels."""
         size = part.size(feather)
         out, weight = np.zeros(size, np.int32), np.zeros(size, np.int64)
         warped_kernels.read_labels(part, reach, feather, self.ranks, out, weight)
         return self.names[out], weight
 
     def average(self, codes: Array, s: int) -> Array:
-        names, ranks = np.unique(codes.reshape(-1, codes.shape[2]), axis=0, return_inverse=True)
-        block = blocks(ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
-        votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # how many of the block agree with each
-        best = np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)
-        chosen: Array = names[best]
-        return chosen
+        own = Labels.of(codes.reshape(-1, codes.shape[2]))
+        names, block = own.names, blocks(own.ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
+        votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # number of equal labels in the block
+        return np.asarray(names[np.where(votes == votes.max(axis=2, keepdims=True), block, len(names)).min(axis=2)])
 
 
 Mixer = Integers | Floats | Normals | Labels
-"""What a plane needs to be rendered."""
+"""How the pixels of a plane are blended, by its kind and type."""
 
 
 def mixer_of(planes: Sequence[Plane], samples: Array, blend: Blend, usable: Mask | None = None) -> Mixer:
-    """Choose how the pixels of one plane of all exemplars become one; `usable`: which samples its contrast is of."""
+    """Return the mixer of one plane of all exemplars; `usable`: the samples of which mean and range are taken."""
     plane, dtype = planes[0], planes[0].pixels.dtype
     if plane.kind is Kind.NORMAL:
         signed = any(p.is_float and bool((p.pixels < 0).any()) for p in planes)

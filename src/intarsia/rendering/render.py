@@ -1,13 +1,12 @@
-"""Draw a map: every pixel is a vote of the pieces within the feather around it; without one, an exact copy.
+"""Render a map: each pixel is a weighted blend of the pieces within the feather around it; without one, an exact copy.
 
     out(p) = sum over taps of w E(u) / sum w,   q = p + tap,   u = S(q) + J(q) (p - q),   w = t(u)
 
 Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the
-chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The work is done in
-cells, boxes of the output that know their surroundings within the feather; a cell never depends on how the
-canvas was cut. `grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. A finish
-comes last, of a picture that reaches as far beyond the window as the finish does. Where a map has frames or fractions,
-pixels are read between those of the exemplar (`warped_kernels`).
+chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The output is rendered in
+cells, boxes that are cut out of the map with a margin of the feather; no cell depends on how the canvas is divided.
+`grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. Tone correction comes last.
+Where a map has frames or fractions, pixels are interpolated between those of the exemplar (`warped_kernels`).
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ from .vote_kernels import copy_cell, make_plan
 
 if TYPE_CHECKING:
     from . import finish, warped_kernels
-else:  # what few pictures need
+else:  # what few pictures use
     finish, warped_kernels = lazy("intarsia.rendering.finish"), lazy("intarsia.rendering.warped_kernels")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
 
 MAX_BETWEEN = 256
-"""The widest feather in px of a plane whose pixels are read between others: every vote is read on its own."""
+"""The widest feather in px of a plane whose pixels are interpolated: every vote is read on its own."""
 
 _ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
 
@@ -55,7 +54,7 @@ def render(
     exemplars : sequence of Exemplar
         In the order of their numbers in the map.
     smap : SourceMap
-        Without holes where it is drawn, and within the reach of a finish.
+        Without holes where it is drawn.
     name : str, optional
         The plane, or the packed map; the first of the first exemplar by default. A plane s times larger than the
         base gives a picture s times larger than the map, with a feather of s times as many px; one s times
@@ -99,8 +98,7 @@ def render(
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
         return planes[0].like(_draw_box(job, box, shrink, run))
-    finishes = finish.Finishing(ground, planes[0].alpha, run)
-    codes = finishes.finished(lambda wide: _draw_box(job, wide, 1, run), box, blend.finish)
+    codes = finish.finished(lambda wide: _draw_box(job, wide, 1, run), ground, planes[0].alpha, box, blend.finish, run)
     if shrink > 1:
         step = _ROWS * shrink
         bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
@@ -111,20 +109,20 @@ def render(
 def _draw_box(job: _Job, box: Box, shrink: int, run: Run) -> Array:
     """Draw a box of the map; smaller planes are averaged at once."""
     grow, smap, samples = job.ground.scale, job.ground.smap, job.ground.samples
-    rows, columns = _stretches(box.y0, box.y1, smap.height), _stretches(box.x0, box.x1, smap.width)
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
-        (y * grow, x * grow, ty * grow // shrink, tx * grow // shrink, h * grow, w * grow)
-        for y, ty, h in _cell_sides(rows, max(_ROWS, job.feather) // grow, shrink)
-        for x, tx, w in _cell_sides(columns, max(_COLUMNS, job.feather) // grow, shrink)
+        (row, column)
+        for row in _cell_sides(box.y0, box.y1, smap.height, max(_ROWS, job.feather) // grow, shrink)
+        for column in _cell_sides(box.x0, box.x1, smap.width, max(_COLUMNS, job.feather) // grow, shrink)
     ]
 
-    def draw(cell: tuple[int, int, int, int, int, int]) -> None:
-        y, x, ty, tx, h, w = cell
-        codes = job.draw(y, x, h, w)
+    def draw(cell: tuple[_Side, _Side]) -> None:
+        (y, ty, h), (x, tx, w) = cell
+        codes = job.draw(y * grow, x * grow, h * grow, w * grow)
         if shrink > 1:
             codes = job.mixer.average(codes, shrink)
-        out[ty : ty + codes.shape[0], tx : tx + codes.shape[1]] = codes
+        top, left = ty * grow // shrink, tx * grow // shrink
+        out[top : top + codes.shape[0], left : left + codes.shape[1]] = codes
 
     with run.pool() as each:
         batch = 8 * run.workers
@@ -136,7 +134,7 @@ def _draw_box(job: _Job, box: Box, shrink: int, run: Run) -> Array:
 
 @dataclass(frozen=True)
 class _Job:
-    """All that a cell needs to be drawn."""
+    """The source atlas, the feather and the mixer that cells are rendered with."""
 
     ground: Ground
     feather: int  # in px of the plane
@@ -160,20 +158,20 @@ class _Job:
             codes, weight = self.mixer.vote(make_plan(part, origin, ground.reach.table, f), ground.reach)
         else:
             codes, weight = self.mixer.read(warped_kernels.Part(*part), ground.reach, f)
-        lost = weight == 0  # nobody votes: the pixel speaks for itself
+        lost = weight == 0  # no votes: the pixel's own source is shown
         if lost.any():
             codes[lost] = self._own(tuple(np.ascontiguousarray(a[core]) for a in part))[lost]
         return codes
 
     def _own(self, part: tuple[Array, ...]) -> Array:
-        """The codes of every pixel by itself."""
+        """Return the codes of every pixel's own source."""
         if not self.ground.smap.exact:
             return self.mixer.read(warped_kernels.Part(*part), self.ground.reach, 0)[0]
         codes, _ = self._copies(part[0], part[1])
         return self.mixer.coding.turned(codes, part[2]) if isinstance(self.mixer, Normals) else codes
 
     def _copies(self, yx: Array, which: Array) -> tuple[Array, bool]:
-        """The codes of exemplar pixels, and whether all of these are there."""
+        """Return the codes of exemplar pixels, and whether all of these exist."""
         samples = self.ground.samples
         codes = np.empty((*which.shape, samples.shape[1]), samples.dtype)
         bits = np.dtype(f"u{samples.itemsize}")  # whatever the dtype, copy bits
@@ -181,7 +179,7 @@ class _Job:
 
 
 def check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
-    """Refuse exemplars that a map was not made of: others in number, or of other sizes."""
+    """Raise InputError if exemplars differ from those of a map in number or size."""
     if not exemplars or (smap.sources and len(smap.sources) != len(exemplars)):
         raise InputError(
             f"the map has {max(len(smap.sources), 1)} exemplars, {len(exemplars)} are given; give its own."
@@ -195,13 +193,13 @@ def check_exemplars(exemplars: Exemplars, smap: SourceMap) -> None:
 
 
 def check_alike(exemplars: Exemplars) -> None:
-    """Refuse exemplars whose planes cannot lie in one picture, before any work on them."""
+    """Raise InputError if the planes of exemplars cannot be drawn in one picture."""
     for name in (*exemplars[0].drawn, *exemplars[0].packs):
         _planes(exemplars, name)
 
 
 def check_drawable(exemplars: Exemplars, height: int, width: int, feather: int) -> None:
-    """Refuse what a plane of another size than the base cannot be drawn with, before anything is grown.
+    """Raise ParameterError if a plane of another size than the base cannot be drawn at this size and feather.
 
     `height` and `width` are those of the map, or of a window of it; `feather` is that of the map, in px.
     """
@@ -215,14 +213,14 @@ def check_drawable(exemplars: Exemplars, height: int, width: int, feather: int) 
 
 
 def check_spread(feather: int, grow: int, where: str, most: int = MAX_SPREAD) -> None:
-    """Refuse a feather that is too wide on a plane so many times larger than the map."""
+    """Raise ParameterError if a feather is wider than `most` on a plane `grow` times larger than the map."""
     grow = max(grow, 1)
     if feather * grow > most:
         raise ParameterError(f"feather={feather} is too wide {where}; give at most {most // grow} px.")
 
 
 def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
-    """Refuse what cannot be done between pixels, before any work, on a plane `grow` times larger than the map."""
+    """Raise ParameterError if interpolated pixels of a plane `grow` times larger than the map have no such blend."""
     reason = "pieces of this map are turned, scaled or moved by fractions of a pixel"
     check_spread(blend.feather, grow, f"where {reason}", MAX_BETWEEN)
     if kind in (Kind.NORMAL, Kind.LABEL):
@@ -234,37 +232,39 @@ def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
 
 
 def _planes(exemplars: Exemplars, name: str | None) -> tuple[list[Plane], int]:
-    """Find the plane in every exemplar, and how many times larger than the base (negative: smaller)."""
+    """Return the plane of every exemplar, and how many times it is larger than the base (negative: smaller).
+
+    Raise ParameterError if it is unknown, InputError if it is missing or differs between exemplars.
+    """
     name = exemplars[0].pictures[0] if name is None else name
     if not isinstance(name, str) or exemplars[0].picture(name) is None:
         known = dict.fromkeys((*exemplars[0].drawn, *exemplars[0].packs))
         raise ParameterError(f"plane={said(name)} is unknown; choose one of {', '.join(known)}.")
-    found: list[tuple[Plane, int]] = []
+    found, facts = [], []
     for exemplar in exemplars:
         plane = exemplar.picture(name)
         if plane is None:
             raise InputError(f"{exemplar.name} has no plane {name}, {exemplars[0].name} has; give it one.")
         larger = plane.height >= exemplar.height
-        found.append((plane, plane.height // exemplar.height if larger else -(exemplar.height // plane.height)))
-        if _facts_of(*found[-1]) != _facts_of(*found[0]):
+        scale = plane.height // exemplar.height if larger else -(exemplar.height // plane.height)
+        green = plane.kind is Kind.NORMAL and plane.meta.get("normals", "gl")
+        facts.append((plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green))
+        found.append(plane)
+        if facts[-1] != facts[0]:
             raise InputError(
                 f"the plane {name} of {exemplar.name} differs from that of {exemplars[0].name} in type, "
                 "channels, kind, transfer or scale; make them equal."
             )
-    return [plane for plane, _ in found], found[0][1]
+    return found, facts[0][4]
 
 
-def _facts_of(plane: Plane, scale: int) -> tuple[object, ...]:
-    green = plane.meta.get("normals", "gl") if plane.kind is Kind.NORMAL else ""
-    return plane.pixels.dtype, plane.channels, plane.kind, plane.transfer, scale, green
+_Side = tuple[int, int, int]
+"""Side of a cell, in px of the map: its first px on the canvas, its first px in the picture, its length."""
 
 
-def _stretches(start: int, stop: int, length: int) -> list[tuple[int, int, int]]:
-    """Cut a stretch of an endless axis at the canvas's borders: (first on canvas, first drawn, length)."""
+def _cell_sides(start: int, stop: int, length: int, step: int, multiple: int) -> list[_Side]:
+    """Divide start .. stop of an axis at the canvas's borders, and what lies between into cells of about `step` px."""
     cuts = [start, *range(start - start % length + length, stop, length), stop]
-    return [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
-
-
-def _cell_sides(stretches: list[tuple[int, int, int]], step: int, multiple: int) -> list[tuple[int, int, int]]:
+    stretches = [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
     step = max(step // multiple, 1) * multiple
     return [(y + i, t + i, min(step, n - i)) for y, t, n in stretches for i in range(0, n, step)]

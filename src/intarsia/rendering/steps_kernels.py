@@ -1,4 +1,4 @@
-"""By how much one of two pieces is lighter than the other where they meet."""
+"""Steps of tone across seams: the constant part of the difference of two pieces around each pixel of their seam."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from ..foundation.arrays import Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, J
 
-REACH = 8  # px to either side: so far around a seam both pieces are compared
-APART = REACH // 2  # px from place to place: 25 are compared
-LEAST = 5  # of them must exist in both, or nothing is known of a step
+REACH = 8  # px to either side of a seam within which both pieces are compared
+APART = REACH // 2  # px between compared places, of which there are 25
+LEAST = 5  # of them must exist in both, or there is no step
 
 
 class Surroundings(NamedTuple):
-    """What pieces are compared by: means over small squares (N, C), and the variance; `counts` (N,), none: all."""
+    """Means over small squares (N, C), which pixels count (N,), none: all, and the variance of the exemplars."""
 
     means: Int64
     counts: Mask
@@ -25,7 +25,7 @@ class Surroundings(NamedTuple):
 
 @kernel
 def _place(side: Any, dy: int, dx: int) -> int:
-    """Return the number of the pixel so far away on the canvas; -1 where there is none.
+    """Return the number of the exemplar pixel (dy, dx) further on the canvas; -1 where there is none.
 
     `side`: the number of the exemplar's first pixel, its height, width, whether it is toroidal; row, column, pose.
     """
@@ -39,11 +39,11 @@ def _place(side: Any, dy: int, dx: int) -> int:
 
 @kernel
 def _step(around: Any, one: Any, other: Any, scale: int, sums: Any, step: Any) -> None:
-    """Write by how much one piece is lighter than the other, as far as they show the same; 0 where there is no step.
+    """Write the step between two pieces per channel: their difference, as far as it is constant; 0 where there is none.
 
-    Both are compared in 5 x 5 places, REACH px to all sides: m their mean difference, v its variance, the step is
-    m (1 - v / |m|^2), and less where there is less of it at the seam itself, or where it is larger than what colours
-    of the exemplar usually differ by: there, something else begins. `sums` (2, C) are used up.
+    Both are compared in 5 x 5 places, REACH px to all sides: with m their mean difference, v its variance the step is
+    m (1 - v / |m|^2), less where the difference is smaller at the seam itself, or where it exceeds the variance of the
+    exemplar: there the content differs. `sums` (2, C) are used up.
     """
     means, counts, variance = around
     squares, count, seen, channels = np.float64(0), 0, False, means.shape[1]  # sums of whole numbers of 17 bits
@@ -76,9 +76,9 @@ def _step(around: Any, one: Any, other: Any, scale: int, sums: Any, step: Any) -
 
 @kernel
 def seam_steps(part: Any, table: Any, around: Any, scale: int, out: Any) -> None:
-    """Add the divergence of the steps that are to be evened out to `out` (h, w, C).
+    """Add the divergence of the steps that are to be removed to `out` (h, w, C).
 
-    `part` is a map (yx, which, pose) of so many pixels; where a pixel and the next are of pieces of which one is
+    `part` is a map (yx, which, pose) of as many pixels; where a pixel and the next belong to pieces of which one is
     lighter by d, the next one has to gain d on it.
     """
     yx, which, pose = part

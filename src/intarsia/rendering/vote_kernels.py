@@ -1,16 +1,15 @@
-"""Pieces of a map, how many votes each of them gives to every pixel around it, and what these add up to.
+"""Kernels of blending by votes: the votes of every piece for the pixels around it, and their weighted sums.
 
 All pixels with one key (exemplar, pose, offset ``o = S(q) - J q``) read the same exemplar pixel
 ``u = o + J p`` when they vote for `p`. So votes are counted per piece, by running sums over its box: a column
-sum is moved down row by row, a row sum is moved right pixel by pixel, whatever the feather.
+sum is moved down row by row, a row sum is moved right pixel by pixel, at a cost independent of the feather.
 
-Frames: a *cell* is a box of output pixels with a halo for the feather f. The arrays of a cell start
-``f // 2`` px above and left of its first pixel, so that pixel (y, x) of the cell hears rows y .. y + f and
+Coordinates: a *cell* is a box of output pixels with a halo for the feather f. The arrays of a cell start
+``f // 2`` px above and left of its first pixel, so that pixel (y, x) of the cell gets the votes of rows y .. y + f and
 columns x .. x + f of them.
 
-What adds up votes walks the groups in the order of the plan, so that floating point sums never depend on the window;
-there is one kernel for each way to mix, and one that copies. Arrays named `squares` (sum of squared weights) are filled
-unless they are empty.
+Votes are added group by group in the order of the plan, so that floating point sums never depend on the window;
+there is one kernel for each kind of blending, and one that copies.
 """
 
 from __future__ import annotations
@@ -26,19 +25,19 @@ from ..kernels.jit import kernel
 from ..kernels.maps import BOTTOM, HOLE, LEFT, OX, OY, POSE, RIGHT, TOP, WHICH, J, label_pieces
 
 Map = tuple[Int32, UInt8, UInt8]
-"""What a map shows: pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""
+"""The arrays of a map: source pixels (H, W, 2), exemplars (H, W) and poses (H, W)."""
 
 
 class Reach(NamedTuple):
-    """The exemplars laid end to end, so that one number names any pixel of any of them, and which may be read."""
+    """The exemplars end to end, so that one number is the index of any pixel of any of them, and which may be read."""
 
     table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    free: Mask  # (N,): those that may be; empty where all may
-    near: NDArray[np.uint16]  # (N,): distance to the nearest that must not, capped; empty without a feather
+    free: Mask  # (N,): those that may be read; empty if all may
+    near: NDArray[np.uint16]  # (N,): distance to the nearest that must not be, capped; empty without a feather
 
 
 class Voters(NamedTuple):
-    """Who votes in one cell."""
+    """The groups of pieces that vote in one cell."""
 
     labels: Int32  # (height + feather, width + feather): number of the group, -1 for no vote
     groups: Int64  # (n, 8): key and box of every group, sorted by key
@@ -55,7 +54,7 @@ def cut_window(
     full: Map, frame: Float32 | None, sub: Float32 | None, origin: Pair, scale: int, wrap: tuple[bool, bool],
     exemplars: Int64, part: Map, places: tuple[Floats, Floats] | None,
 ) -> bool:  # fmt: skip
-    """Cut a box out of a map that is `scale` times enlarged; outside the canvas there are holes.
+    """Write a box of a map that is `scale` times enlarged; outside the canvas there are holes.
 
     `origin` is the first pixel in enlarged px, `part` receives (yx, which, pose). Enlarging turns the s x s
     sub-pixels of a pixel with its pose: S' = s S + (J (2 d - (s - 1)) + (s - 1)) / 2. Returns False where the
@@ -108,11 +107,11 @@ def cut_window(
 
 
 def make_plan(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: int) -> Voters:
-    """Find who votes in a cell: pieces of one key become one group where one pixel can hear both.
+    """Return the groups that vote in a cell: pieces of one key are one group if both vote for one pixel.
 
-    Groups are sorted by key: sums of floating point numbers follow that order, so it must be the same at a pixel from
-    whatever window it is seen. Offsets compare alike from everywhere, for they all shift together; only around toroidal
-    exemplars they are taken modulo its size, and so from a fixed origin.
+    Groups are sorted by key: sums of floating point numbers follow that order, so it must be the same at a pixel in
+    every window. The order of offsets does not depend on the window, as all shift together; only of toroidal
+    exemplars they are taken modulo the size, and so relative to a fixed origin.
     """
     labels, table = label_pieces(*part[:3])
     known = np.flatnonzero(table[:, WHICH] != HOLE)
@@ -148,18 +147,18 @@ def _add_row(
 
 @kernel
 def scratch(plan: Voters) -> tuple[Int32, Int64]:
-    """Make room for the column sums of a group, and for the hits of one row: column, weight, pixel read."""
+    """Return arrays for the column sums of a group, and for the votes of one row: column, weight, pixel read."""
     width = plan.labels.shape[1]
     return np.zeros(width + 2 * plan.feather + 2, np.int32), np.empty((3, width), np.int64)
 
 
 @kernel
 def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> Pair:
-    """Start counting the votes of a group in rows begin .. end - 1; returns the rows that hear it."""
+    """Start the column sums of a group for rows begin .. end - 1; return the first and last + 1 that it votes in."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0
     first = max(begin, box[TOP] - f)
-    counts = columns[f + 1 :]  # a margin of zeros on both sides spares every test for the box's edge
+    counts = columns[f + 1 :]  # margins of zeros on both sides make tests for the box's edge unnecessary
     for y in range(first, first + f):
         _add_row(plan.labels, y, box, g, counts, 1)
     return first, min(end, box[BOTTOM])
@@ -170,7 +169,7 @@ def weigh_row(
     plan: Voters, reach: Reach, g: int, y: int, first: int, columns: Int32,
     hits: Int64,
 ) -> int:  # fmt: skip
-    """List the votes of group `g` in row `y` (rows must come in turn from `first`); returns how many hits."""
+    """List the votes of group `g` in row `y` (rows must come in turn from `first`); return how many."""
     box, f = plan.groups[g], plan.feather
     counts = columns[f + 1 :]
     _add_row(plan.labels, y + f, box, g, counts, 1)
@@ -212,14 +211,14 @@ LIMB = 14
 """Linear light has two limbs of this many bits, so that sums weighted by 16-bit opacity fit into 64 bits."""
 
 Turn = tuple[Int64, Int64]
-"""(channel, sign), (8, 3) each: what a pose makes of the components."""
+"""(channel, sign), (8, 3) each: component c of a vector in an isometry is sign * old[channel]."""
 
 
 @kernel
 def copy_cell(
     yx: Int32, which: UInt8, exemplars: Int64, samples: Array, out: Array
 ) -> bool:
-    """Copy for every pixel its exemplar pixel; False where there is a hole, or none such pixel, and `out` stays."""
+    """Copy every pixel's exemplar pixel; return False if any is a hole or lies outside, where `out` is unchanged."""
     whole = True
     for y in range(which.shape[0]):
         for x in range(which.shape[1]):
@@ -240,10 +239,10 @@ def add_votes(
 ) -> None:  # fmt: skip
     """Add up w * value for every pixel and channel, and w, which is the number of votes for what is read.
 
-    `values` (N, C) are codes where a table of their `light` is given. `opacity` (N,) multiplies w, if it is given: what
-    is transparent has no vote. `sums` = (total, weight). Where there is a `first`, it holds 8 u + pose of the
-    first voter, -1 at the start, and `total` the sum of w * (value - value of the first voter): exactly zero where all
-    agree, whatever the rounding. What is None costs nothing: it is left out of what is compiled.
+    `values` (N, C) are codes if a table of their `light` is given. `opacity` (N,) multiplies w, if it is given:
+    transparent pixels have no vote. `sums` = (total, weight). If `first` is given, it holds 8 u + pose of the
+    first vote, -1 at the start, and `total` the sum of w * (value - value of the first vote): exactly zero where all
+    agree, whatever the rounding. `squares`: sums of squared weights. Branches on None are compiled away.
     """
     plan, reach = heard
     columns, hits = scratch(plan)
@@ -282,9 +281,9 @@ def settle_light(
 ) -> None:  # fmt: skip
     """Divide total (h, w, C) by weight (h, w) once, rounding half up to codes.
 
-    `coding`: lights at which codes begin, none where codes are the light, and a shelf of starting points that shortens
-    the walk to them. With `first` (h, w) the total is away from the `light` of these pixels, whose own codes of
-    `samples` stand where it is nothing; for what has steps alone.
+    `coding`: lights at which codes begin, none if codes are the light, and a table of starting points that shortens
+    the search. With `first` (h, w) the total is relative to the `light` of these pixels, whose own codes of
+    `samples` are written where it is 0; only if codes have such a table.
     """
     steps, shelf, shift = coding
     for y in range(weight.shape[0]):
@@ -314,7 +313,7 @@ def settle_light(
 def vote_label(
     plan: Voters, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
 ) -> bool:
-    """Rows begin .. end - 1: add up the weight of every label that is heard; False where slots run out.
+    """Add up the weight of every label voted for in rows begin .. end - 1; return False if slots run out.
 
     `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free: the first one has the largest weight,
     the smallest label of equals. `weight` (rows, w) is that of all.

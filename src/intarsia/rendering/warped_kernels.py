@@ -1,18 +1,18 @@
-"""Cells of maps whose pieces are scaled, turned or bent, and who votes for a pixel of them.
+"""Kernels of blending by votes for maps whose pieces are scaled, rotated or warped: interpolated reading.
 
-The entry at q, asked for the pixel at p, reads u = S(q) + J(q) (p - q), as all votes do; here S(q) has its fraction of
+The entry at q votes for the pixel at p with u = S(q) + J(q) (p - q), as all votes do; here S(q) has its fraction of
 a pixel, and J is any matrix.
 
-A *reading* of the exemplar at a place u is a short list of pixels and weights: 4 x 4 by Catmull-Rom (Catmull and Rom
-1974; Keys 1981, a = -1/2), 2 x 2 where one of these must not be read, without those that must not. Where a step of
-one px in the output leads further than one px in the exemplar, several readings spread over the pixel's footprint are
-averaged. Votes are added in the order of the raster. All that is added up is the difference to the first pixel read, so
-that what is uniform stays as it is.
+A *reading* of the exemplar at a position u is a short list of pixels and weights: 4 x 4 by Catmull-Rom (Catmull and Rom
+1974; Keys 1981, a = -1/2), 2 x 2 bilinear over the usable ones if one of these is masked. If a step of
+one px in the output is longer than one px in the exemplar, several readings spread over the pixel's footprint are
+averaged. Votes are added in raster order. Sums are of differences to the first pixel read, so that uniform areas stay
+as they are.
 
-Colours and data are read by Catmull-Rom, colours in linear light with opacity premultiplied, and never leave the range
-of the pixels read; normals too, then turned by the frame and made unit length again; labels are those of the nearest
-pixel. A pixel that is masked is never read: where none around may be, the entry's own pixel stands for it. Where a
-place falls on a pixel, and the frame is an isometry or none, the copy is exact.
+Colours and data are read by Catmull-Rom, colours in linear light with opacity premultiplied, and clamped to the range
+of the pixels read; normals too, then turned by the frame and normalised; labels are those of the nearest pixel. A
+masked pixel is never read: if all around are masked, the entry's own pixel is read. If a position falls on a pixel, and
+the frame is an isometry or none, the copy is exact.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ MOST = 4
 """Readings along each axis of a footprint, at most."""
 
 SLACK = 1 / 64
-"""Steps that are longer than one px by no more are taken for one px, such as those of a turn."""
+"""Steps longer than one px by no more count as one px, such as those of a rotation."""
 
 
 @kernel
 def exemplar_of(table: Int64, which: int) -> tuple[int, int, int, int]:
     """Return the number of an exemplar's first pixel, its height, its width, and 1 if it is toroidal.
 
-    Plain numbers: a view of the table would count references wherever it is made.
+    As numbers: views of the table would be reference counted.
     """
     return table[which, 0], table[which, 1], table[which, 2], table[which, 3]
 
 
 @kernel
 def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
-    """Return the number of a pixel; beyond the border there is the nearest one, or the other side of a torus."""
+    """Return the number of a pixel; beyond the border that of the nearest one, or of the other side of a torus."""
     height, width = row[1], row[2]
     if not (0 <= y < height and 0 <= x < width):
         if row[3] != 0:
@@ -59,14 +59,14 @@ def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
 
 @kernel
 def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, own: Pair) -> int:
-    """Return the pixel nearest to a place, or that in row and column `own` where that one must not be read."""
+    """Return the pixel nearest to a position, or that in row and column `own` if that one is masked."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
     return _pixel(row, own[0], own[1]) if free.size > 0 and not free[k] else k
 
 
 @kernel
 def share_of(row: tuple[int, int, int, int], near: NDArray[np.uint16], uy: float, ux: float) -> int:
-    """Return how much the pixel nearest to a place counts in a vote: nothing outside of the exemplar."""
+    """Return the weight of a vote that reads at a position: 0 outside of the exemplar."""
     y, x = floor(uy + 0.5), floor(ux + 0.5)
     if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
         return 0
@@ -85,9 +85,9 @@ def _cubic(f: float, w: Array, begin: int) -> None:
 def taps(
     row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, at: Int64, w: Array
 ) -> int:
-    """List the pixels of a reading, at most 16, and their weights in w[0]; in w[1] those of the 2 x 2 around it alone.
+    """List the pixels of a reading, at most 16, their weights in w[0], and the bilinear weights of the 2 x 2 in w[1].
 
-    Returns how many; 0 where none of the four around may be read. `free` as in :class:`Reach`; w[2] is room to work.
+    Return how many; 0 if all four around are masked. `free` as in :class:`Reach`; w[2] is scratch space.
     """
     y, x = floor(uy), floor(ux)
     fy, fx = uy - y, ux - x
@@ -121,10 +121,10 @@ def taps(
 
 @kernel
 def footprint(down: float, across: float) -> tuple[int, float]:
-    """Return how many readings a pixel needs along an axis, and over how much of its step (down, across) they spread.
+    """Return how many readings a pixel needs along an axis, and over which part of its step (down, across) they spread.
 
-    One where a step of the output is no longer than a pixel of the exemplar; from there on they spread, over all of the
-    step where it is two, so that sharpness never jumps.
+    One if a step of the output is no longer than a pixel of the exemplar; for longer steps they spread, over all of the
+    step from two px on, so that sharpness changes continuously.
     """
     length = sqrt(down * down + across * across)
     if length <= 1.0 + SLACK:
@@ -133,19 +133,19 @@ def footprint(down: float, across: float) -> tuple[int, float]:
 
 
 ALIKE = 1 / 1024
-"""Px, and parts of a frame, by which votes may differ and still be read together; those of one piece do by less."""
+"""Px, and parts of a frame, by which votes may differ and still be read once; those of one piece differ by less."""
 
 KEPT = 8
-"""Places that later votes are compared with; where fields bend strongly, every vote reads its own."""
+"""Positions that later votes are compared with; in strongly warped fields every vote is read on its own."""
 
 
 class Part(NamedTuple):
     """A cell with a halo, in px of the plane, as `cut_window` cuts it."""
 
-    yx: Int32  # (h, w, 2): the pixel that the map names
+    yx: Int32  # (h, w, 2): the source pixel
     which: UInt8  # (h, w)
     pose: UInt8  # (h, w)
-    at: Floats  # (h, w, 2): the place in the exemplar
+    at: Floats  # (h, w, 2): the position in the exemplar
     j: Floats  # (h, w, 4): the frame, as the rows of J
 
     def size(self, feather: int) -> Pair:
@@ -157,10 +157,10 @@ class Part(NamedTuple):
 def hear(
     part: Part, reach: Reach, feather: int, y: int, x: int, places: Floats, votes: Int64
 ) -> int:
-    """List what the entries around pixel (y, x) of a cell read, in the order of the raster; returns how many.
+    """List the positions that the entries around pixel (y, x) of a cell read, in raster order; return how many.
 
-    `places` (n, 2): where; `votes` (n, 3): row and column of the entry, and how much it counts. Those that read one
-    place by one frame are one, as far as they are among the first.
+    `places` (n, 2): positions; `votes` (n, 3): row and column of the entry, and its weight. Votes with equal position
+    and frame are merged, if the earlier one is among the first KEPT.
     """
     n, f = 0, feather
     for qy in range(y, y + f + 1):
@@ -202,10 +202,10 @@ def read_light(
     sums: tuple[Floats, Floats], first: Int64,
     weights: tuple[Floats, Floats],
 ) -> None:  # fmt: skip
-    """Add up what is read for every pixel of a cell: w (light - light of the first pixel read).
+    """Add up w (light - light of the first pixel read) for every pixel of a cell.
 
-    `sums` (h, w, C) are those of colours that count by their opacity, and of all alike; without `alpha` the second is
-    all. `first` (h, w) is that pixel, -1 at the start; `weights` (h, w) are the sums of w times opacity, and of w.
+    `sums` (h, w, C) are weighted by opacity, and not; without `alpha` only the second are filled. `first` (h, w) is
+    that pixel, -1 at the start; `weights` (h, w) are the sums of w times opacity, and of w.
     """
     at, w, added = np.empty(16, np.int64), np.empty((3, 16)), np.zeros((2, light.shape[1]))
     room, free = (feather + 1) * (feather + 1), reach.free
@@ -216,7 +216,7 @@ def read_light(
             added[:] = 0.0
             if feather > 0:
                 heard = hear(part, reach, feather, y, x, places, votes)
-            else:  # the pixel itself, or nobody: plainly as above
+            else:  # the pixel itself, or no vote: the same as above, faster
                 heard = 1 if part.which[y, x] != HOLE else 0
                 places[0, 0], places[0, 1] = part.at[y, x, 0], part.at[y, x, 1]
                 votes[0, 0], votes[0, 1], votes[0, 2] = y, x, 1
@@ -246,13 +246,13 @@ def read_light(
 def _add(
     light: Array, alpha: bool, at: Int64, n: int, w: Array, share: float, first: int, added: Array
 ) -> float:
-    """Add a reading of `n` pixels, which never leaves their range; returns how much of it is seen.
+    """Add a reading of `n` pixels, clamped to their range; return its opacity.
 
-    ``added`` (2, C): what is added up of colours by their opacity, and of all.
+    ``added`` (2, C): sums weighted by opacity, and not.
 
-    In linear light, where Catmull-Rom shoots beyond an edge, dark stones would get black rims beside bright ones.
-    Where opacity varies, colours come from the 2 x 2 around: with their weights, never negative, no colour is made up
-    where hardly anything is seen.
+    Without clamping, the overshoot of Catmull-Rom in linear light gives dark stones black rims next to bright ones.
+    If opacity varies, colours are read bilinearly: weights that are never negative make up no colours where opacity is
+    small.
     """
     last, mixed, opaque = light.shape[1] - 1, False, 0.0
     if alpha:
@@ -290,7 +290,7 @@ def _vector(
     row: tuple[int, int, int, int], reach: Reach, j: Floats, u: tuple[float, float], own: Pair,
     vectors: Array, read: Floats,
 ) -> tuple[int, bool]:  # fmt: skip
-    """Read a vector (x, y, z) at a place; returns the first pixel read, and whether all that were read are equal."""
+    """Read a vector (x, y, z) at a position; return the first pixel read, and whether all pixels read are equal."""
     at, w = np.empty(16, np.int64), np.empty((3, 16))
     (ny, sy), (nx, sx) = footprint(j[0], j[2]), footprint(j[1], j[3])
     first, equal = -1, True
@@ -314,9 +314,9 @@ def _vector(
 
 @kernel
 def _turn(j: Floats, cross: int, keep: bool, v: Floats) -> None:
-    """Turn a vector with its piece: slopes pull back, n_yx' = J^T n_yx; `cross` is -1 where green is up, else 1.
+    """Turn a vector with its piece: n_yx' = J^T n_yx; `cross` is -1 if green is up, else 1.
 
-    Its length stays, so that no vote is louder for being scaled; `keep`: it stays by itself.
+    Its length is restored, so that scaling does not change the weight of a vote; `keep`: it is unchanged anyway.
     """
     x, y = v[0], v[1]
     v[0], v[1] = j[3] * x + cross * j[1] * y, j[0] * y + cross * j[2] * x
@@ -336,7 +336,7 @@ def read_vectors(
 ) -> None:  # fmt: skip
     """Add up the vectors read for every pixel of a cell, each turned with its piece.
 
-    `first` (h, w): 8 times the first pixel read, and its isometry; less than 0 where anything was no copy, turned by an
+    `first` (h, w): 8 times the first pixel read, and its isometry; less than 0 unless all were copies, turned by an
     isometry. `sums` (h, w, 3): the first vector, and the sum of w (vector - first).
     """
     lead, total = sums
@@ -366,7 +366,7 @@ def read_vectors(
 def read_labels(
     part: Part, reach: Reach, feather: int, ranks: Int32, out: Int32, weight: Int64
 ) -> None:
-    """Choose for every pixel of a cell the label of the most nearest pixels by weight, the smallest of equals."""
+    """Write the label of every pixel of a cell: the largest weight of nearest pixels, the smallest label of equals."""
     room = (feather + 1) * (feather + 1)
     heard, share = np.empty(room, np.int32), np.empty(room, np.int64)
     places, votes = np.empty((room, 2)), np.empty((room, 3), np.int64)
