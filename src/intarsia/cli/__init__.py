@@ -15,22 +15,19 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from threading import Event
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from ..disk import make_room
-from ..foundation import IntarsiaError, ResourceError, lazy, legible
+from ..disk import make_room, reason_of
+from ..foundation import IntarsiaError, ResourceError, legible
 from ..version import VERSION
 
 if TYPE_CHECKING:
-    import json
-
     from ..choosing.auto import Choice
-else:
-    json = lazy("json")
 
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
 MOST = 2000  # characters of a line
@@ -89,11 +86,9 @@ def judge(e: BaseException) -> tuple[int, str]:
     """Return the exit code of an error, and its message as one line."""
     if isinstance(e, IntarsiaError):
         return e.exit_code, one_line(e)
-    if isinstance(e, click.UsageError):
-        where = f" (see {e.ctx.command_path} --help)" if e.ctx is not None else ""
-        return 2, one_line(e.format_message()) + where
     if isinstance(e, click.ClickException):
-        return e.exit_code, one_line(e.format_message())
+        ctx = getattr(e, "ctx", None)
+        return e.exit_code, one_line(e.format_message()) + (f" (see {ctx.command_path} --help)" if ctx else "")
     if isinstance(e, (Interrupted, KeyboardInterrupt, click.Abort)):
         return 130, "stopped; the file in the making was not written."
     if isinstance(e, MemoryError):
@@ -117,11 +112,6 @@ def tell(line: str) -> None:
         click.echo(legible(line), err=True)
 
 
-def reason_of(e: OSError) -> str:
-    """Why the system refused, in its own words."""
-    return (e.strerror or str(e)).lower()
-
-
 def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
     """Write lines to stdout. ResourceError where that fails, with what is `done` all the same."""
     try:
@@ -135,6 +125,8 @@ def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None
 
 def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
     """Write an object to stdout as JSON, in plain ASCII without control characters."""
+    import json
+
     say(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
 
 
@@ -270,7 +262,6 @@ the exemplars of that map."""
 
 _listener: Listener | None = None
 _listening: list[Report] = []
-_registered = False
 
 
 def listen(listener: Listener | None) -> None:
@@ -337,8 +328,7 @@ class Meter:
 
         `exemplars` are those of the map that grows in it.
         """
-        self._stage, self._span, self._exemplars = name, (begin, end), exemplars
-        self._told = 0.0
+        self._stage, self._span, self._exemplars, self._told = name, (begin, end), exemplars, 0.0
         return self._step
 
     def next_part(self, parts: int = 1) -> None:
@@ -367,6 +357,8 @@ class Meter:
             return
         self._told = now
         if self._lines:
+            import json
+
             facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
             tell(json.dumps(facts))
         else:
@@ -386,59 +378,46 @@ class Meter:
         self._bar.update(self._task, completed=self._fraction, description=self._stage)
 
 
+@cache
 def _listen() -> None:
     """Have the reports of the moment told when a kernel of this process must be compiled, and what is wrong with it."""
-    global _registered
-    if not _registered:
-        from ..kernels import on_first_compilation, on_trouble
+    from ..kernels import on_first_compilation, on_trouble, troubled
 
-        _registered = True
-        on_first_compilation(_compiling)
-        on_trouble(_troubled)
+    def compiling() -> None:
+        for report in () if troubled() else _listening:  # the line on that tells of it, too
+            report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
 
+    def warn(line: str) -> None:
+        for report in _listening:
+            report.warn(line)
 
-def _compiling() -> None:
-    from ..kernels import troubled
-
-    if troubled():  # the line on that tells of it, too
-        return
-    for report in {id(report): report for report in _listening}.values():
-        report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
-
-
-def _troubled(line: str) -> None:
-    for report in _listening:
-        report.warn(line)
+    on_first_compilation(compiling)
+    on_trouble(warn)
 
 
 def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
     """What JSON says of a choice; measurements only where they are asked for, as some take time."""
-    out: dict[str, Any] = {"rule": choice.rule, "why": list(choice.why)}
-    if explain:
-        from ..choosing.facts import measurements
+    from ..choosing.facts import measurements
 
-        out["measurements"] = measurements(choice.facts)
-    return out
+    measured = {"measurements": measurements(choice.facts)} if explain else {}
+    return {"rule": choice.rule, "why": list(choice.why), **measured}
 
 
 def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) -> None:
     """Tell a person of a choice, where measurements were asked for."""
-    if "measurements" in about.get("auto", ()) and not report.quiet:
-        for line in _explained(about, warnings):
-            report.say(line)
+    auto = about.get("auto", {})
+    if "measurements" not in auto or report.quiet:
+        return
+    from ..foundation.params import written
+    from ..methods import parameters_of
 
-
-def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
-    from ..foundation.params import parameters, written
-    from ..methods import method_class
-
-    usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
+    usual = {name: p.default for name, p in parameters_of(about["method"]).items()}
     values = [(k, v) for k, v in about["parameters"].items() if v != usual[k]] or [("all", "usual")]
-    auto = about["auto"]
     lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
     lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(values)]
     lines += [f"{'trial ' + str(n):13}{one['total']:.3f}" for n, one in enumerate(auto.get("scores", ()), 1)]
     lines += [f"{'warning':13}{line}" for line in warnings]
-    return [*lines, f"{'command':13}{auto['command']}"]
+    for line in [*lines, f"{'command':13}{auto['command']}"]:
+        report.say(line)

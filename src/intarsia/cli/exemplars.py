@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import files
-from ..foundation import InputError, ParameterError, lazy
+from ..foundation import InputError, ParameterError
 from ..foundation.arrays import Mask, Pair
 from ..foundation.geometry import Wrap
 from ..model import Exemplar
@@ -25,14 +25,6 @@ from ..synthesis import Plan, Scene
 from ..tasks import plan_of, scene_of
 from . import Report
 
-if TYPE_CHECKING:
-    from ..analysis import light
-    from ..rendering import magnification
-    from ..tasks import completion
-else:
-    light, magnification = lazy("intarsia.analysis.light"), lazy("intarsia.rendering.magnification")
-    completion = lazy("intarsia.tasks.completion")
-
 Warn = Callable[[str], None]
 
 MUCH = 0.01  # of the pixels
@@ -40,6 +32,8 @@ MUCH = 0.01  # of the pixels
 
 def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
+    from ..rendering.magnification import magnified, reduced
+
     exemplar = replace(exemplar, toroidal=asked.toroidal)
     if asked.avoid is not None:
         exemplar = avoiding(exemplar, asked.avoid, warn)
@@ -47,10 +41,12 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
         exemplar = cropped(exemplar, asked.crop)
     if asked.scale != 1:
         said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
-        exemplar = magnification.reduced(exemplar, asked.scale, *said)
+        exemplar = reduced(exemplar, asked.scale, *said)
     if asked.flatten:
-        lit, exemplar = exemplar, light.flattened(exemplar)
-        share = light.clipped(lit.base, exemplar.base)
+        from ..analysis.light import clipped, flattened
+
+        lit, exemplar = exemplar, flattened(exemplar)
+        share = clipped(lit.base, exemplar.base)
         if share > MUCH:
             warn(
                 f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
@@ -59,7 +55,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     n = asked.magnify
     if n == 1:
         return exemplar
-    made = magnification.magnified(exemplar, n)
+    made = magnified(exemplar, n)
     width, height = made.width * n, made.height * n
     if (width, height) != (exemplar.width, exemplar.height):
         warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
@@ -96,7 +92,9 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
     for name, plane in exemplar.planes.items():
         if any(v * plane.width % exemplar.width for v in crop):
             raise ParameterError(f"--crop cuts pixels of the smaller plane {name}; use multiples of its pixels.")
-    return magnification.cut_out(exemplar, x, y, width, height)
+    from ..rendering.magnification import cut_out
+
+    return cut_out(exemplar, x, y, width, height)
 
 
 def _named(exemplar: Exemplar) -> str:
@@ -268,7 +266,9 @@ class Shelf:
     def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> Mask:
             """What of a picture is filled anew, so that it does not matter what is there."""
-            return completion.grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
+            from ..tasks.completion import grown_hole
+
+            return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
         healed = self.request.holes and not n
 

@@ -12,19 +12,17 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from .. import files
-from ..disk import whole
-from ..foundation import ParameterError, ResourceError, lazy, printable
+from ..disk import reason_of, whole
+from ..foundation import ParameterError, ResourceError, printable
 from ..foundation.arrays import Pair
 from ..model import Exemplar
 from ..model.image import Plane
 from ..request import Request
-from . import reason_of, unbroken
+from . import unbroken
 from .exemplars import Set, stem_of
 
 if TYPE_CHECKING:
-    from ..tasks import report, scoring
-else:  # only --report needs it
-    report = lazy("intarsia.tasks.report")
+    from ..tasks.scoring import Outcome
 
 FIELDS = ("stem", "seed", "method", "w", "h")
 
@@ -264,7 +262,9 @@ def index_name(request: Request, many: bool) -> str | None:
     return page
 
 
-def write_page(staging: Staging, path: str, found: scoring.Outcome | list[tuple[scoring.Outcome, Any]]) -> None:
+def write_page(staging: Staging, path: str, found: Outcome | list[tuple[Outcome, Any]]) -> None:
     """Write the report on one output, or on several with their thumbnails."""
+    from ..tasks import report
+
     page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
     files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))

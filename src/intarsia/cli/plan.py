@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..disk import taken
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
-from ..foundation import ParameterError, lazy, printable
+from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..methods import Method, measures_distances, recipe_settings, traits
@@ -40,11 +40,6 @@ from .outputs import (
     plane_files,
     usual_name,
 )
-
-if TYPE_CHECKING:
-    from ..tasks import scoring
-else:  # only gates need it
-    scoring = lazy("intarsia.tasks.scoring")
 
 LIBRARIES, EACH = 64 << 20, 80
 """Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
@@ -211,7 +206,9 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
     check_distance_map(orders[0])
     if request.gates:
-        scoring.check_gates(request.gates)
+        from ..tasks.scoring import check_gates
+
+        check_gates(request.gates)
     return orders
 
 

@@ -11,14 +11,8 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from typing import TYPE_CHECKING
 
-from ..foundation import InputError, ParameterError, ResourceError, lazy
-
-if TYPE_CHECKING:
-    import pathlib
-else:
-    pathlib = lazy("pathlib")
+from ..foundation import InputError, ParameterError, ResourceError
 
 MAX_PIXELS = 1 << 28
 """Nobody can ask for more."""
@@ -86,6 +80,11 @@ def check_cost(name: str, cost: float, held: int) -> None:
         f"{name} would take {_words(cost)} of memory, with {_words(held)} in the file; so small a one may take "
         f"{_words(FREE * most)}, so {_remedy(min(-(-int(cost) // FREE), MAX_PIXELS))}."
     )
+
+
+def reason_of(e: OSError | ValueError) -> str:
+    """Why the system refused, in its own words."""
+    return str(getattr(e, "strerror", None) or e).lower()
 
 
 def no_room(name: str) -> ResourceError:
@@ -222,8 +221,8 @@ def _limits() -> Iterator[tuple[int, str]]:
 def _numbers(path: str) -> dict[str, int]:
     """Read a list of `Name: N kB` in bytes; lines of another form are left out."""
     found = {}
-    with suppress(OSError):
-        for line in pathlib.Path(path).read_text().splitlines():
+    with suppress(OSError), open(path, errors="replace") as lines:
+        for line in lines:
             words = line.split()
             if len(words) == 3 and words[2] == "kB":
                 found[words[0].rstrip(":")] = int(words[1]) << 10
@@ -232,9 +231,11 @@ def _numbers(path: str) -> dict[str, int]:
 
 def _groups(mounted: str = "/sys/fs/cgroup", own: str = "/proc/self/cgroup") -> Iterator[tuple[int, int]]:
     """Yield limit and use in bytes of every control group that this process is in; what can be freed is not used."""
-    root = pathlib.Path(mounted)
+    from pathlib import Path
+
+    root = Path(mounted)
     with suppress(OSError):
-        for line in pathlib.Path(own).read_text().splitlines():
+        for line in Path(own).read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if kinds not in ("", "memory"):
                 continue
@@ -246,5 +247,3 @@ def _groups(mounted: str = "/sys/fs/cgroup", own: str = "/proc/self/cgroup") -> 
                     most, used = (int((folder / f"memory.{n}").read_text()) for n in names[:2])
                     stat = dict(line.split() for line in (folder / "memory.stat").read_text().splitlines())
                     yield most, used - int(stat.get(names[2], 0))
-                if folder == root:
-                    break

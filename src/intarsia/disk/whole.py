@@ -12,6 +12,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import platform
 import re
 import shutil
 import stat
@@ -24,6 +25,7 @@ from pathlib import Path
 from typing import BinaryIO, cast
 
 from ..foundation import InputError, ParameterError, ResourceError, printable
+from . import reason_of
 
 PathLike = str | os.PathLike[str]
 
@@ -40,22 +42,15 @@ _asked: dict[str, str] = {}  # file under way -> the name that was asked for
 @cache
 def host() -> str:
     """Name this machine and its space of process ids, in 8 digits: where it is equal, a pid means the same process."""
-    space, node = "", getattr(os, "uname", lambda: None)()
+    space = ""
     with suppress(OSError):
         space = os.readlink("/proc/self/ns/pid")
-    place = f"{getattr(node, 'nodename', '')} {space}".encode(errors="replace")
-    return hashlib.blake2b(place, digest_size=4).hexdigest()
+    return hashlib.blake2b(f"{platform.node()} {space}".encode(errors="replace"), digest_size=4).hexdigest()
 
 
 def name_in(folder: PathLike, mark: str = HIDDEN) -> str:
     """Choose a new temporary name in a folder, that nobody can guess; nothing is made yet."""
     return os.path.join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
-
-
-def create(path: PathLike) -> BinaryIO:
-    """Make a new file and open it for writing; FileExistsError where anything lies, even a link that leads nowhere."""
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FOLLOW_NOTHING
-    return os.fdopen(os.open(path, flags, 0o666), "wb")
 
 
 def is_file(path: PathLike) -> bool:
@@ -73,11 +68,10 @@ def is_file(path: PathLike) -> bool:
     raise ParameterError(f"{printable(path)} is {found}, no ordinary file; move it elsewhere, or name another place.")
 
 
-def open_again(path: PathLike, mode: str = "r+b", new: bool = False) -> BinaryIO:
-    """Open an ordinary file to read and change it, or to append ("ab"); follows no link, waits for no pipe."""
-    kind = os.O_WRONLY | os.O_APPEND if mode == "ab" else os.O_RDONLY if mode == "rb" else os.O_RDWR
+def open_again(path: PathLike, mode: str = "r+b") -> BinaryIO:
+    """Open an ordinary file to read and change it, or only to read it ("rb"); follows no link, waits for no pipe."""
     is_file(path)
-    number = os.open(path, kind | (os.O_CREAT if new else 0) | _FOLLOW_NOTHING, 0o666)
+    number = os.open(path, (os.O_RDONLY if mode == "rb" else os.O_RDWR) | _FOLLOW_NOTHING)
     file = cast(BinaryIO, os.fdopen(number, mode))
     if not stat.S_ISREG(os.fstat(number).st_mode):  # put there since it was looked at
         file.close()
@@ -105,8 +99,12 @@ def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None 
 
 
 def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
-    """Write a new file; with `durable`, its content has reached the disk."""
-    with create(path) as file:
+    """Write a new file; with `durable`, its content has reached the disk.
+
+    FileExistsError where anything lies, even a link that leads nowhere.
+    """
+    number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FOLLOW_NOTHING, 0o666)
+    with os.fdopen(number, "wb") as file:
         file.write(data)
         if durable:
             sync(file)
@@ -147,8 +145,7 @@ def working_folder() -> Iterator[str]:
         try:
             os.mkdir(name, 0o700)
         except OSError as e:
-            reason = (e.strerror or str(e)).lower()
-            raise ResourceError(f"no folder can be made in {printable(parent)} ({reason}); set TMPDIR.") from None
+            raise ResourceError(f"no folder can be made in {printable(parent)} ({reason_of(e)}); set TMPDIR.") from None
         yield name
     finally:
         take_away(name)
@@ -160,7 +157,7 @@ def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
     Only what bears exactly such a name, belongs to us, and whose process is gone; never a link, never anything else.
     """
     place = os.path.join(os.path.abspath(folder), mark)
-    if not hasattr(os, "getuid") or (os.getpid(), place) in _swept:
+    if (os.getpid(), place) in _swept:
         return
     _swept.add((os.getpid(), place))
     with suppress(OSError), os.scandir(folder) as found:
@@ -206,10 +203,8 @@ def forget(path: PathLike) -> None:
 def _lives(pid: int) -> bool:
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # it is another user's, or no number of a process here
-        return True
+    except OSError as e:  # otherwise it is another user's
+        return not isinstance(e, ProcessLookupError)
     return True
 
 
@@ -286,7 +281,7 @@ def _failed(path: PathLike, e: OSError) -> ResourceError:
     path = asked_for(path)
     if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return ResourceError(f"there is no room for {printable(path)}; free some space, or name another folder.")
-    return ResourceError(f"{printable(path)} cannot be written ({(e.strerror or str(e)).lower()}); name another place.")
+    return ResourceError(f"{printable(path)} cannot be written ({reason_of(e)}); name another place.")
 
 
 def ordinary(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
@@ -298,8 +293,7 @@ def ordinary(path: Path, name: str, instead: str = "a sample such as sample:bric
             raise InputError(f"{name} is a link to a file that does not exist; mend the link.") from None
         raise InputError(f"{name} does not exist; check the name, or give {instead}.") from None
     except (OSError, ValueError) as e:
-        reason = getattr(e, "strerror", None) or str(e)
-        raise InputError(f"{name} cannot be opened ({reason.lower()}); check the name and the permissions.") from None
+        raise InputError(f"{name} cannot be opened ({reason_of(e)}); check the name and the permissions.") from None
     if stat.S_ISDIR(state.st_mode):
         raise InputError(f"{name} is a folder; name a file in it.")
     if not stat.S_ISREG(state.st_mode):

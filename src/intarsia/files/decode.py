@@ -12,20 +12,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..disk import check_cost, check_size, most_pixels, no_room
-from ..foundation import InputError, IntarsiaError, lazy
+from ..foundation import InputError, IntarsiaError
 from ..foundation.arrays import Array
-from . import png
+from . import netpbm, png
 from .formats import PictureFile, channels_in, damaged
-
-if TYPE_CHECKING:
-    from . import netpbm
-else:  # few pictures are of its formats
-    netpbm = lazy("intarsia.files.netpbm")
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
@@ -84,8 +79,6 @@ def decoded(picture: PictureFile, layer: str | None = None) -> Decoded:
     pixels = decoded.pixels
     if pixels.ndim == 3 and pixels.shape[2] == 1:
         pixels = pixels[:, :, 0]
-    if pixels.dtype == bool:
-        pixels = pixels.astype(np.uint8) * np.uint8(255)
     pixels = np.ascontiguousarray(pixels)
     for array in (pixels, pixels.base):
         if isinstance(array, np.ndarray):
@@ -103,7 +96,7 @@ def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
     if picture.format in ("jpeg", "gif"):
         return _by_pillow(picture, picture.data())
     if picture.format == "webp":
-        _check_webp(picture.head(), picture.name, picture.size)
+        _check_webp(picture)
     return _by_oiio(picture, layer=layer)
 
 
@@ -124,10 +117,7 @@ def _png(picture: PictureFile) -> Decoded:
         check_cost(picture.name, cost, len(data))
         png.check_rows(facts, picture.name)
         found = _by_oiio(picture, facts.clean())
-    found.icc = facts.icc
-    if facts.exif:
-        found.pixels = upright(found.pixels, _exif_orientation(facts.exif))
-    return found
+    return Decoded(upright(found.pixels, _exif_orientation(facts.exif)), facts.icc)
 
 
 def pillow_opened(format: str, data: bytes) -> Any:
@@ -153,7 +143,7 @@ def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | No
     except Image.DecompressionBombError:
         most = 2 * (Image.MAX_IMAGE_PIXELS or 0)
         raise InputError(f"{picture.name} has more pixels than Pillow reads ({most}); save it as TIFF.") from None
-    return Decoded(upright(pixels, _exif_orientation(exif) if exif else 1), icc)
+    return Decoded(upright(pixels, _exif_orientation(exif)), icc)
 
 
 def _check_jpeg(image: Any, data: bytes, name: str) -> None:
@@ -175,14 +165,14 @@ def _check_jpeg(image: Any, data: bytes, name: str) -> None:
         )
 
 
-def _check_webp(data: bytes, name: str, held: int) -> None:
-    """Check the size that a WebP states, and what it will cost; `data` is the start of a file of `held` bytes.
+def _check_webp(picture: PictureFile) -> None:
+    """Check the size that a WebP states, and what it will cost.
 
     Whoever opens one makes room for two pictures of its size at once, so it is looked at before.
     """
-    kind, body = data[12:16], data[20:30]
+    kind, body = picture.head[12:16], picture.head[20:30]
     if len(body) < 10 or kind not in (b"VP8X", b"VP8L", b"VP8 "):
-        raise damaged(name, "it has no header")
+        raise damaged(picture.name, "it has no header")
     if kind == b"VP8X":
         width, height = (1 + int.from_bytes(body[k : k + 3], "little") for k in (4, 7))
     elif kind == b"VP8L":
@@ -190,8 +180,8 @@ def _check_webp(data: bytes, name: str, held: int) -> None:
         width, height = (1 + (bits >> k & 0x3FFF) for k in (0, 14))
     else:
         width, height = (int.from_bytes(body[k : k + 2], "little") & 0x3FFF for k in (6, 8))
-    check_size(name, width, height)
-    check_cost(name, WEBP * width * height, held)
+    check_size(picture.name, width, height)
+    check_cost(picture.name, WEBP * width * height, picture.size)
 
 
 def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
@@ -324,11 +314,8 @@ def _exr_layer(names: list[str]) -> list[int]:
             keys = [prefix + letter for letter in wanted]
             if all(k in index for k in keys):
                 return [index[k] for k in keys]
-    layers = {n.rpartition(".")[0] for n in names}
-    if len(layers) > 1:
-        first = names[0].rpartition(".")[0]
-        return [i for i, n in enumerate(names) if n.rpartition(".")[0] == first]
-    return list(range(len(names)))
+    first = names[0].rpartition(".")[0]
+    return [i for i, n in enumerate(names) if n.rpartition(".")[0] == first]
 
 
 def upright(pixels: Array, orientation: int) -> Array:
@@ -342,8 +329,8 @@ def upright(pixels: Array, orientation: int) -> Array:
     return pixels
 
 
-def _exif_orientation(exif: bytes) -> int:
-    if b"\x01\x12" not in exif and b"\x12\x01" not in exif:  # the tag, in either order of bytes
+def _exif_orientation(exif: bytes | None) -> int:
+    if not exif or (b"\x01\x12" not in exif and b"\x12\x01" not in exif):  # the tag, in either order of bytes
         return 1
     from PIL import Image
 
@@ -359,5 +346,5 @@ def _profile(icc: bytes | None, pixels: Array) -> bytes | None:
     """Keep a colour profile that is one, and that belongs to this number of channels."""
     if not icc or len(icc) < 132 or icc[36:40] != b"acsp" or int.from_bytes(icc[:4], "big") > len(icc):
         return None
-    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-    return icc if icc[16:20] == (b"GRAY" if channels <= 2 else b"RGB ") else None
+    gray = pixels.ndim == 2 or pixels.shape[2] == 2
+    return icc if icc[16:20] == (b"GRAY" if gray else b"RGB ") else None

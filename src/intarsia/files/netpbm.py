@@ -14,7 +14,7 @@ import numpy as np
 
 from ..disk import check_size
 from ..foundation import InputError
-from ..foundation.arrays import Array, Pair
+from ..foundation.arrays import Array
 
 _TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
 _COMMENT = re.compile(rb"#[^\r\n]*")
@@ -26,19 +26,21 @@ HEADER = 1 << 20
 
 def decode_netpbm(data: bytes, name: str) -> Array:
     """Read any netpbm picture; grey is (H, W), colour (H, W, 3), pixels are scaled to the full range."""
-    kind = data[1:2]
-    channels = 3 if kind in b"36F" else 1
-    width, pos = _header_number(data, 2, name, "width")
-    height, pos = _header_number(data, pos, name, "height")
+    kind, header, pos = data[1:2], list[int](), 2
+    for what in ("width", "height", "maximum")[: 3 if kind in b"2356" else 2]:
+        found = _TOKEN.match(data, pos, pos + HEADER)
+        if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
+            raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")
+        pos = found.end()
+        header.append(int(found[1]))
+    width, height, maxval = (*header, 1)[:3]
     check_size(name, width, height)
-    shape = (height, width) if channels == 1 else (height, width, 3)
+    if not 1 <= maxval <= 65535:
+        raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
+    channels = 3 if kind in b"36F" else 1
+    shape = (height, width, 3)[: 2 + channels // 3]
     if kind in b"Ff":
         return _float(data, pos, name, shape)
-    maxval = 1
-    if kind not in b"14":
-        maxval, pos = _header_number(data, pos, name, "maximum")
-        if not 1 <= maxval <= 65535:
-            raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
     if kind in b"123":
         values = _written_out(data[pos:], height * width * channels, name, bits=kind == b"1")
     elif kind == b"4":
@@ -51,14 +53,10 @@ def decode_netpbm(data: bytes, name: str) -> Array:
         raise InputError(f"{name} holds values above its maximum of {maxval}; it is damaged, save it again.")
     if kind in b"14":
         values = 1 - values  # netpbm: 1 is black
-    return _full_range(values, maxval).reshape(shape)
-
-
-def _header_number(data: bytes, pos: int, name: str, what: str) -> Pair:
-    found = _TOKEN.match(data, pos, pos + HEADER)
-    if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
-        raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")
-    return int(found[1]), found.end()
+    top = 255 if maxval < 256 else 65535
+    if maxval != top:
+        values = (values.astype(np.uint32) * np.uint32(top) + np.uint32(maxval // 2)) // np.uint32(maxval)
+    return values.astype(np.uint8 if top == 255 else np.uint16).reshape(shape)
 
 
 def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> Array:
@@ -98,15 +96,6 @@ def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
     if len(values) < count:
         raise InputError(f"{name} ends too early ({len(values)} of {count} values); it is damaged, save it again.")
     return values[:count]
-
-
-def _full_range(values: Array, maxval: int) -> Array:
-    top = 255 if maxval < 256 else 65535
-    dtype = np.uint8 if top == 255 else np.uint16
-    if maxval == top:
-        return values.astype(dtype)
-    table = (np.arange(maxval + 1, dtype=np.int64) * top + maxval // 2) // maxval
-    return np.asarray(table.astype(dtype)[values])
 
 
 def _float(data: bytes, pos: int, name: str, shape: tuple[int, ...]) -> Array:

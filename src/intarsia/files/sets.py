@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from ..disk import reason_of
 from ..disk.whole import PathLike
 from ..foundation import MATERIALS, InputError, ParameterError, printable
 from .decode import opened
@@ -92,29 +93,25 @@ def materials(folder: PathLike, how: str = "auto") -> list[Material]:
     """
     if how not in ("auto", "several"):
         raise ParameterError(f"how={how} is not allowed; choose auto or several.")
-    found = _materials(folder, "", how)
+    found = []
+    for at, below, names in os.walk(folder, onerror=_unlisted):
+        below[:] = sorted(n for n in below if not n.startswith("."))
+        place = "" if at == os.fspath(folder) else os.path.relpath(at, folder)
+        paths = _readable(at, names)
+        paths = paths if how == "several" else _without_previews(paths)
+        lots: dict[str, list[PathLike]] = {}
+        for path in paths:
+            key = os.fspath(path) if how == "several" else name_of(path)[0].lower()
+            lots.setdefault(key, []).append(path)
+        planes = [{name_of(path)[1] or "albedo" for path in lot} for lot in lots.values()]
+        if how == "auto" and len(lots) > 1 and sum(map(len, planes)) == len(set[str]().union(*planes)):
+            lots = {"": paths}
+        for lot in lots.values():
+            own = name_of(lot[0])[0] if len(lot) > 1 else Path(lot[0]).stem
+            name = place if place and len(lots) == 1 else "/".join(filter(None, (place, own)))
+            found.append(Material(printable(name or Path(folder).name), place, lot))
     if not found:
         raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
-    return found
-
-
-def _materials(folder: PathLike, place: str, how: str) -> list[Material]:
-    paths, below = _readable_in(folder), [n for n in _names_in(folder) if _is_below(folder, n)]
-    paths = paths if how == "several" else _without_previews(paths)
-    lots: dict[str, list[PathLike]] = {}
-    for path in paths:
-        key = os.fspath(path) if how == "several" else name_of(path)[0].lower()
-        lots.setdefault(key, []).append(path)
-    planes = [{name_of(path)[1] or "albedo" for path in lot} for lot in lots.values()]
-    if how == "auto" and len(lots) > 1 and sum(map(len, planes)) == len(set[str]().union(*planes)):
-        lots = {"": paths}
-    found = []
-    for lot in lots.values():
-        own = name_of(lot[0])[0] if len(lot) > 1 else Path(os.fspath(lot[0])).stem
-        name = place if place and len(lots) == 1 else "/".join(filter(None, (place, own)))
-        found.append(Material(printable(name or Path(os.fspath(folder)).name), place, lot))
-    for name in below:
-        found += _materials(Path(folder) / name, os.path.join(place, name), how)
     return found
 
 
@@ -224,27 +221,20 @@ def _is_folder(path: PathLike) -> bool:
 
 def _pictures_in(folder: PathLike) -> list[PathLike]:
     """The pictures in a folder, sorted; in a folder with maps, files without a known ending are left out."""
-    if not (paths := _readable_in(folder)):
+    _, _, names = next(os.walk(folder, onerror=_unlisted))
+    if not (paths := _readable(folder, names)):
         raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
     return _without_previews(paths)
 
 
-def _names_in(folder: PathLike) -> list[str]:
-    """What lies in a folder and is not hidden, sorted."""
-    try:
-        return sorted(n for n in os.listdir(folder) if not n.startswith("."))
-    except OSError as e:
-        reason = (e.strerror or str(e)).lower()
-        raise InputError(f"{printable(folder)} cannot be listed ({reason}); check the permissions.") from None
+def _unlisted(e: OSError) -> None:
+    raise InputError(f"{printable(e.filename)} cannot be listed ({reason_of(e)}); check the permissions.")
 
 
-def _readable_in(folder: PathLike) -> list[PathLike]:
-    return [Path(folder) / n for n in _names_in(folder) if os.path.splitext(n)[1].lower() in READABLE]
-
-
-def _is_below(folder: PathLike, name: str) -> bool:
-    path = os.path.join(folder, name)
-    return os.path.isdir(path) and not os.path.islink(path)
+def _readable(folder: PathLike, names: Iterable[str]) -> list[PathLike]:
+    """The pictures among the names in a folder, sorted; what is hidden is left out."""
+    kept = (n for n in sorted(names) if not n.startswith(".") and os.path.splitext(n)[1].lower() in READABLE)
+    return [Path(folder, n) for n in kept]
 
 
 def _without_previews(paths: list[PathLike]) -> list[PathLike]:

@@ -48,9 +48,8 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
     if target is None:
         raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
     check_holds(target, plane)
-    bits = plane.pixels.dtype == bool
-    pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if bits else plane.samples)
-    text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
+    pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if plane.pixels.dtype == bool else plane.samples)
+    text = _text(target, recipe)
     icc = plane.meta.get("icc") if target.icc else None
     if target.name == "png":
         return png.encode_png(pixels, icc, text, run=run)
@@ -64,17 +63,16 @@ def holds_recipe(target: Format, recipe: str) -> bool:
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
-def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: Pair | None = None) -> None:
+def check_holds(target: Format, plane: Plane, depth: int | str | None = None, size: Pair | None = None) -> None:
     """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
-    name, dtype = target.name, dtype or plane.pixels.dtype.name
+    name, dtype = target.name, _dtype(plane, depth)
     dtype = "uint8" if dtype == "bool" else dtype
+    choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
     if dtype not in target.dtypes:
-        choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
         remedy = f"write {_any_of(choices)}, or ask" if choices else "ask"
-        depth = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
-        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {depth}.")
+        other = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
+        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {other}.")
     if plane.channels not in target.channels:
-        choices = [f.suffixes[0] for f in FORMATS if plane.channels in f.channels and dtype in f.dtypes]
         alpha = " (alpha among them)" if plane.alpha else ""
         many = f"1 to {MAX_CHANNELS}" if len(target.channels) > 4 else _any_of([str(c) for c in target.channels])
         raise ParameterError(f"{name} holds {many} channels, not {plane.channels}{alpha}; write {_any_of(choices)}.")
@@ -88,8 +86,17 @@ def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: Pa
 
 
 def _any_of(words: list[str]) -> str:
-    words = words[:4]
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
+    *others, last = words[:4]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _dtype(plane: Plane, depth: int | str | None) -> str:
+    return plane.pixels.dtype.name if depth is None else dtype_of(depth)
+
+
+def _text(target: Format, recipe: str | None) -> str | None:
+    """The text that embeds a recipe; None where it finds no room inside the file."""
+    return MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
 
 
 def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
@@ -118,34 +125,6 @@ def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | No
 
 
 _OIIO = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}
-
-
-def encode_layers(planes: Mapping[str, Plane], recipe: str | None = None) -> bytes:
-    """Return the bytes of an EXR file whose layers are planes of one size, each half or float.
-
-    Raises ParameterError where they cannot be.
-    """
-    check_layers("the file", planes)
-    text = MARK + recipe if recipe is not None and holds_recipe(SUFFIXES[".exr"], recipe) else None
-    own = {n: "XYZ" if p.kind is Kind.NORMAL else channel_names(p.channels) for n, p in planes.items()}
-    names = [f"{name}.{letter}" for name, letters in own.items() for letter in letters]
-    types = [_OIIO[p.pixels.dtype.name] for p in planes.values() for _ in range(p.channels)]
-    pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in planes.values()], axis=2)
-    return _bytes_by_oiio("exr", pixels, text, None, (names, types))
-
-
-def check_layers(path: str, planes: Mapping[str, Plane], dtype: str | None = None) -> None:
-    """Refuse planes that cannot be layers of one file, in the pixels of type `dtype` where that is another."""
-    base = next(iter(planes.values()))
-    for name, plane in planes.items():
-        if (plane.height, plane.width) != (base.height, base.width):
-            size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
-            raise ParameterError(f"{path}: the layer {name} would have {size}, the first {other}; write files.")
-        held = dtype or plane.pixels.dtype.name
-        if held not in ("float16", "float32"):
-            raise ParameterError(
-                f"{path}: layers hold half or float, not {_WORDS.get(held, held)} as the {name}; ask for --depth half."
-            )
 
 
 def _bytes_by_oiio(
@@ -224,25 +203,17 @@ def write(
     if isinstance(picture, Mapping):
         _write_layers(path, picture, depth, recipe, force)
         return
-    plane = plane_of(picture)
-    if depth is not None:
-        plane = convert(plane, depth)
+    plane = convert(plane_of(picture), depth)
     if os.fspath(path) == "-":
-        data = encode(plane, "exr" if plane.is_float else "png", recipe, run)
-        write_bytes("-", data)
+        write_bytes("-", encode(plane, "exr" if plane.is_float else "png", recipe, run))
         return
-    target = format_of(path)
-    check_depth(path, plane)
-    check_writable(path, force)
-    beside = recipe_path(path)
-    inside = recipe is not None and holds_recipe(target, recipe)
-    if recipe is not None and not inside:
-        check_writable(beside, force)
-    files: list[tuple[PathLike, bytes]] = [(path, encode(plane, target.name, recipe, run))]
-    if recipe is not None and not inside:
-        files.append((beside, recipe.encode()))
-    put_all(files, force)
-    if force and (recipe is None or inside):
+    target, beside = format_of(path), recipe_path(path)
+    check_holds(target, plane)
+    aside = () if recipe is None or holds_recipe(target, recipe) else ((beside, recipe.encode()),)
+    for place in (path, *(place for place, _ in aside)):
+        check_writable(place, force)
+    put_all([(path, encode(plane, target.name, recipe, run)), *aside], force)
+    if force and not aside:
         with suppress(OSError):  # the recipe of what was here before
             os.unlink(beside)
 
@@ -250,31 +221,44 @@ def write(
 def _write_layers(
     path: PathLike, pictures: Mapping[str, Any], depth: int | str | None, recipe: str | None, force: bool
 ) -> None:
+    """Write planes as layers of an EXR file."""
     planes = {name: plane_of(picture) for name, picture in pictures.items()}
     check_layered(path, planes, depth)
-    if depth is not None:
-        planes = {name: convert(plane, depth) for name, plane in planes.items()}
     check_writable(path, force)
-    put_all([(path, encode_layers(planes, recipe))], force)
+    made = {name: convert(plane, depth) for name, plane in planes.items()}
+    own = {n: "XYZ" if p.kind is Kind.NORMAL else channel_names(p.channels) for n, p in made.items()}
+    names = [f"{name}.{letter}" for name, letters in own.items() for letter in letters]
+    types = [_OIIO[p.pixels.dtype.name] for p in made.values() for _ in range(p.channels)]
+    pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in made.values()], axis=2)
+    text = _text(SUFFIXES[".exr"], recipe)
+    put_all([(path, _bytes_by_oiio("exr", pixels, text, None, (names, types)))], force)
 
 
 def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: int | str | None = None) -> None:
-    """Refuse, before any work, planes that cannot be layers of one file."""
+    """Refuse, before any work, planes that cannot be layers of one file, in another `depth` if one is given."""
     text = printable(path)
     if os.path.splitext(path)[1].lower() != ".exr":
         raise ParameterError(f"{text}: layers are written as OpenEXR; end the name in .exr.")
     if not planes:
         raise ParameterError(f"{text}: no layer is given; name at least one plane.")
-    check_layers(text, planes, None if depth is None else dtype_of(depth))
+    base = next(iter(planes.values()))
+    for name, plane in planes.items():
+        if (plane.height, plane.width) != (base.height, base.width):
+            size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
+            raise ParameterError(f"{text}: the layer {name} would have {size}, the first {other}; write files.")
+        held = _dtype(plane, depth)
+        if held not in ("float16", "float32"):
+            raise ParameterError(
+                f"{text}: layers hold half or float, not {_WORDS.get(held, held)} as the {name}; ask for --depth half."
+            )
 
 
 def check_depth(
     path: PathLike, picture: Any, depth: int | str | None = None, size: Pair | None = None
 ) -> None:  # fmt: skip
     """Refuse, before any work, a picture that the format of a file cannot hold, in that `size` (width, height)."""
-    if os.fspath(path) == "-":
-        return
-    check_holds(format_of(path), plane_of(picture), None if depth is None else dtype_of(depth), size)
+    if os.fspath(path) != "-":
+        check_holds(format_of(path), plane_of(picture), depth, size)
 
 
 def plane_of(picture: Any) -> Plane:
@@ -289,13 +273,12 @@ def plane_of(picture: Any) -> Plane:
     return Plane(array, Kind.LABEL if array.dtype.name in ("bool", "uint32") else Kind.COLOUR)
 
 
-def convert(plane: Plane, depth: int | str) -> Plane:
+def convert(plane: Plane, depth: int | str | None) -> Plane:
     """Return a plane in another depth; colour keeps its look, so linear floats gain or lose the sRGB curve.
 
     Whole numbers clip to 0..1, NaN becomes 0. Labels keep their numbers, and are refused where these do not fit.
     """
-    dtype = np.dtype(dtype_of(depth))
-    if plane.pixels.dtype == dtype:
+    if depth is None or plane.pixels.dtype == (dtype := np.dtype(dtype_of(depth))):
         return plane
     pixels = converted(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR, dtype)
     if plane.kind is Kind.LABEL or plane.is_float == (dtype.kind == "f"):
@@ -324,10 +307,9 @@ def read_recipe(path: PathLike) -> dict[str, Any] | None:
     """
     if os.fspath(path).lower().endswith(".json"):
         return _from_file(Path(path))
-    text = _description(look(path))
-    start = text.find(MARK)
-    if start >= 0:
-        return _parse(text[start + len(MARK) :], printable(path))
+    _, mark, text = _description(look(path)).partition(MARK)
+    if mark:
+        return _parse(text, printable(path))
     beside = recipe_path(path)
     return _from_file(beside) if os.path.isfile(beside) else None
 

@@ -84,7 +84,7 @@ def one_of(*choices: str) -> Kind:
 class Whole(Kind):
     """A whole number of a range; with `choices`, one of them stands for None, which is decided later."""
 
-    name, low = "int", 0
+    name, shown, low = "int", "N", 0
     high: int | None = None
 
     def read(self, text: str) -> Any:
@@ -107,7 +107,7 @@ class Whole(Kind):
 class Number(Kind):
     """A number in a range, which NaN is not."""
 
-    name, low, high = "float", 0, 0
+    name, shown, low, high = "float", "F", 0, 0
 
     def read(self, text: str) -> Any:
         try:
@@ -317,7 +317,7 @@ class Field:
     Without ``flags`` it is an argument. ``heading`` says where help lists it, if ``rare`` only in full help; ``shown``
     what help shows in place of a value; ``local`` what the studio gives itself, or does not need; ``passing`` what
     bears on nothing that is in the picture. ``alone`` is the value of an option that is given none. ``otherwise`` holds
-    what is another with some verbs.
+    what is another with some verbs; a text alone is another help.
     """
 
     name: str
@@ -336,7 +336,7 @@ class Field:
     passing: bool = False
     alone: str | None = None
     tells_default: bool = False
-    otherwise: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    otherwise: Mapping[str, str | Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def flag(self) -> str:
@@ -361,7 +361,8 @@ class Field:
 
     def of(self, verb: str) -> Field:
         """The field as a verb has it."""
-        return replace(self, **self.otherwise.get(verb, {}))
+        own = self.otherwise.get(verb, {})
+        return replace(self, **({"help": own} if isinstance(own, str) else own))
 
 
 def asked(

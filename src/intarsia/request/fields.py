@@ -108,10 +108,10 @@ class Asked:
 
     verb: str
 
-    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", {"extend"}, heading=WHERE, shown="N")
-    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", {"extend"}, shown="N")
-    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", {"extend"}, shown="N")
-    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", {"extend"}, shown="N")
+    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", {"extend"}, heading=WHERE)
+    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", {"extend"})
+    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", {"extend"})
+    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", {"extend"})
     axes: str = asked(
         one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", {"tile"}, "tells_default", "both",
     )  # fmt: skip
@@ -133,18 +133,18 @@ class Asked:
     labels: tuple[str, ...] = asked(
         IMAGE, "--labels -l",
         "Which pixel of the exemplar is what. One colour for each label; once for each exemplar.",
-        {"paint", "replay"}, "many required", shown="FILE",
+        {"paint", "replay"}, "many required",
         otherwise={"replay": {"help": "What paint was given as --labels.", "required": False}},
     )  # fmt: skip
     target: str | None = asked(
         IMAGE, "--target -t", "Where each label shall be. In the same colours; the output has its size.",
-        {"paint", "replay"}, "required", shown="FILE",
+        {"paint", "replay"}, "required",
         otherwise={"replay": {"help": "What paint was given as --target.", "required": False}},
     )  # fmt: skip
     weight: float = asked(
         Number(high=WEIGHTS), "--weight",
         "How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
-        {"paint"}, "tells_default", WEIGHT, recipe="guide.weight", shown="F",
+        {"paint"}, "tells_default", WEIGHT, recipe="guide.weight",
     )  # fmt: skip
     window: tuple[int, int, int, int] | None = asked(
         Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
@@ -152,11 +152,11 @@ class Asked:
     )  # fmt: skip
     origin: tuple[int, int] = asked(
         ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
-        {"weave"}, default=(0, 0), shown="X,Y",
+        {"weave"}, default=(0, 0),
     )  # fmt: skip
     edge: int = asked(
         Whole(high=MOST_EDGE), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
-        {"heal"}, "rare", 0, recipe="edge", shown="N",
+        {"heal"}, "rare", 0, recipe="edge",
     )  # fmt: skip
     reach: int = asked(
         Whole(high=REACHES), "--reach", "Pixels this near to a boundary count as partly of both labels.",
@@ -166,24 +166,20 @@ class Asked:
     out: str | None = asked(
         WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading=OUTPUT, shown="OUT",
         otherwise={
-            **{verb: {"help": OUT + USUAL_OUT.format(DONE[verb])} for verb in PLANNED},
+            **{verb: OUT + USUAL_OUT.format(DONE[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
-            "weave": {
-                "help": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
+            "weave": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
                 "else begins anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; "
                 "a .png, or another picture, must fit into memory. Further planes lie beside it as OUT_NAME. Default: "
                 "NAME_woven.tif in the working folder.",
-            },
         },
     )  # fmt: skip
     size: tuple[int, int] | None = asked(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
         {"grow", "tile", "weave"}, recipe="size",
         otherwise={
-            "tile": {
-                "help": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
+            "tile": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
                 "courses close.",
-            },
             "weave": {
                 "kind": Size(most=1 << 80), "required": True,
                 "help": "Size in px, as large as the disk allows. One number is a square.",
@@ -205,7 +201,7 @@ class Asked:
         (PLANNED - {"tile"}) | {"score"}, "tells_default", Wrap.NONE.value, recipe="wrap",
         alone=Wrap.BOTH.value,
         otherwise={
-            "heal": {"help": "Axes along which the picture continues in itself."},
+            "heal": "Axes along which the picture continues in itself.",
             "score": {
                 "help": "Axes along which the output should tile. By default as its map does.",
                 "default": None, "alone": None, "tells_default": False,
@@ -217,13 +213,13 @@ class Asked:
     )  # fmt: skip
     force: bool = asked(
         FLAG, "--force", "Replace files that exist.", EVERY, "local",
-        otherwise={"weave": {"help": "Begin anew where another texture or picture lies."}},
+        otherwise={"weave": "Begin anew where another texture or picture lies."},
     )  # fmt: skip
     page: str | None = asked(
         WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; of "
         "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
         PLANNED | {"replay", "score"}, "passing", shown="FILE.html",
-        otherwise={"score": {"help": "A page on how good it is. Also where it misses a gate."}},
+        otherwise={"score": "A page on how good it is. Also where it misses a gate."},
     )  # fmt: skip
     preview: str | None = asked(
         WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", {"tile"}, "passing",
@@ -231,7 +227,7 @@ class Asked:
     tiles: int = asked(
         Whole(low=1, high=MOST_TILES), "--preview-tiles",
         "How often the preview repeats it along each axis that continues. Default: 3.",
-        {"tile"}, "rare passing", 3, shown="N",
+        {"tile"}, "rare passing", 3,
     )  # fmt: skip
     offset: str | None = asked(
         WRITTEN, "--offset", "Write the picture as it was, shifted by half.", {"tile"}, "rare passing",
@@ -279,15 +275,15 @@ class Asked:
         Whole(high=FEATHER), "--feather",
         "Soften seams over so many px; 0 copies exactly. By default as the method means it.",
         {"grow", "extend", "paint", "weave", "render"}, recipe="blend.feather", shown="PX",
-        otherwise={"render": {"help": "Soften the seams over so many px. By default as it was grown."}},
+        otherwise={"render": "Soften the seams over so many px. By default as it was grown."},
     )  # fmt: skip
     trials: int | None = asked(
         Whole(low=1, high=MOST_TRIALS), "--trials",
         "Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
-        {"grow", "extend"}, "passing", shown="N",
+        {"grow", "extend"}, "passing",
     )  # fmt: skip
     seed: int | None = asked(
-        Seed(), "--seed", "The same number gives the same picture. Default: 0.", MADE, shown="N|random",
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", MADE,
         recipe="seed",
     )  # fmt: skip
     document: str | None = asked(
@@ -298,7 +294,7 @@ class Asked:
     repair: int = asked(
         Whole(high=MOST_PASSES), "--repair",
         "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
-        "Default: 0.", PLANNED, "rare", 0, shown="N", recipe="repair",
+        "Default: 0.", PLANNED, "rare", 0, recipe="repair",
     )  # fmt: skip
     explain: bool = asked(
         FLAG, "--explain",
@@ -309,24 +305,22 @@ class Asked:
         one_of("mean", "variance", "source"), "--mixing",
         "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
         {"grow", "extend", "paint", "weave", "render"}, "rare", recipe="blend.mixing",
-        otherwise={"render": {"help": "How pieces mix within the feather; by default as it was grown."}},
+        otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip
     level: int | None = asked(
         Whole(high=FEATHER), "--level", "Even out steps of light and colour at seams. So far to either side; 0 leaves "
         "them. By default 96 where the method is chosen, 0 where it is named.",
         {"grow", "paint", "weave", "render"}, "rare", shown="PX",
         otherwise={
-            "render": {
-                "help": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
+            "render": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
                 "as it was grown.",
-            },
         },
     )  # fmt: skip
     magnify: int = asked(
         Whole(low=1, high=TIMES), "--magnify", "Grow small, at 1/N, and draw at full size. All pixels of the exemplar "
         "are drawn: for large outputs. Sizes stay those of the pictures; all else, such as --patch and --feather (then "
         "1 if not given), counts px of 1/N.",
-        {"grow", "weave", "render"}, "rare", 1, shown="N", recipe="inputs.magnify",
+        {"grow", "weave", "render"}, "rare", 1, recipe="inputs.magnify",
     )  # fmt: skip
 
     files: tuple[str, ...] = asked(
@@ -351,10 +345,8 @@ class Asked:
         IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EVERY, "many",
         otherwise={
             "heal": {"flags": ("--usable",), "help": USABLE},
-            "replay": {
-                "help": "The mask that was given. That is the hole that was healed, elsewhere the exemplar pixels that "
+            "replay": "The mask that was given. That is the hole that was healed, elsewhere the exemplar pixels that "
                 "could be used.",
-            },
         },
     )  # fmt: skip
     crop: tuple[int, int, int, int] | None = asked(
@@ -372,7 +364,7 @@ class Asked:
     donors: tuple[str, ...] = asked(
         PICTURE, "--from", "Take new pixels from this picture, or these. By default from the picture itself.",
         BEGUN | {"replay"}, "many",
-        otherwise={"replay": {"help": "What new pixels were taken from. By default the picture itself."}},
+        otherwise={"replay": "What new pixels were taken from. By default the picture itself."},
     )  # fmt: skip
     usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, {"replay"}, "many")
     saved: str | None = asked(
@@ -423,7 +415,7 @@ class Asked:
     max_pixels: int | None = asked(
         Whole(low=1), "--max-pixels",
         f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
-        EVERY, "rare local passing", shown="N",
+        EVERY, "rare local passing",
     )  # fmt: skip
     start: str | None = asked(
         WRITTEN, "--start", "The map that was continued.", {"replay"}, "rare", shown="MAP.npz",
@@ -440,7 +432,7 @@ class Asked:
     )  # fmt: skip
     dry_run: bool = asked(
         FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", MADE, "local passing",
-        otherwise={"weave": {"help": "Check everything, write nothing. Tells size, memory and time."}},
+        otherwise={"weave": "Check everything, write nothing. Tells size, memory and time."},
     )  # fmt: skip
     dask: str | None = asked(
         Kind(), "--dask",
@@ -452,23 +444,21 @@ class Asked:
         "1, see `intarsia score`; once for each.",
         PLANNED | {"replay", "score"}, "many passing",
         otherwise={
-            "score": {
-                "help": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
-            },
+            "score": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
         },
     )  # fmt: skip
     as_json: bool = asked(
         FLAG, "--json", "Print the result as a JSON object.", EVERY, "local passing",
         otherwise={
-            "analyze": {"help": "Print what was found as a JSON object on stdout."},
-            "score": {"help": "Print the score as a JSON object on stdout."},
+            "analyze": "Print what was found as a JSON object on stdout.",
+            "score": "Print the score as a JSON object on stdout.",
         },
     )  # fmt: skip
     quiet: bool = asked(
         FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local passing",
         otherwise={
-            "analyze": {"help": "Print nothing; only write the pictures."},
-            "score": {"help": "Print nothing; the exit code tells of the gates."},
+            "analyze": "Print nothing; only write the pictures.",
+            "score": "Print nothing; the exit code tells of the gates.",
         },
     )  # fmt: skip
     sheet: str | None = asked(
@@ -476,7 +466,7 @@ class Asked:
     )  # fmt: skip
     threads: int | None = asked(
         Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
-        EVERY - {"analyze", "score"}, "rare local passing", shown="N",
+        EVERY - {"analyze", "score"}, "rare local passing",
     )  # fmt: skip
     executor: str | None = asked(
         one_of("threads", "processes"), "--executor",
