@@ -172,6 +172,9 @@ def _drop_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+debug_option = click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+"""Taken by every command, behind its name, too; `LazyGroup.main` looks for it."""
+
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",
     "paint": "Paint with textures: labels say what grows where.",

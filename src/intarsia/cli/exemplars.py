@@ -105,7 +105,7 @@ NO_NORMALS = 0.15
 """Vectors of normal maps are less off length 1 on average, even if they were reduced or strongly compressed."""
 
 Set = dict[str, str]
-"""The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
+"""The files of one exemplar or output: plane -> path, the base first; ``mask`` says which pixels are usable."""
 
 
 def sets_of(request: Request, report: Report) -> list[Set]:
@@ -192,16 +192,11 @@ def hold(held: Held | None) -> None:
 
 def _signs(found: Set) -> tuple[Any, ...] | None:
     """What tells whether the files of an exemplar are still the same; None where that cannot be told."""
-    signs = []
-    for path in found.values():
-        if path.startswith("sample:"):
-            continue
-        try:
-            stat = os.stat(path)
-        except OSError:  # the standard input, a layer of a file
-            return None
-        signs.append((stat.st_dev, stat.st_ino, stat.st_size, stat.st_mtime_ns))
-    return tuple(signs)
+    try:
+        states = [os.stat(path) for path in found.values() if not path.startswith("sample:")]
+    except OSError:  # the standard input, a layer of a file
+        return None
+    return tuple((s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for s in states)
 
 
 class Shelf:
@@ -241,8 +236,18 @@ class Shelf:
         return canvas.width * times, canvas.height * times
 
     def hole(self, base: Plane, name: str) -> Mask:
-        """Read the hole of the picture, whose base plane is `base`."""
-        return hole_of(self.request.holes[0], self.sets[0], base, name)
+        """Read which pixels (H, W) of the picture, whose base plane is `base`, are to be healed."""
+        mask, files_of = self.request.holes[0], self.sets[0]
+        if mask == "alpha":
+            first = next(n for n in files_of if n != "mask")
+            opaque = files.read_set({first: files_of[first]}, alpha="mask").usable
+            return np.zeros((base.height, base.width), bool) if opaque is None else ~opaque
+        hole = files.read_mask(mask, base, name)
+        if not hole.any() or hole.all():
+            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
+            size = f"{base.width}x{base.height} px"
+            raise InputError(f"the hole {mask} {what} of {name} ({size}); {remedy}: white is healed.")
+        return hole
 
     def guide(self) -> Guide:
         """Read the label pictures and the target; those are as large as the exemplars, and cut as they are."""
@@ -287,17 +292,3 @@ class Shelf:
         if _held is None or signs is None:
             return read(self._report.warn)
         return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, self._report.warn)
-
-
-def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> Mask:
-    """Read which pixels (H, W) of the set `found` are to be healed; `mask` is a file, or ``alpha``."""
-    if mask != "alpha":
-        hole = files.read_mask(mask, base, name)
-        if not hole.any() or hole.all():
-            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
-            size = f"{base.width}x{base.height} px"
-            raise InputError(f"the hole {mask} {what} of {name} ({size}); {remedy}: white is healed.")
-        return hole
-    first = next(n for n in found if n != "mask")
-    opaque = files.read_set({first: found[first]}, alpha="mask").usable
-    return np.zeros((base.height, base.width), bool) if opaque is None else ~opaque

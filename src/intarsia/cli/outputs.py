@@ -5,9 +5,8 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +37,7 @@ def filled_name(template: str, values: Mapping[str, object]) -> str:
     return re.sub(r"\{([^{}]*)\}", value, template)
 
 
-def plane_files(out: str, planes: Mapping[str, str]) -> dict[str, str]:
+def plane_files(out: str, planes: Set) -> Set:
     """Name the file of each plane: the base is `out`, the others lie beside it, in the format they came in."""
     names = [name for name in planes if name != "mask"]
     if out == "-":
@@ -75,18 +74,10 @@ def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
     return "_".join([*stems, done, *([] if seed is None else [str(seed)])])
 
 
-def fitting_files(
-    found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None, called: Callable[[str], str]
-) -> dict[str, str]:
-    """Name the file of each plane of the set `found` in a format that holds it, drawn so many times longer."""
-    return {
-        n: called(n) + usual_ending(p, plane, times, depth)
-        for n, p in found.items() if (plane := exemplar.picture(n)) is not None
-    }  # fmt: skip
-
-
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
-    """The ending of the exemplar, if its format loses nothing and holds the result; else one of which that is true."""
+    """The ending of the exemplar, if its format loses nothing and holds the result, so many times longer; else one of
+    which that is true.
+    """
     for ending in (_own_ending(path).lower(), ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
@@ -96,14 +87,14 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
     return ".tif"
 
 
-def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> dict[str, str]:
+def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> Set:
     """Name one file for all planes, or refuse what cannot be layers of it."""
     planes = {name: exemplar.planes[name] for name in exemplar.drawn}
     files.check_layered(out, planes, depth)
     return dict.fromkeys(planes, out)
 
 
-def check_depths(pictures: Mapping[str, str], exemplar: Exemplar, size: Pair, request: Request) -> None:
+def check_depths(pictures: Set, exemplar: Exemplar, size: Pair, request: Request) -> None:
     """Refuse depths, channels and sides that the files cannot hold; `size`: width and height of the base plane."""
     for name, path in pictures.items():
         plane = exemplar.picture(name)
@@ -112,7 +103,7 @@ def check_depths(pictures: Mapping[str, str], exemplar: Exemplar, size: Pair, re
         files.check_depth(path, plane, request.depth, (width, height))
 
 
-def by_file(pictures: Mapping[str, str]) -> dict[str, list[str]]:
+def by_file(pictures: Set) -> dict[str, list[str]]:
     """Return which planes each file holds."""
     found: dict[str, list[str]] = {}
     for name, path in pictures.items():
@@ -120,7 +111,7 @@ def by_file(pictures: Mapping[str, str]) -> dict[str, list[str]]:
     return found
 
 
-def check_apart(pictures: Mapping[str, str]) -> None:
+def check_apart(pictures: Set) -> None:
     """Refuse planes that would be written into one file, one over the other."""
     for path, names in by_file(pictures).items():
         if len(names) > 1 and path != "-":
@@ -166,7 +157,7 @@ class Staging:
     def __init__(self, force: bool, making: bool = False) -> None:
         self._force, self._making = force, making
         self._made: list[str] = []
-        self._folders: dict[str, str] = {}
+        self._folders: Set = {}
         self._moves: list[tuple[str, str]] = []
 
     def __enter__(self) -> Staging:
@@ -218,7 +209,7 @@ class Staging:
 
     def commit(self) -> None:
         """Move all files to their places; if one cannot be moved, take the others away again."""
-        moves = [m for staged, target in self._moves for m in _with_recipe(staged, target)]
+        moves = [(f"{s}{own}", f"{target}{own}") for s, target in self._moves for own in ("", files.RECIPE)]
         for staged, target in moves:
             if os.path.exists(staged):
                 files.check_writable(target, self._force)
@@ -241,13 +232,6 @@ class Staging:
                     with suppress(OSError):
                         os.unlink(target)
                 raise ResourceError(f"{target} cannot be written ({reason_of(e)}); name another place.") from None
-
-
-def _with_recipe(staged: str, target: str) -> list[tuple[str, str]]:
-    pairs = [(staged, target)]
-    if not Path(target).name.endswith((".npz", ".json", ".html")):
-        pairs.append((str(files.recipe_path(staged)), str(files.recipe_path(target))))
-    return pairs
 
 
 def index_name(request: Request, many: bool) -> str | None:

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..model.image import dtype_of
 from ..rendering.render import check_alike, check_drawable
-from ..request import Request
+from ..request import Json, Request
 from ..request.fields import DONE
 from ..synthesis import Plan, Scene
 from ..tasks import small_of
@@ -35,9 +34,9 @@ from .outputs import (
     check_depths,
     check_place,
     filled_name,
-    fitting_files,
     layer_files,
     plane_files,
+    usual_ending,
     usual_name,
 )
 
@@ -74,8 +73,8 @@ class Order:
 
     shelf: Shelf
     seed: int
-    pictures: dict[str, str]  # plane -> file
-    beside: dict[str, str]  # what else is written, of `KEPT` -> file
+    pictures: Set  # plane -> file
+    beside: Set  # what else is written, of `KEPT` -> file
 
     @property
     def files(self) -> list[tuple[str, str]]:
@@ -183,7 +182,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     if request.size is not None and not request.begun:
         width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
-    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
+    fields: Json = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
     if request.out and not request.layers:
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
     if check is not None:
@@ -204,7 +203,6 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     check_formats(orders[0])
     check_alike(exemplars)
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
-    check_distance_map(orders[0])
     if request.gates:
         from ..tasks.scoring import check_gates
 
@@ -212,7 +210,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     return orders
 
 
-def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dict[str, Any]) -> dict[str, str]:
+def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Json) -> Set:
     """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
     usual = usual_name(sets, DONE[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
     if request.layers:
@@ -234,17 +232,21 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dic
         own = stem_of(found) if alone else Path(file).stem + (f"_{plane}" if layer is not None else "")
         return os.path.join(filled_name(request.folder, fields), own)
 
-    return fitting_files(found, exemplar, longer, request.depth, called)
+    return {
+        name: called(name) + usual_ending(path, plane, longer, request.depth)
+        for name, path in found.items() if (plane := exemplar.picture(name)) is not None
+    }  # fmt: skip
 
 
-def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
+def method_as_json(method: Method, blend: Blend) -> Json:
     """What JSON says of a method, x before y, and of how it joins its pieces."""
     its = {"method": method.slug, "parameters": recipe_settings(method)}
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
 def check_formats(order: Order) -> None:
-    """Refuse depths, channels and sizes that the formats of the files cannot hold."""
+    """Refuse depths, channels and sizes that the formats of the files cannot hold, and distances that nobody measures.
+    """
     request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
     first = exemplars[0]
     check_depths(order.pictures, first, size, request)
@@ -261,20 +263,14 @@ def check_formats(order: Order) -> None:
     for what, times in (("preview", request.tiles), ("offset", 1)):
         if what in beside:
             check_depth(beside[what], first.planes[first.drawn[0]], request.depth, (size[0] * times, size[1] * times))
-
-
-def check_distance_map(order: Order) -> None:
-    """Refuse places outside the output, formats without distances, and methods that measure none."""
-    asked, (width, height), method = order.shelf.request.distance_map, order.shelf.size, order.shelf.plan.method
-    if asked is None:
-        return
-    (x, y), path = asked[0], order.beside["distances"]
-    if not (x < width and y < height):
-        raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")
-    if _ending(path) not in (".exr", ".tif", ".tiff", ".png"):
-        raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-    if not measures_distances(method):
-        raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
+    if request.distance_map is not None:
+        (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
+        if not (x < size[0] and y < size[1]):
+            raise ParameterError(f"--distance-map {x},{y} lies outside the output of {size[0]}x{size[1]} px.")
+        if _ending(path) not in (".exr", ".tif", ".tiff", ".png"):
+            raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
+        if not measures_distances(method):
+            raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
 
 
 def _ending(path: str) -> str:

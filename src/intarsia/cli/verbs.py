@@ -17,8 +17,8 @@ from ..disk import allowing
 from ..foundation import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
 from ..foundation.params import KINDS, Parameter, parameters
 from ..methods import METHODS, method_class, preset
-from ..request import FIELDS, Request, fields_of_verb, parameter_values, parameters_of_verb
-from ..request.field import FLAG, HEADINGS, Field, File, Kind, Number, Pair, Whole
+from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
+from ..request.field import FLAG, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import able
 from . import Report, begun
 
@@ -28,7 +28,7 @@ else:  # older versions of click do not take the bracket
     ParamType = click.ParamType
 
 
-def entries(*slugs: str) -> list[dict[str, Any]]:
+def entries(*slugs: str) -> list[Json]:
     """What ``intarsia methods --json`` prints of these methods, or of all."""
     return [
         {
@@ -98,7 +98,7 @@ def type_of(kind: Kind) -> Any:
 
 def option_of(field: Field) -> click.Parameter:
     """Make the option of a field, or its argument."""
-    facts: dict[str, Any] = {"required": field.required}
+    facts: Json = {"required": field.required}
     if field.kind is FLAG:
         facts |= {"is_flag": True}
     else:
@@ -131,7 +131,7 @@ def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
     return [*map(option_of, sorted(fields, key=lambda f: bool(f.flags))), *own, debug]
 
 
-def request_of(verb: str, given: dict[str, Any]) -> Request:
+def request_of(verb: str, given: Json) -> Request:
     """Understand the values of all options of a verb."""
     if given.get("document") is not None:
         given = as_published(given["document"], given)
@@ -140,7 +140,7 @@ def request_of(verb: str, given: dict[str, Any]) -> Request:
     return Request(verb, **fields, parameters=values)
 
 
-def as_published(document: str, given: dict[str, Any]) -> dict[str, Any]:
+def as_published(document: str, given: Json) -> Json:
     """Return the values of options with those that a document sets where nothing else is given."""
     settings = preset(document)
     if given["method"] not in (AUTO_METHOD, settings["method"]):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..disk import check_fits
 from ..files.formats import SUFFIXES
@@ -15,7 +14,7 @@ from ..foundation.run import Run
 from ..giant import Weave, planned_windows, woven
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
-from ..request import Request, once_more, to_line
+from ..request import Json, Request, once_more, to_line
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins
 from . import CANCEL, Interrupted, Report, as_json, explain, unbroken
@@ -38,7 +37,7 @@ class Weaving:
     request: Request
     report: Report
     stores: dict[str, Store]
-    auto: dict[str, Any] = field(default_factory=dict)  # how the method was chosen, where it was not named
+    auto: Json = field(default_factory=dict)  # how the method was chosen, where it was not named
     warnings: tuple[str, ...] = ()
     read: float = 0.0  # seconds
 
@@ -145,7 +144,7 @@ class Weaving:
     def _line(self) -> str:
         return f"{self.size[0]}x{self.size[1]} px, {self.texture.method.slug}, seed {self.texture.seed}"
 
-    def _about(self) -> dict[str, Any]:
+    def _about(self) -> Json:
         """What JSON says of it, x before y."""
         return {
             "files": [{"path": path, "holds": name} for name, path in self.names.items()],

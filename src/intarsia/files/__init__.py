@@ -38,11 +38,12 @@ from ..model.image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decoded
 from .formats import LAYER, Format, format_of, look, split_layer
 from .sets import describe, group, layered, materials, name_of, uses_directx
-from .write import check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
+from .write import RECIPE, check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
 
 __all__ = [
     "DEFAULT_PIXELS",
     "MAX_PIXELS",
+    "RECIPE",
     "Format",
     "allowing",
     "check_depth",
@@ -144,10 +145,10 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
         expect_path(path)
     if isinstance(path, str) and path.startswith(PREFIX):
         made = sample(path)
-        return made if kind is None else Plane(made.pixels, chosen(Kind, "kind", kind), made.transfer, made.meta)
+        return made if kind is None else replace(made, kind=chosen(Kind, "kind", kind))
     file, layer = (path, None) if isinstance(path, bytes) else split_layer(path)
     picture = look(file)
-    if layer is not None and not isinstance(path, bytes):
+    if layer is not None:
         picture = replace(picture, name=printable(path))
     found = decoded(picture, layer)
     pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
@@ -167,7 +168,7 @@ def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Pl
     """Read the planes of a set; of a packed map each channel is one. Whatever would be there twice is refused."""
     order, mixed = None if channels is None else channels_of(channels), [n for n in paths if n in (*PACKINGS, PACKED)]
     if order is not None and len(mixed) != 1:
-        held = ", ".join(printable(Path(os.fspath(paths[n])).name) for n in mixed or paths)
+        held = ", ".join(printable(Path(paths[n]).name) for n in mixed or paths)
         raise ParameterError(
             f"--packed {channels} says what one packed map holds, and here {'are several' if mixed else 'is none'} "
             f"({held}); give one, as NAME_orm or --map packed=FILE."

@@ -292,11 +292,9 @@ def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[i
     if spec.tile_width:  # one of which is unpacked, however small the picture is
         check_size(name, spec.tile_width, spec.tile_height)
     formats = {str(spec.channelformat(c)) for c in chosen}
-    if len(formats) > 1:
-        formats = {"uint"} if "uint" in formats else {"float"}
-        if "uint" in formats:
-            raise InputError(f"{name} mixes whole numbers and floats in one layer; save them as separate files.")
-    dtype = formats.pop()
+    if len(formats) > 1 and "uint" in formats:
+        raise InputError(f"{name} mixes whole numbers and floats in one layer; save them as separate files.")
+    dtype = formats.pop() if len(formats) == 1 else "float"
     if dtype not in DTYPES:
         raise InputError(f"{name} holds {dtype} pixels; save it with 8 or 16 bit, half or float.")
     first = min(chosen)

@@ -205,7 +205,9 @@ def _keep_text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int
     return len(rest)
 
 
-def encode_png(pixels: Array, icc: bytes | None = None, text: str | None = None, run: Run | None = None) -> bytes:
+def encode_png(
+    pixels: Array, icc: bytes | None = None, text: str | None = None, level: int = LEVEL, run: Run | None = None
+) -> bytes:
     """Return a picture (H, W, C) of uint8 or uint16 as PNG; the threads of `run` share its bands of rows.
 
     A band is as long whoever packs it, and begins anew: the same bytes from any number of threads.
@@ -213,7 +215,7 @@ def encode_png(pixels: Array, icc: bytes | None = None, text: str | None = None,
     height, width, channels = pixels.shape
     rows = max(1, BAND // pixels[0].nbytes)
     with run_of(run).pool() as each:
-        bands = each(partial(_band, pixels, rows), range(0, height, rows))
+        bands = each(partial(_band, pixels, rows, level), range(0, height, rows))
     colour = (GRAY, GRAY_ALPHA, RGB, RGBA)[channels - 1]
     head = struct.pack(">IIBBBBB", width, height, 8 * pixels.itemsize, colour, 0, 0, 0)
     chunks = [(b"IHDR", head)]
@@ -232,7 +234,7 @@ def encode_png(pixels: Array, icc: bytes | None = None, text: str | None = None,
     return PNG_START + b"".join(chunk(name, data) for name, data in chunks)
 
 
-def _band(pixels: Array, rows: int, top: int) -> tuple[bytes, int, int]:
+def _band(pixels: Array, rows: int, level: int, top: int) -> tuple[bytes, int, int]:
     """Pack rows as what differs from the pixel before, or from that above if that is less: bytes, checksum, length."""
     some = pixels[max(top - 1, 0) : top + rows]
     raw = np.ascontiguousarray(some.astype(some.dtype.newbyteorder(">"), copy=False)).view(np.uint8)
@@ -243,5 +245,5 @@ def _band(pixels: Array, rows: int, top: int) -> tuple[bytes, int, int]:
     above[1 - min(top, 1) :] -= raw[:-1]
     least = min((before, above), key=lambda steps: int(np.minimum(steps, -steps).sum()))
     data = np.insert(least, 0, 1 + (least is above), axis=1).tobytes()  # each row begins with its filter
-    packer = zlib.compressobj(LEVEL, wbits=-zlib.MAX_WBITS if top else zlib.MAX_WBITS)  # the first has the header
+    packer = zlib.compressobj(level, wbits=-zlib.MAX_WBITS if top else zlib.MAX_WBITS)  # the first has the header
     return packer.compress(data) + packer.flush(zlib.Z_SYNC_FLUSH), zlib.adler32(data), len(data)

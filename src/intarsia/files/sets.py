@@ -15,6 +15,9 @@ from ..foundation import MATERIALS, InputError, ParameterError, printable
 from .decode import opened
 from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
 
+Files = dict[str, PathLike]
+"""The files of one exemplar: plane -> path."""
+
 WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",
     "normal": "normal normals nrm norm nor_gl normalgl normal_gl normal_ogl normal_opengl nrm_gl "
@@ -45,7 +48,7 @@ _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|ti
 READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
 
 
-def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLike]]:
+def group(paths: Iterable[PathLike], how: str = "auto") -> list[Files]:
     """Sort files into exemplars: one dict of plane name to path for each, the albedo first.
 
     ``auto``: files that share a stem are one set, different stems are several exemplars, a folder is one set.
@@ -58,7 +61,7 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
     """
     if how not in ("auto", "set", "several"):
         raise ParameterError(f"how={how} is not allowed; choose auto, set or several.")
-    found: list[dict[str, PathLike]] = []
+    found: list[Files] = []
     loose: list[PathLike] = []
     for path in paths:
         if _is_folder(path) and how == "auto":
@@ -115,7 +118,7 @@ def materials(folder: PathLike, how: str = "auto") -> list[Material]:
     return found
 
 
-def layered(path: PathLike) -> dict[str, PathLike]:
+def layered(path: PathLike) -> Files:
     """Return the set that the layers of an EXR file are, as FILE.exr::LAYER; so are a built-in material's maps.
 
     Empty for all other files.
@@ -145,11 +148,11 @@ def layered(path: PathLike) -> dict[str, PathLike]:
     return {name: f"{os.fspath(path)}{LAYER}{found[name]}" for name in WORDS if name in found}
 
 
-def describe(sets: Iterable[dict[str, PathLike]]) -> str:
+def describe(sets: Iterable[Files]) -> str:
     """Say in words how the files were read, one line for each exemplar."""
     lines = []
     for number, files in enumerate(sets, 1):
-        parts = [f"{name} {printable(Path(os.fspath(p)).name)}" for name, p in files.items()]
+        parts = [f"{name} {printable(Path(p).name)}" for name, p in files.items()]
         dx = any(name == "normal" and uses_directx(p) for name, p in files.items())
         what = f"one set of {len(parts)} maps" if len(parts) > 1 else "one picture"
         lines.append(f"exemplar {number}: {what}: {', '.join(parts)}{' (DirectX normals)' if dx else ''}")
@@ -169,7 +172,7 @@ def uses_directx(path: PathLike) -> bool:
 
 def _split(path: PathLike) -> tuple[list[str], str | None]:
     """Return the tokens of the stem without resolution tags and plane word, and that word."""
-    stem = Path(os.fspath(split_layer(path)[0])).stem
+    stem = Path(split_layer(path)[0]).stem
     tokens = [t for t in re.split(r"[_\-. ]+", stem) if t]
     end = len(tokens)
     while end and _TAG.fullmatch(tokens[end - 1]):
@@ -181,14 +184,14 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
     return tokens, None
 
 
-def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several") -> dict[str, PathLike]:
+def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several") -> Files:
     if len(files) == 1:
         if found := layered(files[0]):
             return found
         word = _split(files[0])[1]
         clear = word is not None and word in _CLEAR and not _special(files[0])
         return {_NAME[word] if word is not None and clear else "albedo": files[0]}
-    named: dict[str, PathLike] = {}
+    named: Files = {}
     for path in files:
         name = name_of(path)[1] or "albedo"
         if name not in named:
@@ -196,13 +199,13 @@ def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several")
         elif name == "normal" and uses_directx(path) != uses_directx(named[name]):
             named[name] = named[name] if uses_directx(path) else path  # both are there: take OpenGL
         else:
-            first, second = printable(Path(os.fspath(named[name])).name), printable(Path(os.fspath(path)).name)
+            first, second = printable(Path(named[name]).name), printable(Path(path).name)
             raise InputError(
                 f"{first} and {second} both are the {name} of {printable(owner)}; give one, or {more}."
             )
     maps = [path for name, path in named.items() if name != "mask"]
     if "albedo" not in named and len(maps) > 1:
-        listed = " and ".join(printable(Path(os.fspath(path)).name) for path in maps)
+        listed = " and ".join(printable(Path(path).name) for path in maps)
         raise InputError(
             f"{listed} are maps without the picture that they belong to; add it, or give one of them alone and the "
             "others by --map NAME=FILE."

@@ -27,8 +27,14 @@ from . import png
 from .decode import opened, pillow_opened
 from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look
 
+Depth = int | str | None
+"""8, 16, "half" or "float"; None: as it is."""
+
 MARK = "intarsia recipe: "
 """What an embedded recipe starts with."""
+
+RECIPE = ".recipe.json"
+"""What is added to the name of a picture for a file that holds its recipe."""
 
 LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
 """Longer recipes lie beside; a TIFF holds more, but OpenImageIO reads only so much of it."""
@@ -63,7 +69,7 @@ def holds_recipe(target: Format, recipe: str) -> bool:
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
-def check_holds(target: Format, plane: Plane, depth: int | str | None = None, size: Pair | None = None) -> None:
+def check_holds(target: Format, plane: Plane, depth: Depth = None, size: Pair | None = None) -> None:
     """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
     name, dtype = target.name, _dtype(plane, depth)
     dtype = "uint8" if dtype == "bool" else dtype
@@ -90,7 +96,7 @@ def _any_of(words: list[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
-def _dtype(plane: Plane, depth: int | str | None) -> str:
+def _dtype(plane: Plane, depth: Depth) -> str:
     return plane.pixels.dtype.name if depth is None else dtype_of(depth)
 
 
@@ -173,7 +179,7 @@ def lettered(text: str, size: int) -> UInt8:
 
 
 def write(
-    path: PathLike, picture: Any, *, depth: int | str | None = None, recipe: str | None = None, force: bool = False,
+    path: PathLike, picture: Any, *, depth: Depth = None, recipe: str | None = None, force: bool = False,
     run: Run | None = None,
 ) -> None:  # fmt: skip
     """Write a picture; its ending names the format, and its depth stays as it is unless another is asked for.
@@ -219,7 +225,7 @@ def write(
 
 
 def _write_layers(
-    path: PathLike, pictures: Mapping[str, Any], depth: int | str | None, recipe: str | None, force: bool
+    path: PathLike, pictures: Mapping[str, Any], depth: Depth, recipe: str | None, force: bool
 ) -> None:
     """Write planes as layers of an EXR file."""
     planes = {name: plane_of(picture) for name, picture in pictures.items()}
@@ -234,7 +240,7 @@ def _write_layers(
     put_all([(path, _bytes_by_oiio("exr", pixels, text, None, (names, types)))], force)
 
 
-def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: int | str | None = None) -> None:
+def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: Depth = None) -> None:
     """Refuse, before any work, planes that cannot be layers of one file, in another `depth` if one is given."""
     text = printable(path)
     if os.path.splitext(path)[1].lower() != ".exr":
@@ -254,7 +260,7 @@ def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: int | str 
 
 
 def check_depth(
-    path: PathLike, picture: Any, depth: int | str | None = None, size: Pair | None = None
+    path: PathLike, picture: Any, depth: Depth = None, size: Pair | None = None
 ) -> None:  # fmt: skip
     """Refuse, before any work, a picture that the format of a file cannot hold, in that `size` (width, height)."""
     if os.fspath(path) != "-":
@@ -273,7 +279,7 @@ def plane_of(picture: Any) -> Plane:
     return Plane(array, Kind.LABEL if array.dtype.name in ("bool", "uint32") else Kind.COLOUR)
 
 
-def convert(plane: Plane, depth: int | str | None) -> Plane:
+def convert(plane: Plane, depth: Depth) -> Plane:
     """Return a plane in another depth; colour keeps its look, so linear floats gain or lose the sRGB curve.
 
     Whole numbers clip to 0..1, NaN becomes 0. Labels keep their numbers, and are refused where these do not fit.
@@ -297,7 +303,7 @@ MOST = 1 << 24  # bytes of a recipe that is read
 
 def recipe_path(path: PathLike) -> Path:
     """Return where the recipe of a file lies if its format holds no text: ``out.bmp.recipe.json``."""
-    return Path(os.fspath(path) + ".recipe.json")
+    return Path(os.fspath(path) + RECIPE)
 
 
 def read_recipe(path: PathLike) -> dict[str, Any] | None:

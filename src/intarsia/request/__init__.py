@@ -30,6 +30,10 @@ else:  # where no method is named
     auto = lazy("intarsia.choosing.auto")
 
 
+Json = dict[str, Any]
+"""An object of JSON: a recipe, an answer, the options of a job."""
+
+
 @dataclass(frozen=True)
 class Request(Asked):
     """What a user asked for.
@@ -100,13 +104,20 @@ class Request(Asked):
         named = {n: v for n, v in self.parameters.items() if n in known and names_a_picture(known[n][0], v)}
         return {**dict(self.pictures), **named}
 
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of this name that the method has, or another one."""
+        return parameters_of(self.method).get(name) or known_parameters()[name][0]
+
+    def written(self, name: str) -> str:
+        """A parameter that was given, as an option gives it."""
+        return self.drawn.get(name) or KINDS[self.parameter(name).kind].text(self.parameters[name])
+
     @cached_property
     def chosen(self) -> Method | auto.Auto:
         """The method that is named, or the choice among those that have the given parameters; pictures are read."""
-        own, values = parameters_of(self.method), dict(self.parameters)
+        values = dict(self.parameters)
         for name, value in values.items():
-            p = own.get(name) or known_parameters()[name][0]
-            if names_a_picture(p, value):
+            if names_a_picture(p := self.parameter(name), value):
                 values[name] = picture_of(p, value)
         if self.method == AUTO_METHOD:
             return auto.Auto(self.trials or 1, values)
@@ -166,6 +177,9 @@ class Request(Asked):
 FIELDS = fields_of(Request)
 """All that may be asked for, in the order in which help lists it."""
 
+HEADINGS = tuple(dict.fromkeys(field.heading for field in FIELDS))
+"""What the options of a verb stand under in its help, in this order."""
+
 
 def fields_of_verb(verb: str) -> tuple[Field, ...]:
     """The fields that a verb has, as it has them."""
@@ -177,11 +191,6 @@ def parameters_of_verb(verb: str, slug: str | None = None) -> dict[str, tuple[Pa
     taken, slugs = {f.name for f in fields_of_verb(verb)}, able(verb) if verb in MADE else ()
     kept = {name: (p, [s for s in owners if s in slugs]) for name, (p, owners) in known_parameters(slug).items()}
     return {name: (p, owners) for name, (p, owners) in kept.items() if owners and name not in taken}
-
-
-def value_of(p: Parameter, text: str) -> Any:
-    """Read a value behind an option; the name of a picture stays one."""
-    return text if names_a_picture(p, text) else parse(p, text)
 
 
 def names_a_picture(p: Parameter, text: Any) -> bool:
@@ -219,20 +228,20 @@ def picture_of(p: Parameter, path: str) -> varying.Field:
         raise InputError(f"{p.name}: of {name}, {e}") from None
 
 
-def asked_pictures(recipe: dict[str, Any]) -> dict[str, Any]:
+def asked_pictures(recipe: Json) -> Json:
     """What a recipe says of parameters that were pictures, by their names: it knows them by their hashes."""
     known, values = parameters_of(recipe.get("method")), recipe.get("parameters")
     recorded = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
     return {k: v for k, v in recorded.items() if k in known and known[k].kind in OVER}
 
 
-def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str) -> dict[str, Any]:
+def with_pictures(recipe: Json, pictures: Mapping[str, str], name: str) -> Json:
     """Return the recipe of `name` with the pictures that it knows by their hashes, read again from their files."""
     values, asked, known = recipe.get("parameters"), asked_pictures(recipe), parameters_of(recipe.get("method"))
     for given in pictures:
         if given not in asked:
             raise ParameterError(f"{name} was made without a picture as {given}; drop --picture {given}=FILE.")
-    found: dict[str, Any] = {}
+    found: Json = {}
     for key, was in asked.items():
         if "function" in was:
             told_by = f"{key} of {name} is the function {was['function']}"
@@ -269,7 +278,7 @@ def once_more(request: Request, sets: Sequence[Mapping[str, str]], method: Metho
     """
     further = [plane for found in sets for plane in list(found.items())[1:]]
     finish = request.finishing
-    named: dict[str, Any] = {
+    named: Json = {
         "files": tuple(next(iter(found.values())) for found in sets),
         "maps": tuple(plane for plane in further if plane[0] != "mask"),
         "masks": tuple(path for name, path in further if name == "mask"),
@@ -286,7 +295,7 @@ def once_more(request: Request, sets: Sequence[Mapping[str, str]], method: Metho
 
 
 def _said(field: Field, value: Any, joined: bool) -> list[str]:
-    texts = [field.kind.text(one) for one in value] if field.many else [field.kind.text(value)]
+    texts = list(map(field.kind.text, value if field.many else [value]))
     if not field.flags or field.kind is FLAG:
         return [field.flag] if field.flags else texts
     if isinstance(field.kind, Pair):
@@ -302,25 +311,16 @@ def _option(flag: str, text: str, joined: bool) -> list[str]:
 
 def parameter_words(request: Request, joined: bool = False) -> list[str]:
     """Return the options that give the method its parameters, but for those that are as the verb has them."""
-    own, drawn, said = parameters_of(request.method), request.drawn, list[str]()
-    usual = {name: p.default for name, p in own.items()} | usual_parameters(request.verb, request.method)
-    for name, value in request.parameters.items():
-        if name not in usual or value != usual[name]:
-            p = own.get(name) or known_parameters()[name][0]
-            text = drawn.get(name) or KINDS[p.kind].text(value)
-            said += _option("--" + name.replace("_", "-"), text, joined)
-    return said
+    usual = {name: p.default for name, p in parameters_of(request.method).items()}
+    usual |= usual_parameters(request.verb, request.method)
+    told = [n for n, value in request.parameters.items() if n not in usual or value != usual[n]]
+    return [word for n in told for word in _option("--" + n.replace("_", "-"), request.written(n), joined)]
 
 
-def settings_of(method: Method) -> dict[str, Any]:
+def settings_of(method: Method) -> Json:
     """Return the parameters of a method by name."""
     return {p.name: getattr(method, p.name) for p in parameters(method)}
 
-
-if TYPE_CHECKING:
-    from ..model import canvas
-else:  # only recipes need it
-    canvas = lazy("intarsia.model.canvas")
 
 MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
 """Parameters that parallel-controllable had before they were those of correction-2008, and what it does instead."""
@@ -329,7 +329,7 @@ VERBS = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
 """What a recipe holds -> the verb that it is of; `grow`, where it holds none of them."""
 
 
-def inputs_of(request: Request) -> dict[str, Any]:
+def inputs_of(request: Request) -> Json:
     """Return what a recipe says of the exemplars: all in which they are not used as they are."""
     told = {}
     for field in FIELDS:
@@ -384,14 +384,16 @@ def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
     if verb == "tile":
         told["axes"] = told["wrap"]
     if verb not in BEGUN:
-        canvas.Canvas(height, width)
+        from ..model.canvas import Canvas
+
+        Canvas(height, width)
         told["size"] = width * times, height * times
         if "start" in recipe and "rim" in recipe:
             told["rim"] = whole(recipe["rim"])
     return replace(given, verb=verb, picture=None, **told)
 
 
-def _fields(recipe: Mapping[str, Any], given: Request) -> dict[str, Any]:
+def _fields(recipe: Mapping[str, Any], given: Request) -> Json:
     """Read the fields that the table says a recipe holds, but for those that are given."""
     told = {}
     for field in FIELDS:
@@ -419,29 +421,29 @@ def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
             if (value := given.get(field.key)) is not None:
                 values[field.name] = _read(field, value)
             elif field.required:
-                raise ParameterError(f"Missing option {_called(field)}.")
+                flags = " / ".join(f"'{flag}'" for flag in field.flags)
+                raise ParameterError(f"Missing option {flags}.")
     return Request(verb, **values, parameters=parameter_values(verb, values.get("method", AUTO_METHOD), given))
 
 
-def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> dict[str, Any]:
+def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> Json:
     """Read the parameters of methods among the options that are given, as the method `slug` has them."""
-    own, fields = parameters_of(slug), {f.name for f in fields_of_verb(verb)}
+    own, fields, found = parameters_of(slug), {f.name for f in fields_of_verb(verb)}, Json()
     others = any(value is not None for name, value in given.items() if name not in fields and name not in own)
-    return {
-        name: value_of(own.get(name, p), text_of(p.kind, given[name]))
-        for name, (p, _) in parameters_of_verb(verb, None if others else slug).items() if given.get(name) is not None
-    }  # fmt: skip
+    for name, (p, _) in parameters_of_verb(verb, None if others else slug).items():
+        if given.get(name) is not None:
+            p, text = own.get(name, p), text_of(p.kind, given[name])
+            found[name] = text if names_a_picture(p, text) else parse(p, text)
+    return found
 
 
-def to_json(request: Request) -> dict[str, Any]:
+def to_json(request: Request) -> Json:
     """Return the options of a job that says a request: what is not as the verb has it anyway."""
     told = {
         f.key: [f.kind.json(one) for one in value] if f.many else f.kind.json(value)
         for f in fields_of_verb(request.verb) if f.flags and (value := getattr(request, f.name)) != f.default
     }  # fmt: skip
-    known, drawn = known_parameters(), request.drawn
-    asked = {n: drawn.get(n) or KINDS[known[n][0].kind].text(v) for n, v in request.parameters.items()}
-    return told | asked
+    return told | {name: request.written(name) for name in request.parameters}
 
 
 def text_of(kind: str, value: Any) -> str:
@@ -462,7 +464,3 @@ def _read(field: Field, value: Any) -> Any:
     except ValueError as e:
         raise ParameterError(f"{field.key}: {e}") from None
     return tuple(read) if field.many else read[0]
-
-
-def _called(field: Field) -> str:
-    return " / ".join(f"'{flag}'" for flag in field.flags)

@@ -304,12 +304,6 @@ class Pair(Kind):
     kinds: tuple[Kind, Kind] = (Place(), File())
 
 
-HEADINGS = ("What goes where", "Output", "Look", "Exemplar", "Work")
-"""What the options of a verb stand under in its help, in this order."""
-
-WHERE, OUTPUT, LOOK, EXEMPLAR, WORK = HEADINGS
-
-
 @dataclass(frozen=True)
 class Field:
     """What is known of a field: option of some verbs, key of a job, and place in a recipe, if that holds it.

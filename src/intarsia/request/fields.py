@@ -24,12 +24,7 @@ from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
     ENDLESS,
-    EXEMPLAR,
     FLAG,
-    LOOK,
-    OUTPUT,
-    WHERE,
-    WORK,
     Channels,
     Colour,
     File,
@@ -108,7 +103,7 @@ class Asked:
 
     verb: str
 
-    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", {"extend"}, heading=WHERE)
+    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", {"extend"}, heading="What goes where")
     right: int | None = asked(MARGINS, "--right", "Px to add at the right.", {"extend"})
     top: int | None = asked(MARGINS, "--top", "Px to add at the top.", {"extend"})
     bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", {"extend"})
@@ -164,7 +159,7 @@ class Asked:
     )  # fmt: skip
 
     out: str | None = asked(
-        WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading=OUTPUT, shown="OUT",
+        WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading="Output", shown="OUT",
         otherwise={
             **{verb: OUT + USUAL_OUT.format(DONE[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
@@ -260,7 +255,7 @@ class Asked:
     method: str = asked(
         MethodOf(verb="grow"), "--method -m",
         "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
-        MADE, "tells_default", AUTO_METHOD, heading=LOOK,
+        MADE, "tells_default", AUTO_METHOD, heading="Look",
         otherwise={
             "paint": {"kind": MethodOf(verb="paint"), "help": "How to grow; `intarsia methods` tells of each."},
             "heal": {"kind": MethodOf(verb="heal"), "help": "How to fill the holes."},
@@ -324,7 +319,7 @@ class Asked:
     )  # fmt: skip
 
     files: tuple[str, ...] = asked(
-        PICTURE, "", "", EVERY, "many required local", heading=EXEMPLAR, shown="EXEMPLAR...",
+        PICTURE, "", "", EVERY, "many required local", heading="Exemplar", shown="EXEMPLAR...",
         otherwise={
             **{verb: {"shown": "IMAGE..."} for verb in BEGUN},
             **{
@@ -428,7 +423,7 @@ class Asked:
 
     many: tuple[int, ...] | None = asked(
         Seeds(), "--seeds", "One output for each seed. {seed} in -o tells them apart.", PLANNED,
-        "local passing", heading=WORK,
+        "local passing", heading="Work",
     )  # fmt: skip
     dry_run: bool = asked(
         FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", MADE, "local passing",

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..foundation import IntarsiaError
 from ..methods import make, method_class, parameters_of, recipe_settings
-from . import Request, to_argv, to_json
+from . import Json, Request, to_argv, to_json
 
 PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "level", "method", "output"})
 """What the call below says; a parameter of the method is another."""
@@ -59,9 +59,9 @@ def _call(request: Request, made: Mapping[str, Any]) -> str | None:
     return "\n".join(lines) + "\n"
 
 
-def _settings(slug: str, given: dict[str, Any]) -> dict[str, Any]:
+def _settings(slug: str, given: Json) -> Json:
     """Parameters as a recipe holds them, once it is JSON."""
-    told: dict[str, Any] = json.loads(json.dumps(recipe_settings(make(slug, given))))
+    told: Json = json.loads(json.dumps(recipe_settings(make(slug, given))))
     return told
 
 

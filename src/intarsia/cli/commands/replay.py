@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...foundation import InputError, IntarsiaError, ParameterError
-from ...request import Request, asked_pictures, with_pictures
+from ...request import Json, Request, asked_pictures, with_pictures
 from ...version import VERSION
 from .. import Report
 from ..verbs import HelpfulCommand, check_stdout
@@ -59,7 +59,7 @@ def replay(request: Request, report: Report) -> None:
     Batch.plan(again, report, lambda scene: check_scene(recipe, scene, again)).carry_out()
 
 
-def found_beside(recipe: dict[str, Any], request: Request, report: Report) -> Request:
+def found_beside(recipe: Json, request: Request, report: Report) -> Request:
     """Add what is not named and lies beside the picture; ParameterError that tells of all that is still missing."""
     picture = request.picture or ""
     try:
@@ -107,7 +107,7 @@ def _named(request: Request) -> set[str]:
     return {*request.files, *request.masks, *request.labels, *target, *dict(request.pictures).values()}
 
 
-def check_scene(recipe: dict[str, Any], scene: Scene, request: Request) -> None:
+def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
     """Refuse whatever is not what the recipe was made with, naming the file.
 
     The hole goes before the pictures: pixels in it count as unusable, so that a wrong hole changes them, too.
@@ -123,7 +123,7 @@ def check_scene(recipe: dict[str, Any], scene: Scene, request: Request) -> None:
         _check_guide(recipe["guide"], scene.canvas.guide, request)
 
 
-def _check_begun(recipe: dict[str, Any], scene: Scene, request: Request) -> None:
+def _check_begun(recipe: Json, scene: Scene, request: Request) -> None:
     start, holes = scene.canvas.start, request.holes
     if start is None or start.digest == recipe.get("start"):
         return
@@ -135,7 +135,7 @@ def _check_begun(recipe: dict[str, Any], scene: Scene, request: Request) -> None
     raise InputError(f"{holes[0]} marks another hole than the recipe was made with; give the same --mask.")
 
 
-def _check_guide(recorded: dict[str, Any], guide: Guide, given: Request) -> None:
+def _check_guide(recorded: Json, guide: Guide, given: Request) -> None:
     if recorded.get("sha256") == guide.digest:
         return
     known = [*recorded.get("labels", []), recorded.get("target")]
@@ -147,7 +147,7 @@ def _check_guide(recorded: dict[str, Any], guide: Guide, given: Request) -> None
     raise InputError(f"{given.target} and the labels are not what the recipe was made with; give the same files.")
 
 
-def _another(entry: dict[str, Any], exemplar: Exemplar) -> InputError:
+def _another(entry: Json, exemplar: Exemplar) -> InputError:
     return InputError(
         f"{exemplar.name} is another exemplar (sha256 {exemplar.digest[:12]}) than that of the recipe "
         f"({str(entry['sha256'])[:12]}); give the same file, with the same --map and --mask."
@@ -177,7 +177,7 @@ class Neighbours:
         stem = Path(name.removesuffix(".recipe.json")).stem
         self._exemplar = DONE.sub("", stem) if DONE.search(stem) else None
 
-    def exemplar(self, recipe: dict[str, Any]) -> tuple[str, ...]:
+    def exemplar(self, recipe: Json) -> tuple[str, ...]:
         """The picture, or the planes of a set, that the name of the output begins with; of one exemplar alone."""
         if self._exemplar is None or len(recipe["exemplars"]) != 1:
             return ()
@@ -185,7 +185,7 @@ class Neighbours:
         planes = self._paths(n for n, own, word in self._split if own == self._exemplar and word not in (None, "mask"))
         return alone[:1] or planes
 
-    def alike(self, recipe: dict[str, Any], request: Request) -> tuple[str, ...]:
+    def alike(self, recipe: Json, request: Request) -> tuple[str, ...]:
         """The first picture that is the exemplar of a recipe if it is read and used as that says; of some alone."""
         from ...request import from_recipe
         from ..exemplars import Shelf, sets_of

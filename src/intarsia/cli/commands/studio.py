@@ -8,7 +8,7 @@ from importlib.util import find_spec
 import click
 
 from ...foundation import ResourceError
-from .. import Interrupted, one_line, tell
+from .. import Interrupted, debug_option, one_line, tell
 from ..verbs import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
@@ -26,7 +26,7 @@ NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "p
     "--folder", type=FILE, default="intarsia-studio", show_default=True, metavar="DIR",
     help="Keep exemplars and results there.",
 )  # fmt: skip
-@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+@debug_option
 def command(files: tuple[str, ...], port: int, no_browser: bool, folder: str) -> None:
     """Open a page on this machine: drop a picture, see what is in it, grow, paint, heal, look, keep.
 
