@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -153,6 +152,7 @@ def stem_of(found: Set) -> str:
     return files.sets.name_of(first)[0] or first_file.parent.name or first_file.stem
 
 
+@dataclass
 class Held:
     """Exemplars that the commands of one process share: what was found in one is not looked for again.
 
@@ -160,25 +160,23 @@ class Held:
     read anew when a file of it has changed.
     """
 
-    def __init__(self, most: int = 4, pixels: int = 1 << 23, uses: int = 64) -> None:
-        self._most, self._pixels, self._uses = most, pixels, uses
-        self._known: OrderedDict[tuple[Any, ...], tuple[Exemplar, list[str], int]] = OrderedDict()
+    most: int = 4
+    pixels: int = 1 << 23
+    uses: int = 64
+    known: dict[object, tuple[Exemplar, list[str], int]] = field(default_factory=dict)
 
-    def get(self, key: tuple[Any, ...], read: Callable[[Warn], Exemplar], warn: Warn) -> Exemplar:
+    def get(self, key: object, read: Callable[[Warn], Exemplar], warn: Warn) -> Exemplar:
         """Return the exemplar that is known by a key, or read it; what it warns of is told either way."""
-        exemplar, told, uses = self._known.pop(key, (None, list[str](), 0))
-        if exemplar is None or uses >= self._uses:
+        exemplar, told, uses = self.known.pop(key, (None, list[str](), 0))
+        if exemplar is None or uses >= self.uses:
             told, uses = [], 0
             exemplar = read(told.append)
-        self._known[key] = exemplar, told, uses + 1
-        while len(self._known) > self._most or (self._known and self._sum() > self._pixels):
-            self._known.popitem(last=False)
+        self.known[key] = exemplar, told, uses + 1
+        while len(self.known) > self.most or sum(e.height * e.width for e, _, _ in self.known.values()) > self.pixels:
+            del self.known[next(iter(self.known))]
         for line in told:
             warn(line)
         return exemplar
-
-    def _sum(self) -> int:
-        return sum(e.height * e.width for e, _, _ in self._known.values())
 
 
 _held: Held | None = None

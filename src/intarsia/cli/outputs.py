@@ -7,6 +7,7 @@ import re
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +45,7 @@ def plane_files(out: str, planes: Set) -> Set:
         if len(names) > 1:
             raise ParameterError(f"-o - holds one picture, here are {len(names)} planes; name a file.")
         return {names[0]: out}
-    stem, own = os.path.splitext(out)
+    stem, own = splitext(out)
     return {name: f"{stem}_{name}{_ending(planes[name], own)}" if n else out for n, name in enumerate(names)}
 
 
@@ -59,7 +60,7 @@ def _ending(path: str, otherwise: str) -> str:
 
 def _own_ending(path: str) -> str:
     """The ending of a file that was read; a built-in sample has none."""
-    return "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1]
+    return "" if path.startswith("sample:") else splitext(files.formats.split_layer(path)[0])[1]
 
 
 def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
@@ -130,7 +131,7 @@ def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = 
     `making`: folders that are missing will be made.
     """
     for path in paths:
-        place = os.path.realpath(path)
+        place = realpath(path)
         if path != "-" and place in seen:
             raise _twice(path)
         seen.add(place)
@@ -139,13 +140,13 @@ def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = 
 
 def check_place(path: str, force: bool, making: bool) -> None:
     """Refuse a file that cannot be written; with `making` its folder need not be there, but that it can be made."""
-    folder = os.path.dirname(os.path.realpath(path))
-    if not making or os.path.lexists(folder):
+    folder = dirname(realpath(path))
+    if not making or lexists(folder):
         files.check_writable(path, force)
         return
-    while not os.path.lexists(folder):
-        folder = os.path.dirname(folder)
-    if not os.path.isdir(folder):
+    while not lexists(folder):
+        folder = dirname(folder)
+    if not isdir(folder):
         raise ParameterError(f"{printable(folder)} is no folder; name another place.")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ResourceError(f"the folder {printable(folder)} cannot be written; name another one.")
@@ -177,8 +178,8 @@ class Staging:
         """Return where to write the file that will be `path`; the standard output (-) is written at once."""
         if path == "-":
             return path
-        target = os.path.realpath(path)
-        folder = os.path.dirname(target)
+        target = realpath(path)
+        folder = dirname(target)
         if folder not in self._folders:
             if self._making:
                 self._make(folder)
@@ -189,16 +190,16 @@ class Staging:
             except OSError as e:
                 del self._folders[folder]
                 raise ResourceError(f"{folder} cannot be written ({reason_of(e)}); name another folder.") from None
-        staged = os.path.join(self._folders[folder], os.path.basename(target))
+        staged = join(self._folders[folder], basename(target))
         self._moves.append((staged, target))
         whole.asked_for(staged, path)
         return staged
 
     def _make(self, folder: str) -> None:
         """Make a folder and those above it, as far as they are missing."""
-        if os.path.isdir(folder):
+        if isdir(folder):
             return
-        self._make(os.path.dirname(folder))
+        self._make(dirname(folder))
         self._made.append(folder)
         try:
             os.mkdir(folder)
@@ -211,20 +212,20 @@ class Staging:
         """Move all files to their places; if one cannot be moved, take the others away again."""
         moves = [(f"{s}{own}", f"{target}{own}") for s, target in self._moves for own in ("", files.RECIPE)]
         for staged, target in moves:
-            if os.path.exists(staged):
+            if exists(staged):
                 files.check_writable(target, self._force)
         done: list[str] = []
         with unbroken():
             try:
                 for staged, target in moves:
-                    if not os.path.exists(staged):  # no recipe lies beside the new file: that of the old is wrong
+                    if not exists(staged):  # no recipe lies beside the new file: that of the old is wrong
                         if self._force:
                             with suppress(OSError):
                                 os.unlink(target)
                         continue
                     with suppress(OSError):
                         shutil.copymode(target, staged)
-                    new = not os.path.lexists(target)
+                    new = not lexists(target)
                     os.replace(staged, target)
                     done += [target] * new
             except OSError as e:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from os.path import commonpath, dirname, isdir, join, realpath, splitext
 from pathlib import Path
 
 import numpy as np
@@ -123,7 +124,7 @@ def materials_of(request: Request, report: Report) -> list[Material]:
     if "-" in request.read:
         raise ParameterError("the standard input (-) can be read once; name files where -o is a folder.")
     check_folder(out, request.files)
-    folders = [path for path in request.files if os.path.isdir(path)]
+    folders = [path for path in request.files if isdir(path)]
     found = [m for path in folders for m in files.materials(path, request.how)]
     for one in files.group([path for path in request.files if path not in folders], request.how):
         known = {name: os.fspath(path) for name, path in one.items()}
@@ -138,14 +139,14 @@ def materials_of(request: Request, report: Report) -> list[Material]:
 
 def check_folder(out: str, sources: tuple[str, ...]) -> None:
     """Refuse a folder that cannot be made, and one that is read: the next run would take results for materials."""
-    inner = os.path.realpath(out)
-    if os.path.dirname(inner) == inner:
+    inner = realpath(out)
+    if dirname(inner) == inner:
         raise ParameterError(f"-o {printable(out)} is the root of all folders; name a folder in it.")
-    for folder in filter(os.path.isdir, sources):
-        if os.path.commonpath([inner, outer := os.path.realpath(folder)]) == outer:
+    for folder in filter(isdir, sources):
+        if commonpath([inner, outer := realpath(folder)]) == outer:
             raise ParameterError(f"-o {printable(out)} lies in {printable(folder)}, which is read; name another place.")
     if "{" not in out:
-        check_place(os.path.join(out, "o"), True, True)
+        check_place(join(out, "o"), True, True)
 
 
 def shelves_of(request: Request, report: Report) -> list[Shelf]:
@@ -215,7 +216,7 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Jso
     usual = usual_name(sets, DONE[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
     if request.layers:
         if request.folder:
-            out = os.path.join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
+            out = join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
         else:
             out = filled_name(request.out, fields) if request.out else usual + ".exr"
         return layer_files(out, exemplar, request.depth)
@@ -230,7 +231,7 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Jso
         file, layer = split_layer(found[plane])
         alone = sum(exemplar.picture(name) is not None for name in found) == 1
         own = stem_of(found) if alone else Path(file).stem + (f"_{plane}" if layer is not None else "")
-        return os.path.join(filled_name(request.folder, fields), own)
+        return join(filled_name(request.folder, fields), own)
 
     return {
         name: called(name) + usual_ending(path, plane, longer, request.depth)
@@ -274,7 +275,7 @@ def check_formats(order: Order) -> None:
 
 
 def _ending(path: str) -> str:
-    return os.path.splitext(path)[1].lower()
+    return splitext(path)[1].lower()
 
 
 def memory_of(plan: Plan, depth: str | None) -> int:

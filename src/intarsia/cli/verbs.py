@@ -133,20 +133,14 @@ def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
 
 def request_of(verb: str, given: Json) -> Request:
     """Understand the values of all options of a verb."""
-    if given.get("document") is not None:
-        given = as_published(given["document"], given)
+    if (document := given.get("document")) is not None:  # what it sets where nothing else is given
+        settings, usual = preset(document), {"method": AUTO_METHOD}
+        if given["method"] not in (AUTO_METHOD, settings["method"]):
+            raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
+        given = given | {name: text for name, text in settings.items() if given.get(name) == usual.get(name)}
     values = parameter_values(verb, given.get("method", AUTO_METHOD), given)
     fields = {f.name: given[f.name] for f in fields_of_verb(verb) if f.name in given}
     return Request(verb, **fields, parameters=values)
-
-
-def as_published(document: str, given: Json) -> Json:
-    """Return the values of options with those that a document sets where nothing else is given."""
-    settings = preset(document)
-    if given["method"] not in (AUTO_METHOD, settings["method"]):
-        raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
-    usual = {"method": AUTO_METHOD}
-    return given | {name: text for name, text in settings.items() if given.get(name) == usual.get(name)}
 
 
 MOST_USED = ("patch",)
@@ -174,8 +168,10 @@ class HelpfulCommand(click.Command):
     def __init__(self, verb: str, does: Does, told: str | None = None, epilog: str | None = None) -> None:
         def carry_out(**given: Any) -> None:
             request = request_of(verb, given)
+            report = Report(request.as_json, request.progress, request.quiet)
             with allowing(request.max_pixels):
-                does(request, Report(request.as_json, request.progress, request.quiet))
+                check_stdout(request, report)
+                does(request, report)
 
         super().__init__(verb, callback=carry_out, help=told or does.__doc__, epilog=epilog)
 
@@ -359,7 +355,6 @@ def command_of(verb: str) -> click.Command:
 def carry_out(request: Request, report: Report) -> None:
     """Do what was asked for, or only plan it."""
     _ = request.chosen  # a method that cannot be is refused before anything is read
-    check_stdout(request, report)
     if request.many is not None and request.out and "{seed}" not in request.out:
         raise ParameterError(f"-o {request.out}: all seeds would write one file; put {{seed}} into the name.")
 

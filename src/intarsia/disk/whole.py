@@ -21,6 +21,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
+from os.path import abspath, basename, dirname, isdir, isfile, islink, join, lexists, realpath
 from pathlib import Path
 from typing import BinaryIO, cast
 
@@ -50,7 +51,7 @@ def host() -> str:
 
 def name_in(folder: PathLike, mark: str = HIDDEN) -> str:
     """Choose a new temporary name in a folder, that nobody can guess; nothing is made yet."""
-    return os.path.join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
+    return join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
 
 
 def is_file(path: PathLike) -> bool:
@@ -85,7 +86,7 @@ def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None 
     `durable`: on return it has survived a loss of power, name and content. `by`: the folder to prepare it in, of the
     same file system. OSError where that fails, ParameterError where no ordinary file lies; what was there is untouched.
     """
-    folder = os.path.dirname(os.path.abspath(path))
+    folder = dirname(abspath(path))
     draft = name_in(folder if by is None else by)
     try:
         fill(draft, data, durable)
@@ -156,19 +157,19 @@ def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
 
     Only what bears exactly such a name, belongs to us, and whose process is gone; never a link, never anything else.
     """
-    place = os.path.join(os.path.abspath(folder), mark)
+    place = join(abspath(folder), mark)
     if (os.getpid(), place) in _swept:
         return
     _swept.add((os.getpid(), place))
     with suppress(OSError), os.scandir(folder) as found:
         for name in [e.name for e in found if e.name.startswith(mark)]:
-            if left_over(os.path.join(folder, name)):
-                take_away(os.path.join(folder, name))
+            if left_over(join(folder, name)):
+                take_away(join(folder, name))
 
 
 def left_over(path: PathLike) -> bool:
     """Say whether a run left this that does not live any more: by its name, its owner, and what it is."""
-    match = _NAME.fullmatch(os.path.basename(path))
+    match = _NAME.fullmatch(basename(path))
     if match is None or match[2] != host() or not hasattr(os, "getuid"):
         return False
     try:
@@ -233,18 +234,18 @@ def check_writable(path: PathLike, force: bool = False) -> None:
     if not text:
         raise ParameterError("an empty file name was given; name the file to write.")
     try:
-        target = os.path.realpath(path)
-        folder = os.path.dirname(target)
-        exists = os.path.lexists(target)
-        if os.path.isdir(target):
+        target = realpath(path)
+        folder = dirname(target)
+        exists = lexists(target)
+        if isdir(target):
             raise ParameterError(f"{name} is a folder; name a file in it.")
-        if exists and not os.path.isfile(target):
+        if exists and not isfile(target):
             raise ParameterError(f"{name} is no ordinary file; name another, or - for the standard output.")
         if exists and not force:
             raise ParameterError(f"{name} exists; name another file, or allow to replace it with --force (force=True).")
-        if not os.path.isdir(folder):
+        if not isdir(folder):
             raise InputError(f"the folder {printable(folder)} does not exist; make it first, or name another.")
-        if len(os.fsencode(os.path.basename(target))) > 255:
+        if len(os.fsencode(basename(target))) > 255:
             raise InputError(f"{name} is too long a name; give at most 255 bytes.")
         if not os.access(folder, os.W_OK | os.X_OK):
             raise ResourceError(f"the folder {printable(folder)} cannot be written; name another one.")
@@ -261,15 +262,15 @@ def put_all(files: list[tuple[PathLike, bytes]], force: bool) -> None:
     try:
         for path, data in files:
             check_writable(path, force)
-            target = os.path.realpath(path)
-            sweep(os.path.dirname(target))
-            temporary[target] = name_in(os.path.dirname(target))
+            target = realpath(path)
+            sweep(dirname(target))
+            temporary[target] = name_in(dirname(target))
             fill(temporary[target], data)
             with suppress(OSError):
                 os.chmod(temporary[target], os.stat(target).st_mode & 0o777)
         for path, _ in files:
             check_writable(path, force)
-            os.replace(temporary[os.path.realpath(path)], os.path.realpath(path))
+            os.replace(temporary[realpath(path)], realpath(path))
     except OSError as e:
         raise _failed(path, e) from None
     finally:
@@ -289,7 +290,7 @@ def ordinary(path: Path, name: str, instead: str = "a sample such as sample:bric
     try:
         state = os.stat(path)
     except FileNotFoundError:
-        if os.path.islink(path):
+        if islink(path):
             raise InputError(f"{name} is a link to a file that does not exist; mend the link.") from None
         raise InputError(f"{name} does not exist; check the name, or give {instead}.") from None
     except (OSError, ValueError) as e:

@@ -90,7 +90,14 @@ def png(data: bytes, name: str) -> PngFacts:
         if zlib.crc32(view[pos + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
             raise damaged(name, f"the checksum of its part {kind.decode('latin-1')!r} is wrong")
         if pos == 8:
-            _ihdr(facts, kind, bytes(body), name)
+            if kind != b"IHDR" or len(body) != 13:
+                raise damaged(name, "it has no header")
+            facts.width, facts.height, facts.depth, facts.colour, *ways = struct.unpack(">IIBBBBB", body)
+            check_size(name, facts.width, facts.height, side=PNG_SIDE)
+            if facts.depth not in _DEPTHS.get(facts.colour, ()) or ways not in ([0, 0, 0], [0, 0, 1]):
+                raise damaged(name, "its header states what no PNG can be")
+            facts.interlaced = ways[2] == 1
+            facts.head = [chunk(kind, bytes(body))]
         if kind == b"IDAT":
             if facts.packed and last != b"IDAT":
                 raise damaged(name, "its pixels are torn apart")
@@ -109,37 +116,26 @@ def png(data: bytes, name: str) -> PngFacts:
     return facts
 
 
-def _ihdr(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
-    if kind != b"IHDR" or len(body) != 13:
-        raise damaged(name, "it has no header")
-    facts.width, facts.height, facts.depth, facts.colour, *ways = struct.unpack(">IIBBBBB", body)
-    check_size(name, facts.width, facts.height, side=PNG_SIDE)
-    if facts.depth not in _DEPTHS.get(facts.colour, ()) or ways not in ([0, 0, 0], [0, 0, 1]):
-        raise damaged(name, "its header states what no PNG can be")
-    facts.interlaced = ways[2] == 1
-    facts.head = [chunk(kind, body)]
-
-
 def _meaning(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
     """Keep a palette or a clear colour where it says something, and nothing else."""
     known = [part[4:8] for part in facts.head]
     if kind == b"IHDR":
         raise damaged(name, "it has two headers")
-    fits = not facts.packed and kind not in known
-    if kind == b"PLTE" and fits and facts.colour == PALETTE:
+    if facts.packed or kind in known:
+        return
+    if kind == b"PLTE" and facts.colour == PALETTE:
         if not body or len(body) % 3 or len(body) > 3 << facts.depth:
             raise damaged(name, "its palette is broken")
-    elif kind == b"tRNS" and fits and _says_what_is_clear(facts, len(body)):
-        facts.key = True
+    elif kind == b"tRNS":
+        if facts.colour == PALETTE:  # an opacity for each colour, the last may be left out
+            facts.key = len(facts.head) == 2 and 0 < len(body) <= (len(facts.head[1]) - 12) // 3
+        else:
+            facts.key = len(body) == _KEYS.get(facts.colour)
+        if not facts.key:
+            return
     else:
         return
     facts.head.append(chunk(kind, body))
-
-
-def _says_what_is_clear(facts: PngFacts, length: int) -> bool:
-    if facts.colour == PALETTE:  # an opacity for each colour, the last may be left out
-        return len(facts.head) == 2 and 0 < length <= (len(facts.head[1]) - 12) // 3
-    return length == _KEYS.get(facts.colour)
 
 
 def check_rows(facts: PngFacts, name: str) -> None:

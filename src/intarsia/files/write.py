@@ -347,7 +347,10 @@ def _description(picture: PictureFile) -> str:
         if picture.format == "png":
             return "\n".join(png.png(picture.data(), picture.name).texts.values())
         if picture.format in ("jpeg", "webp"):
-            return _text_by_pillow(picture)
+            with pillow_opened(picture.format, picture.data()) as image:
+                if picture.format == "jpeg":
+                    return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
+                return str(image.getexif().get(0x010E, ""))
         if picture.format in ("tiff", "exr"):
             with opened(picture) as (file, _):
                 return str(file.spec().get_string_attribute("ImageDescription"))
@@ -356,14 +359,3 @@ def _description(picture: PictureFile) -> str:
     except Exception as e:  # a damaged file can fail in any way
         raise damaged(picture.name, str(e) or type(e).__name__) from None
     return ""
-
-
-def _text_by_pillow(picture: PictureFile) -> str:
-    from PIL import Image
-
-    with pillow_opened(picture.format, picture.data()) as image:
-        if picture.format == "jpeg":
-            return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
-        facts = Image.Exif()
-        facts.load(image.info.get("exif", b""))
-        return str(facts.get(0x010E, ""))

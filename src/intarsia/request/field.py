@@ -66,14 +66,9 @@ class File(Kind):
         return text
 
 
-class Flag(Kind):
-    """Yes or no."""
+FLAG = Kind(name="flag", of_json=bool)
+"""Yes or no."""
 
-    def of_json(self, value: Any) -> Any:
-        return bool(value)
-
-
-FLAG = Flag(name="flag")
 
 
 def one_of(*choices: str) -> Kind:

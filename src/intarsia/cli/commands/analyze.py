@@ -8,7 +8,7 @@ from ...foundation import ParameterError
 from ...foundation.params import written
 from ...request import Json, Request
 from .. import Report, say, tell
-from ..verbs import HelpfulCommand, check_stdout
+from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...tasks.inspection import Findings
@@ -25,8 +25,6 @@ def look(request: Request, report: Report) -> None:
     intarsia analyze weave.png --overlay seen.png --best-tile tile.png
     intarsia analyze *.png --several --json
     """
-    check_stdout(request, report)
-
     from ...tasks.inspection import analyze
     from ..exemplars import Shelf, sets_of
 

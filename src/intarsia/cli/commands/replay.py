@@ -13,7 +13,7 @@ from ...foundation import InputError, IntarsiaError, ParameterError
 from ...request import Json, Request, asked_pictures, with_pictures
 from ...version import VERSION
 from .. import Report
-from ..verbs import HelpfulCommand, check_stdout
+from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...model import Exemplar
@@ -35,7 +35,6 @@ def replay(request: Request, report: Report) -> None:
     Everything else is in it, such as --crop, --flatten, --avoid and --depth, and a hole that was the picture's own
     alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
-    check_stdout(request, report)
     from ... import files
     from ...request import from_recipe
     from ..batch import Batch
@@ -112,27 +111,21 @@ def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
 
     The hole goes before the pictures: pixels in it count as unusable, so that a wrong hole changes them, too.
     """
-    expected, found = recipe["exemplars"], scene.exemplars
+    expected, found, start, guide = recipe["exemplars"], scene.exemplars, scene.canvas.start, scene.canvas.guide
     if len(expected) != len(found):
         raise InputError(f"the recipe has {len(expected)} exemplars, {len(found)} are given; give the same files.")
-    _check_begun(recipe, scene, request)
+    if start is not None and start.digest != recipe.get("start"):
+        first, holes = found[0], request.holes
+        if request.start is not None:
+            raise InputError(f"{request.start} is another map than the recipe was made with; give the same file.")
+        if not holes or [first.width, first.height] != recipe["size"] or holes[0] == "alpha":
+            raise _another(expected[0], first)
+        raise InputError(f"{holes[0]} marks another hole than the recipe was made with; give the same --mask.")
     for entry, exemplar in zip(expected, found, strict=True):
         if entry["sha256"] != exemplar.digest:
             raise _another(entry, exemplar)
-    if scene.canvas.guide is not None:
-        _check_guide(recipe["guide"], scene.canvas.guide, request)
-
-
-def _check_begun(recipe: Json, scene: Scene, request: Request) -> None:
-    start, holes = scene.canvas.start, request.holes
-    if start is None or start.digest == recipe.get("start"):
-        return
-    first, size = scene.exemplars[0], recipe["size"]
-    if request.start is not None:
-        raise InputError(f"{request.start} is another map than the recipe was made with; give the same file.")
-    if not holes or [first.width, first.height] != size or holes[0] == "alpha":
-        raise _another(recipe["exemplars"][0], first)
-    raise InputError(f"{holes[0]} marks another hole than the recipe was made with; give the same --mask.")
+    if guide is not None:
+        _check_guide(recipe["guide"], guide, request)
 
 
 def _check_guide(recorded: Json, guide: Guide, given: Request) -> None:
