@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..disk import DEFAULT_PIXELS, MAX_PIXELS, allowing
+from ..disk import allowing
 from ..disk.whole import PathLike, check_writable, write_bytes
 from ..foundation import (
     ALPHAS,
@@ -36,15 +36,12 @@ from ..foundation.arrays import Mask
 from ..model import KIND_OF_NAME, Exemplar, check_size, finite
 from ..model.image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decoded
-from .formats import LAYER, Format, format_of, look, split_layer
+from .formats import LAYER, format_of, look, split_layer
 from .sets import describe, group, layered, materials, name_of, uses_directx
 from .write import RECIPE, check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
 
 __all__ = [
-    "DEFAULT_PIXELS",
-    "MAX_PIXELS",
     "RECIPE",
-    "Format",
     "allowing",
     "check_depth",
     "check_layered",
