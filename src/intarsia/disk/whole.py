@@ -1,9 +1,9 @@
-"""Files appear whole or not at all, over others only if asked; what lies at a path is known before it is opened.
+"""Atomic writing of files: written under a temporary name, then renamed; existing files are replaced only on request.
 
-This is the one place for temporary files, and what killed runs left is swept.
+All temporary files are made here, and those that killed runs left are removed.
 
-A temporary name says who writes there: ``.intarsia-HOST-PID-CHANCE`` beside an output, ``intarsia-HOST-PID-CHANCE``
-below TMPDIR. So the next run sees which writers are dead. A name is chosen before anything is made under it, and the
+A temporary name identifies its writer: ``.intarsia-HOST-PID-CHANCE`` beside an output, ``intarsia-HOST-PID-CHANCE``
+below TMPDIR. So the next run knows which writers are dead. A name is chosen before anything is made under it, and the
 ``try`` that takes it away again begins before that, too: a signal finds no moment in between.
 """
 
@@ -32,7 +32,7 @@ PathLike = str | os.PathLike[str]
 
 
 HIDDEN, PLAIN = ".intarsia-", "intarsia-"
-"""How temporary names begin: beside outputs, and below TMPDIR."""
+"""Prefixes of temporary names: beside outputs, and below TMPDIR."""
 
 _NAME = re.compile(r"(\.?intarsia-)([0-9a-f]{8})-([1-9][0-9]{0,8})-[0-9a-f]{16}")
 _FOLLOW_NOTHING = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -42,7 +42,7 @@ _asked: dict[str, str] = {}  # file under way -> the name that was asked for
 
 @cache
 def host() -> str:
-    """Name this machine and its space of process ids, in 8 digits: where it is equal, a pid means the same process."""
+    """Return 8 digits that identify this machine and its pid namespace: if equal, a pid means the same process."""
     space = ""
     with suppress(OSError):
         space = os.readlink("/proc/self/ns/pid")
@@ -50,14 +50,14 @@ def host() -> str:
 
 
 def name_in(folder: PathLike, mark: str = HIDDEN) -> str:
-    """Choose a new temporary name in a folder, that nobody can guess; nothing is made yet."""
+    """Return a new, unguessable temporary name in a folder; nothing is made yet."""
     return join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
 
 
 def is_file(path: PathLike) -> bool:
-    """Tell whether an ordinary file lies here, False for nothing; ParameterError for links, folders, pipes and devices.
+    """Return whether a regular file exists here; ParameterError for links, folders, pipes and devices.
 
-    For files whose names are ours: whoever put something else there is not followed, and loses nothing.
+    For files whose names are chosen by intarsia: a link that somebody planted there is not followed.
     """
     try:
         mode = os.lstat(path).st_mode
@@ -70,7 +70,7 @@ def is_file(path: PathLike) -> bool:
 
 
 def open_again(path: PathLike, mode: str = "r+b") -> BinaryIO:
-    """Open an ordinary file to read and change it, or only to read it ("rb"); follows no link, waits for no pipe."""
+    """Open a regular file to read and change it, or only to read it ("rb"); follows no link, never blocks on a pipe."""
     is_file(path)
     number = os.open(path, (os.O_RDONLY if mode == "rb" else os.O_RDWR) | _FOLLOW_NOTHING)
     file = cast(BinaryIO, os.fdopen(number, mode))
@@ -81,10 +81,10 @@ def open_again(path: PathLike, mode: str = "r+b") -> BinaryIO:
 
 
 def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None = None) -> None:
-    """Write a file whole or not at all, in the place of the ordinary file that may be there.
+    """Write a file atomically, replacing a regular file of that name.
 
-    `durable`: on return it has survived a loss of power, name and content. `by`: the folder to prepare it in, of the
-    same file system. OSError where that fails, ParameterError where no ordinary file lies; what was there is untouched.
+    `durable`: name and content have reached the disk on return. `by`: the folder to prepare it in, of the
+    same file system. OSError where that fails, ParameterError where no regular file lies; what was there is untouched.
     """
     folder = dirname(abspath(path))
     draft = name_in(folder if by is None else by)
@@ -100,9 +100,9 @@ def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None 
 
 
 def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
-    """Write a new file; with `durable`, its content has reached the disk.
+    """Write a new file; with `durable`, its content has reached the disk on return.
 
-    FileExistsError where anything lies, even a link that leads nowhere.
+    FileExistsError if the name is taken, even by a dangling link.
     """
     number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FOLLOW_NOTHING, 0o666)
     with os.fdopen(number, "wb") as file:
@@ -112,13 +112,13 @@ def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
 
 
 def sync(file: BinaryIO) -> None:
-    """Wait until what was written lies on the disk."""
+    """Flush what was written to the disk (fsync)."""
     file.flush()
     os.fsync(file.fileno())
 
 
 def settle(folder: PathLike) -> None:
-    """Wait until the names in a folder lie on the disk, where the system can do that."""
+    """Flush the names in a folder to the disk (fsync), where the system can do that."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
         try:
@@ -128,7 +128,7 @@ def settle(folder: PathLike) -> None:
 
 
 def take_away(path: PathLike) -> None:
-    """Remove a temporary file or folder, if it is there; never fails, follows no link."""
+    """Remove a temporary file or folder if it exists; never fails, follows no link."""
     try:
         _remove(path)
     except BaseException:  # a signal, just now: once more, so that nothing stays
@@ -138,7 +138,7 @@ def take_away(path: PathLike) -> None:
 
 @contextmanager
 def working_folder() -> Iterator[str]:
-    """Lend an empty folder below TMPDIR; it is gone afterwards, however the work ends."""
+    """Make an empty folder below TMPDIR for this context; it is removed however the work ends."""
     parent = tempfile.gettempdir()
     sweep(parent, PLAIN)
     name = name_in(parent, PLAIN)
@@ -153,9 +153,9 @@ def working_folder() -> Iterator[str]:
 
 
 def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
-    """Take away what runs of this user and machine left that were killed; once for each folder and process.
+    """Remove temporary files that killed runs of this user on this machine left; once for each folder and process.
 
-    Only what bears exactly such a name, belongs to us, and whose process is gone; never a link, never anything else.
+    Only what has exactly such a name, belongs to this user, and whose process is gone; never a link.
     """
     place = join(abspath(folder), mark)
     if (os.getpid(), place) in _swept:
@@ -168,7 +168,7 @@ def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
 
 
 def left_over(path: PathLike) -> bool:
-    """Say whether a run left this that does not live any more: by its name, its owner, and what it is."""
+    """Return whether a run that is gone left this, judged by its name, its owner and its type."""
     match = _NAME.fullmatch(basename(path))
     if match is None or match[2] != host() or not hasattr(os, "getuid"):
         return False
@@ -181,12 +181,12 @@ def left_over(path: PathLike) -> bool:
 
 
 def is_temporary(name: str) -> bool:
-    """Say whether a file name is one of those that are given here."""
+    """Return whether a file name is a temporary one."""
     return _NAME.fullmatch(name) is not None
 
 
 def asked_for(path: PathLike, name: PathLike | None = None) -> str:
-    """The name that messages give to a file: the one that was asked for, which `name` tells beforehand."""
+    """Return the name of a file for messages: that of its output, registered by an earlier call with `name`."""
     text = os.fspath(path)
     if name is not None:
         _asked[text] = os.fspath(name)
@@ -197,7 +197,7 @@ def asked_for(path: PathLike, name: PathLike | None = None) -> str:
 
 
 def forget(path: PathLike) -> None:
-    """A file under way is done; its name means itself again."""
+    """Remove the registration of :func:`asked_for` of a temporary file."""
     _asked.pop(os.fspath(path), None)
 
 
@@ -218,7 +218,7 @@ def _remove(path: PathLike) -> None:
 
 
 def write_bytes(path: PathLike, data: bytes, force: bool = False) -> None:
-    """Write a file whole or not at all; "-" is the standard output."""
+    """Write a file atomically; "-" is the standard output."""
     if os.fspath(path) == "-":
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
@@ -227,7 +227,7 @@ def write_bytes(path: PathLike, data: bytes, force: bool = False) -> None:
 
 
 def check_writable(path: PathLike, force: bool = False) -> None:
-    """Refuse, before any work, a place where a file cannot be written."""
+    """Raise an error, before any work, if a file cannot be written at this path."""
     name, text = printable(asked_for(path)), os.fspath(path)
     if text == "-":
         return
@@ -256,7 +256,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
 
 
 def put_all(files: list[tuple[PathLike, bytes]], force: bool) -> None:
-    """Write files under temporary names beside their targets; only when all are whole, they take their places."""
+    """Write files under temporary names beside their targets; rename them when all are complete."""
     temporary: dict[str, str] = {}
     path: PathLike = ""
     try:
@@ -286,7 +286,7 @@ def _failed(path: PathLike, e: OSError) -> ResourceError:
 
 
 def ordinary(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
-    """Return the size of an ordinary file, and refuse all else without opening it; `instead` is what may be given."""
+    """Return the size of a regular file; InputError for all else, without opening it. `instead`: what may be given."""
     try:
         state = os.stat(path)
     except FileNotFoundError:
