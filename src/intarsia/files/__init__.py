@@ -1,4 +1,4 @@
-"""Pictures in and out: the only place that knows file formats, OpenImageIO and what Pillow reads.
+"""Reading and writing of pictures and material sets; the only room that knows file formats, OpenImageIO and Pillow.
 
 Files become planes and exemplars; so do the built-in ones. Those are three CC0 photographs that scikit-image carries,
 and four surfaces and a material painted by formula, which lie in the folder `painted`, wrap around, and are made by
@@ -162,7 +162,7 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
 
 
 def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Plane]:
-    """Read the planes of a set; of a packed map each channel is one. Whatever would be there twice is refused."""
+    """Read the planes of a set; each channel of a packed map is one. InputError if two files hold the same plane."""
     order, mixed = None if channels is None else channels_of(channels), [n for n in paths if n in (*PACKINGS, PACKED)]
     if order is not None and len(mixed) != 1:
         held = ", ".join(printable(Path(paths[n]).name) for n in mixed or paths)
@@ -199,7 +199,7 @@ def _exemplar_name(path: PathLike, files: Mapping[str, PathLike]) -> str:
 
 
 def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
-    """A normal map has three channels; an alpha that says nothing is dropped."""
+    """Return the three channels of a normal map; a constant alpha is dropped, InputError for any other number."""
     if pixels.ndim == 3 and pixels.shape[2] == 4 and (pixels[:, :, 3] == pixels[0, 0, 3]).all():
         return pixels[:, :, :3]
     if pixels.ndim != 3 or pixels.shape[2] != 3:
@@ -209,7 +209,7 @@ def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generi
 
 
 def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, Mask | None]:
-    """Decide whether alpha is a channel or a mask; return the plane and its usable pixels."""
+    """Decide whether alpha is a channel or a mask; return the plane and its usable pixels (None: all)."""
     if not plane.alpha:
         if alpha == "mask":
             raise InputError(f"{name} has no alpha to serve as a mask; give a mask of its own, or leave --alpha away.")
@@ -283,5 +283,5 @@ def sample(name: str) -> Plane:
 
 
 def _painted(stem: str, kind: Kind) -> Plane:
-    """Read a file of the folder."""
+    """Read a file of the folder `painted`."""
     return Plane(decoded(look(FOLDER / f"{stem}.png")).pixels, kind, meta={"name": "sample"})

@@ -1,4 +1,4 @@
-"""Which picture formats there are, how their first bytes look, and what each can hold; files, looked at with care.
+"""Picture formats: what each can hold, how it is recognised by its first bytes, and files opened safely.
 
 An EXR file may hold several planes as layers, each in channels such as normal.X; FILE.exr::normal is one of them.
 """
@@ -28,7 +28,7 @@ READABLE = "PNG, JPEG, TIFF, EXR, Radiance HDR, WebP, TGA, BMP, GIF, PPM, PGM, P
 
 @dataclass(frozen=True)
 class Format:
-    """What a file format can hold, and where it keeps a recipe."""
+    """What a file format can hold: types of pixels, numbers of channels, longest side, a recipe (text), a profile."""
 
     name: str
     suffixes: tuple[str, ...]
@@ -41,7 +41,7 @@ class Format:
 
     @property
     def depths(self) -> str:
-        """The depths it holds, in words."""
+        """The depths that it holds, in words."""
         held = [depth for depth, dtype in DTYPE_OF_DEPTH.items() if dtype in self.dtypes]
         unit = " bit" if held[-1] in ("8", "16") else ""
         return " or ".join(held) + unit
@@ -65,7 +65,7 @@ SUFFIXES = {suffix: f for f in FORMATS for suffix in f.suffixes}
 
 
 def format_of(path: PathLike) -> Format:
-    """Tell by its ending which format a file will be written in."""
+    """Return the format that the ending of a name means; ParameterError for others."""
     text = os.fspath(path)
     suffix = os.path.splitext(text)[1].lower()
     if suffix not in SUFFIXES:
@@ -107,11 +107,11 @@ _MAGIC: dict[str, bytes | tuple[bytes, ...]] = {
     "a Blender file": b"BLENDER",
 }
 _READ = frozenset({"png", "jpeg", "tiff", "exr", "hdr", "gif", "webp", "pnm", "bmp", "tga"})
-"""What :func:`sniff` returns of files that are read."""
+"""What :func:`sniff` returns for files that can be read."""
 
 
 def sniff(head: bytes, size: int) -> str:
-    """Tell by the first bytes of a file what it seems to be: a format that is read, or something else, in words."""
+    """Return what a file is by its first bytes: the name of a format that is read, or words for anything else."""
     for words, magic in _MAGIC.items():
         if head.startswith(magic):
             return words
@@ -134,7 +134,7 @@ def sniff(head: bytes, size: int) -> str:
 
 
 def _is_tga(head: bytes, size: int) -> bool:
-    """Targa has no magic bytes: accept only a header in which every field is possible."""
+    """Return whether this is a Targa header; without magic bytes, every field must be possible."""
     if len(head) < 18 or size < 19:
         return False
     mapped, kind, depth, flags = head[1], head[2], head[16], head[17]
@@ -160,7 +160,7 @@ _RECEIVED: dict[str, Any] = {}  # what came of the standard input, and which obj
 
 @dataclass(frozen=True)
 class PictureFile:
-    """A picture file that may be opened: what to call it, its format, where or what its bytes are, and how many.
+    """A picture file or its bytes: the name for messages, the format, where the bytes are, and how many.
 
     ``head`` are the first 64 KiB.
     """
@@ -172,7 +172,7 @@ class PictureFile:
     head: bytes
 
     def data(self) -> bytes:
-        """All bytes."""
+        """Return all bytes."""
         data = _first_bytes(self.source, self.name, MAX_WHOLE + 1)
         if len(data) > MAX_WHOLE:
             raise InputError(f"{self.name} is larger than {MAX_WHOLE >> 30} GiB; crop it, or save it as TIFF or EXR.")
@@ -180,7 +180,7 @@ class PictureFile:
 
     @contextmanager
     def plain_path(self, data: bytes | None = None) -> Iterator[str]:
-        """Lend a path with the true ending and no surprising characters, for libraries that judge by name."""
+        """Make a temporary link or copy with the true ending and a plain name, for libraries that go by the name."""
         source = data or self.source
         with working_folder() as folder:
             target = Path(folder, "picture" + {"jpeg": ".jpg", "tiff": ".tif"}.get(self.format, "." + self.format))
@@ -201,13 +201,13 @@ class PictureFile:
 
 
 def damaged(name: str, why: str) -> InputError:
-    """Say in one line that a file cannot be decoded."""
+    """Return the error for a file that cannot be decoded."""
     why = " ".join(str(why).split())[:160].rstrip(".")
     return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
 
 
 def look(source: PathLike | bytes) -> PictureFile:
-    """Find out what a path or some bytes hold; never waits, whatever lies there."""
+    """Return the picture file at a path or of some bytes; InputError if it is none. Never blocks on a pipe."""
     if isinstance(source, bytes | bytearray | memoryview):
         return _known_picture("the data", bytes(source), len(source))
     text = os.fspath(source)
@@ -221,7 +221,7 @@ def look(source: PathLike | bytes) -> PictureFile:
 
 
 def _standard_input() -> bytes:
-    """Read the standard input, or return again what came of it: who plans and then works asks for it twice."""
+    """Return the bytes of the standard input; they are read once and kept, as planning and work both need them."""
     if sys.stdin is None:
         raise InputError("the standard input is closed; name a file.")
     if _RECEIVED.get("from") is not sys.stdin:
@@ -266,13 +266,13 @@ _PLAIN = "RGBAXYZ"
 
 
 def split_layer(path: PathLike) -> tuple[PathLike, str | None]:
-    """Return the file that a path names, and the layer in it, None where none is named."""
+    """Split FILE.exr::LAYER into file and layer; the layer is None if none is named."""
     file, mark, layer = os.fspath(path).rpartition(LAYER)
     return (file, layer) if mark and file.lower().endswith(".exr") else (path, None)
 
 
 def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
-    """Return which channels of these names are a layer, red before green, x before y; InputError where none is."""
+    """Return the indices of the channels of a layer, red before green, x before y; InputError if there are none."""
     own = [i for i, name in enumerate(names) if layer_of(name) == layer]
     if not own:
         known = ", ".join(dict.fromkeys(filter(None, map(layer_of, names)))) or "none"
@@ -286,13 +286,13 @@ def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
 
 
 def channel_names(channels: int) -> list[str]:
-    """Name the channels of a picture; EXR sorts them by name, so more than four must sort as they count."""
+    """Return names of the channels of a picture; EXR sorts by name, so more than four are numbered with two digits."""
     if channels > 4:
         return [f"c{i:02d}" for i in range(channels)]
     return [["Y"], ["Y", "A"], ["R", "G", "B"], ["R", "G", "B", "A"]][channels - 1]
 
 
 def layer_of(channel: str) -> str:
-    """The layer of a channel; one that has more than a letter for a name is a layer of its own."""
+    """Return the layer of a channel; a channel without a dot is a layer of its own if its name is a word."""
     layer, dot, own = channel.rpartition(".")
     return layer if dot else "" if len(own) == 1 else own

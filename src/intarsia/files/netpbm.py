@@ -1,7 +1,7 @@
-"""PPM, PGM, PBM and PFM, read strictly.
+"""A strict reader of PPM, PGM, PBM and PFM.
 
-OpenImageIO writes them, but reads them otherwise: it rounds down where a maximum is neither 255 nor 65535, takes the LF
-of a CR LF for a pixel and the scale of a PFM for a factor, and knows no plain bits without blanks between them.
+OpenImageIO reads them wrongly: it rounds down if the maximum is neither 255 nor 65535, takes the LF of a CR LF for a
+pixel and the scale of a PFM for a factor, and cannot read plain bits without blanks between them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HEADER = 1 << 20
 
 
 def decode_netpbm(data: bytes, name: str) -> Array:
-    """Read any netpbm picture; grey is (H, W), colour (H, W, 3), pixels are scaled to the full range."""
+    """Decode a netpbm picture; grey is (H, W), colour (H, W, 3), values are scaled to the full range of 8 or 16 bit."""
     kind, header, pos = data[1:2], list[int](), 2
     for what in ("width", "height", "maximum")[: 3 if kind in b"2356" else 2]:
         found = _TOKEN.match(data, pos, pos + HEADER)
@@ -60,7 +60,7 @@ def decode_netpbm(data: bytes, name: str) -> Array:
 
 
 def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> Array:
-    """Read the pixels that follow the header: after one blank, where CR LF counts as one."""
+    """Return the binary pixels that follow the header after one blank; CR LF counts as one."""
     need = count * dtype.itemsize
     if comment := _LAST_COMMENT.match(data, pos, pos + HEADER):
         # "255 #..." may also be a pixel of value 35: the length of the file decides.
@@ -79,7 +79,7 @@ def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> 
 
 
 def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
-    """Read numbers written out; room is made for as many as there are, not for as many as there should be."""
+    """Return the values of a plain (ASCII) picture; memory is taken for those that are there, not for those stated."""
     text = _COMMENT.sub(b" ", text) if b"#" in text else text
     if bits:
         text = text.translate(None, b" \t\r\n\v\f")
@@ -99,7 +99,7 @@ def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
 
 
 def _float(data: bytes, pos: int, name: str, shape: tuple[int, ...]) -> Array:
-    """PFM: rows from the bottom up; the sign of the scale tells the byte order, its size is ignored."""
+    """Return the pixels of a PFM, stored bottom up; the sign of the scale is the byte order, its size is ignored."""
     found = _TOKEN.match(data, pos, pos + HEADER)
     try:
         scale = float(found[1]) if found else 0.0

@@ -42,7 +42,7 @@ _CLEAR = frozenset(_NAME) - frozenset(
     [w for n in ("albedo", "arm", "packed", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
     + ["norm", "rough", "metal", "height", "disp", "bump", "occlusion"]
 )
-"""Words that tell a map even where a file stands alone; "old_metal.png" is a picture of metal."""
+"""Words that mean a map even if the file is given alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
 _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
 READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
@@ -80,7 +80,7 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[Files]:
 
 
 class Material(NamedTuple):
-    """The files of one material: what it is called, its place in the folder that was searched, "" at the top."""
+    """The files of a material, its name, and its subfolder of the folder that was searched ("" at the top)."""
 
     name: str
     place: str
@@ -149,7 +149,7 @@ def layered(path: PathLike) -> Files:
 
 
 def describe(sets: Iterable[Files]) -> str:
-    """Say in words how the files were read, one line for each exemplar."""
+    """Describe in words how files were grouped, one line for each exemplar."""
     lines = []
     for number, files in enumerate(sets, 1):
         parts = [f"{name} {printable(Path(p).name)}" for name, p in files.items()]
@@ -160,13 +160,13 @@ def describe(sets: Iterable[Files]) -> str:
 
 
 def name_of(path: PathLike) -> tuple[str, str | None]:
-    """Split a file name: what it shares with its set, and the plane that it holds (None: it does not say)."""
+    """Split a file name into the stem that it shares with its set, and the name of its plane (None: not stated)."""
     tokens, word = _split(path)
     return "_".join(tokens), None if word is None else _NAME[word]
 
 
 def uses_directx(path: PathLike) -> bool:
-    """Tell by the name of a normal map whether its green axis points down, as in DirectX."""
+    """Return whether the green axis of a normal map points down, as in DirectX, by its name."""
     return _split(path)[1] in _DIRECTX
 
 
@@ -223,7 +223,7 @@ def _is_folder(path: PathLike) -> bool:
 
 
 def _pictures_in(folder: PathLike) -> list[PathLike]:
-    """The pictures in a folder, sorted; in a folder with maps, files without a known ending are left out."""
+    """Return the pictures in a folder, sorted; beside maps, files without a known ending are left out."""
     _, _, names = next(os.walk(folder, onerror=_unlisted))
     if not (paths := _readable(folder, names)):
         raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
@@ -235,13 +235,13 @@ def _unlisted(e: OSError) -> None:
 
 
 def _readable(folder: PathLike, names: Iterable[str]) -> list[PathLike]:
-    """The pictures among the names in a folder, sorted; what is hidden is left out."""
+    """Return the pictures among the names in a folder, sorted; hidden ones are left out."""
     kept = (n for n in sorted(names) if not n.startswith(".") and os.path.splitext(n)[1].lower() in READABLE)
     return [Path(folder, n) for n in kept]
 
 
 def _without_previews(paths: list[PathLike]) -> list[PathLike]:
-    """Leave out files without a known ending where others have one."""
+    """Leave out files without a known ending if others have one."""
     maps = [p for p in paths if name_of(p)[1] is not None]
     if not maps:
         return paths

@@ -1,6 +1,6 @@
-"""Planes become files, whole or not at all, in the depth that is asked for; the recipe of one is found again.
+"""Encoding and atomic writing of picture files with an embedded recipe; recipes read back from files.
 
-A plane becomes the bytes of a file; equal pixels and recipes give equal bytes. And short words become pixels.
+Equal pixels and recipes give equal bytes. Also: text rendered as pixels.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ Depth = int | str | None
 """8, 16, "half" or "float"; None: as it is."""
 
 MARK = "intarsia recipe: "
-"""What an embedded recipe starts with."""
+"""Prefix of an embedded recipe."""
 
 RECIPE = ".recipe.json"
-"""What is added to the name of a picture for a file that holds its recipe."""
+"""Suffix of the file that holds the recipe of a picture."""
 
 LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
-"""Longer recipes lie beside; a TIFF holds more, but OpenImageIO reads only so much of it."""
+"""Format -> most bytes of an embedded recipe; longer ones lie beside. OpenImageIO reads no more of a TIFF."""
 
 _WORDS = {
     "uint8": "8 bit", "uint16": "16 bit", "uint32": "32 bit", "float16": "half", "float32": "float", "float64": "double"
@@ -65,12 +65,12 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
 
 
 def holds_recipe(target: Format, recipe: str) -> bool:
-    """Tell whether a recipe of this length finds room inside the file."""
+    """Return whether a recipe fits into a file of this format."""
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
 def check_holds(target: Format, plane: Plane, depth: Depth = None, size: Pair | None = None) -> None:
-    """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
+    """Raise ParameterError if a format cannot hold a plane, in another depth or `size` (width, height) if given."""
     name, dtype = target.name, _dtype(plane, depth)
     dtype = "uint8" if dtype == "bool" else dtype
     choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
@@ -101,7 +101,7 @@ def _dtype(plane: Plane, depth: Depth) -> str:
 
 
 def _text(target: Format, recipe: str | None) -> str | None:
-    """The text that embeds a recipe; None where it finds no room inside the file."""
+    """Return the text that embeds a recipe; None if it does not fit."""
     return MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
 
 
@@ -136,7 +136,7 @@ _OIIO = {"float16": "half", "float32": "float", "float64": "double", "uint32": "
 def _bytes_by_oiio(
     name: str, pixels: Array, text: str | None, icc: bytes | None, layers: tuple[list[str], list[str]] | None = None
 ) -> bytes:
-    """Encode pixels (H, W, C); `layers` are the names and types of channels, where these are several planes."""
+    """Encode pixels (H, W, C); `layers` are the names and types of channels of several planes."""
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
@@ -168,7 +168,7 @@ def _bytes_by_oiio(
 
 
 def lettered(text: str, size: int) -> UInt8:
-    """Return a line of text, letters about `size` px high, as coverage: (height, width), 255 where ink is."""
+    """Render a line of text about `size` px high as coverage (height, width), 255 for ink."""
     from PIL import Image, ImageDraw, ImageFont
 
     font, line = ImageFont.load_default(size), legible(text).encode("latin-1", "replace").decode("latin-1")
@@ -241,7 +241,7 @@ def _write_layers(
 
 
 def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: Depth = None) -> None:
-    """Refuse, before any work, planes that cannot be layers of one file, in another `depth` if one is given."""
+    """Raise ParameterError if planes cannot be layers of one file, in another `depth` if one is given."""
     text = printable(path)
     if os.path.splitext(path)[1].lower() != ".exr":
         raise ParameterError(f"{text}: layers are written as OpenEXR; end the name in .exr.")
@@ -262,13 +262,13 @@ def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: Depth = No
 def check_depth(
     path: PathLike, picture: Any, depth: Depth = None, size: Pair | None = None
 ) -> None:  # fmt: skip
-    """Refuse, before any work, a picture that the format of a file cannot hold, in that `size` (width, height)."""
+    """Raise ParameterError if the format of a file cannot hold a picture, in this `size` (width, height) if given."""
     if os.fspath(path) != "-":
         check_holds(format_of(path), plane_of(picture), depth, size)
 
 
 def plane_of(picture: Any) -> Plane:
-    """Take a plane, anything that renders one, or an array."""
+    """Return a plane, of anything that renders one, or of an array."""
     if isinstance(picture, Plane):
         return picture
     if hasattr(picture, "render") and not isinstance(picture, type):
@@ -302,14 +302,14 @@ MOST = 1 << 24  # bytes of a recipe that is read
 
 
 def recipe_path(path: PathLike) -> Path:
-    """Return where the recipe of a file lies if its format holds no text: ``out.bmp.recipe.json``."""
+    """Return the path of the recipe of a file whose format holds no text: ``out.bmp.recipe.json``."""
     return Path(os.fspath(path) + RECIPE)
 
 
 def read_recipe(path: PathLike) -> dict[str, Any] | None:
-    """Find the recipe that a picture was made by; None where it has none.
+    """Return the recipe of a picture; None if it has none.
 
-    The file may be the picture, or a recipe saved as .json. Raises InputError where it cannot be read.
+    The file may be the picture, or a recipe saved as .json. Raises InputError if it cannot be read.
     """
     if os.fspath(path).lower().endswith(".json"):
         return _from_file(Path(path))
