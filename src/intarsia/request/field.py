@@ -1,6 +1,6 @@
-"""A field of a request, declared once for help, page, recipe and snippets, and the kinds of values; x before y.
+"""Fields of a request, declared once for command line, help, page and recipe, and the kinds of their values.
 
-A kind says how a value is read from a text, and written as one.
+A kind parses a value from text, and writes it as text and as JSON; x before y.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MAX_SEEDS = 10_000
 
 
 class Kind:
-    """Any text. `name` is what pages know the kind by, `shown` what help shows in place of a value.
+    """Any text. `name` identifies the kind for pages, `shown` is the placeholder in help.
 
     `between` stands between the numbers of a list. What is said otherwise of one holds for it alone.
     """
@@ -32,28 +32,28 @@ class Kind:
         vars(self).update(own)
 
     def read(self, text: str) -> Any:
-        """Read a value; ValueError says what is wrong, and what to give."""
+        """Parse a value; ValueError with what is wrong and what to give."""
         if self.choices and text not in self.choices:
             raise ValueError(f"{text!r} is not one of {', '.join(map(repr, self.choices))}.")
         return text
 
     def text(self, value: Any) -> str:
-        """Write a value as it is read."""
+        """Return a value as text, as it is parsed."""
         return self.between.join(map(str, value)) if isinstance(value, tuple) else str(value)
 
     def json(self, value: Any) -> Any:
-        """What a recipe says of a value: a number, a truth value, or a text."""
+        """Return a value for a recipe: a number, a truth value, or text."""
         return value if isinstance(value, (bool, int, float)) else self.text(value)
 
     def of_json(self, value: Any) -> Any:
-        """Read what JSON holds; ValueError or TypeError where it is damaged."""
+        """Parse a value of a recipe; ValueError or TypeError if it is damaged."""
         if self.name in ("int", "seed") and type(value) is not int:
             raise TypeError
         return self.read(self.between.join(map(str, value)) if isinstance(value, list) else str(value))
 
 
 class File(Kind):
-    """The name of a file, or - ; whoever opens it says what is wrong with it.
+    """The name of a file, or - ; it is checked when it is opened.
 
     ``name`` says what a file is: an "exemplar" or an "image" of numbers that is read, or another that is "written".
     """
@@ -72,12 +72,12 @@ FLAG = Kind(name="flag", of_json=bool)
 
 
 def one_of(*choices: str) -> Kind:
-    """One of some words."""
+    """Return the kind of values that are one of some words."""
     return Kind(name="choice", choices=choices)
 
 
 class Whole(Kind):
-    """A whole number of a range; with `choices`, one of them stands for None, which is decided later."""
+    """A whole number of a range; one of `choices`, if any, stands for None, which is decided later."""
 
     name, shown, low = "int", "N", 0
     high: int | None = None
@@ -100,7 +100,7 @@ class Whole(Kind):
 
 
 class Number(Kind):
-    """A number in a range, which NaN is not."""
+    """A number in a range; NaN is refused."""
 
     name, shown, low, high = "float", "F", 0, 0
 
@@ -115,7 +115,7 @@ class Number(Kind):
 
 
 def _within(kind: Whole | Number, number: float) -> float:
-    """Return a number of the range of a kind; what is said of another is what the command line says."""
+    """Return a number if it is in the range of a kind; else ValueError with the words of the command line."""
     if number < kind.low or (kind.high is not None and number > kind.high):
         span = f"x>={kind.low}" if kind.high is None else f"{kind.low}<=x<={kind.high}"
         raise ValueError(f"{number} is not in the range {span}.")
@@ -277,7 +277,7 @@ class Channels(Kind):
 
 
 class NamedNumber(Kind):
-    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
+    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy`: what error messages suggest."""
 
     name, shown, between, most, remedy = "named", "NAME=F", "=", 1, ""
 
@@ -301,12 +301,12 @@ class Pair(Kind):
 
 @dataclass(frozen=True)
 class Field:
-    """What is known of a field: option of some verbs, key of a job, and place in a recipe, if that holds it.
+    """A field of the request: an option of some verbs, a key of a job, and a place in a recipe, if recipes hold it.
 
-    Without ``flags`` it is an argument. ``heading`` says where help lists it, if ``rare`` only in full help; ``shown``
-    what help shows in place of a value; ``local`` what the studio gives itself, or does not need; ``passing`` what
-    bears on nothing that is in the picture. ``alone`` is the value of an option that is given none. ``otherwise`` holds
-    what is another with some verbs; a text alone is another help.
+    Without ``flags`` it is an argument. ``heading``: where help lists it, only in full help if ``rare``; ``shown``: the
+    placeholder in help; ``local``: set by the studio itself, or not needed there; ``passing``: without effect on the
+    picture. ``alone`` is the value of an option given without one. ``otherwise``: what differs for some verbs; a text
+    alone is another help.
     """
 
     name: str
@@ -334,22 +334,22 @@ class Field:
 
     @property
     def key(self) -> str:
-        """What the field is called in a job."""
+        """The name of the field in a job."""
         return self.flag.lstrip("-").replace("-", "_")
 
     @property
     def of_exemplars(self) -> bool:
-        """Whether it says what of the exemplars is used, and how."""
+        """Whether it sets which part of the exemplars is used, and how."""
         return self.recipe.startswith("inputs.")
 
     def of_json(self, value: Any) -> Any:
-        """Read the field as a recipe holds it; an exception says that it is damaged."""
+        """Parse the field as a recipe holds it; raises an exception if it is damaged."""
         if self.many:
             return tuple(self.kind.read(f"{name}={one}") for name, one in value.items())
         return self.kind.of_json(value)
 
     def of(self, verb: str) -> Field:
-        """The field as a verb has it."""
+        """Return the field with what is special to a verb."""
         own = self.otherwise.get(verb, {})
         return replace(self, **({"help": own} if isinstance(own, str) else own))
 
@@ -357,9 +357,9 @@ class Field:
 def asked(
     kind: Kind, flags: str, help: str, verbs: Collection[str], marks: str = "", default: Any = None, **facts: Any
 ) -> Any:  # fmt: skip
-    """Declare a field of the request; `flags` are the names of its option, `facts` those of :class:`Field`.
+    """Declare a field of the request; `flags` are the names of its option, `facts` attributes of :class:`Field`.
 
-    `marks` name what of :class:`Field` is true. A heading holds for the fields below, too, until the next.
+    `marks` are the names of attributes that are true. A heading holds for the fields below, too, until the next.
     """
     facts |= dict.fromkeys(marks.split(), True)
     if default is None:
@@ -369,7 +369,7 @@ def asked(
 
 
 def fields_of(request: Any) -> tuple[Field, ...]:
-    """List what may be asked for, in the order of a request's fields."""
+    """Return the fields of a request class, in their order."""
     found, heading = list[Field](), ""
     for f in dataclasses.fields(request):
         if "asked" in f.metadata:

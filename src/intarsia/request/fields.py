@@ -1,4 +1,4 @@
-"""The table of all that may be asked for: every field once, in the order in which help lists it."""
+"""The table of all options: every field of a request once, in the order in which help lists it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from .field import (
 )
 
 BEGUN = frozenset({"extend", "heal", "tile"})
-"""Verbs that begin with a picture."""
+"""Verbs that start with a picture."""
 
 PLANNED = BEGUN | {"grow", "paint"}
 """Verbs that make one picture, or many, in memory."""
@@ -58,19 +58,19 @@ ABILITIES = {
     "paint": {Ability.GUIDE}, "heal": {Ability.START, Ability.MASK}, "tile": {Ability.START, Ability.MASK},
     "weave": {Ability.WINDOW},
 }  # fmt: skip
-"""What a method must be able to, so that a verb offers it."""
+"""Abilities that a method needs to be offered by a verb."""
 
 DONE = {"grow": "grown", "paint": "painted", "extend": "extended", "heal": "healed", "tile": "tiled", "weave": "woven"}
-"""What is added to the name of an exemplar where a result is given no name."""
+"""Suffix of the name of a result, after that of its exemplar, if no name is given."""
 
 
 def able(verb: str) -> tuple[str, ...]:
-    """The methods that a verb offers."""
+    """Return the methods that a verb offers."""
     return tuple(s for s in METHODS if verb not in ABILITIES or ABILITIES[verb] <= method_class(s).supports)
 
 
 def usual_parameters(verb: str, slug: str) -> dict[str, Any]:
-    """What a verb gives a method that is named if nothing else is said: around a hole the best patch is taken."""
+    """Return the defaults of a verb for a named method: around a hole the best patch is taken."""
     return {"tolerance": 0.0} if verb in ("heal", "tile") and "tolerance" in parameters_of(slug) else {}
 
 
@@ -88,7 +88,7 @@ USUAL_OUT = (
 
 
 class MethodOf(Kind):
-    """A method that a verb offers, or the choice among them; the methods are asked when somebody wants to know."""
+    """A method that a verb offers, or ``auto``; methods are imported only when their names are needed."""
 
     name, verb = "choice", ""
 
@@ -99,7 +99,7 @@ class MethodOf(Kind):
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
 class Asked:
-    """What is asked for of a verb. A field that the verb does not have stays as it begins."""
+    """The fields of a request. A field that the verb does not have keeps its default."""
 
     verb: str
 
