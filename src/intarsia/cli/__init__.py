@@ -1,7 +1,7 @@
-"""The command ``intarsia``: its commands, each imported when it is called, and how one speaks and ends.
+"""The command line ``intarsia``: commands imported on demand, errors, signals, progress and results.
 
-Legible lines, one for every error, an exit code, and a quick stop on Ctrl-C. What a command says is a bar or JSON lines
-while it works, one line or one JSON object at the end. Imports nothing heavy.
+One line for every error, an exit code, a quick stop on Ctrl-C. A command prints a progress bar or JSON lines while it
+works, one line or one JSON object at the end. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ CANCEL = Event()
 """Set by Ctrl-C, SIGTERM and SIGHUP; every Run of the command line watches it."""
 
 STOPS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""What stops a command: Ctrl-C, a polite kill, and a terminal that is closed."""
+"""Signals that stop a command: Ctrl-C, a polite kill, and a terminal that is closed."""
 
 _shields = 0
 
 
 class Interrupted(BaseException):
-    """Ctrl-C, SIGTERM or SIGHUP, raised wherever the main thread is; no handler of ordinary errors swallows it."""
+    """Raised in the main thread by Ctrl-C, SIGTERM and SIGHUP; handlers of ordinary errors do not catch it."""
 
 
 def begun() -> None:
-    """Say that all is imported and the work begins: from here on garbage is looked for, not among what is there."""
+    """Enable garbage collection after all imports, for objects that are made from now on."""
     if not gc.isenabled():
         gc.freeze()
         gc.set_threshold(RARELY)
@@ -56,7 +56,7 @@ def begun() -> None:
 
 
 def guarded(work: Callable[[], None], debug: bool = False) -> int:
-    """Do the work; return the exit code, after one line on stderr where it failed."""
+    """Do the work and return the exit code; an error is printed as one line on stderr."""
     CANCEL.clear()
     try:
         with stoppable():
@@ -83,7 +83,7 @@ def guarded(work: Callable[[], None], debug: bool = False) -> int:
 
 
 def judge(e: BaseException) -> tuple[int, str]:
-    """Return the exit code of an error, and its message as one line."""
+    """Return the exit code and the message, in one line, of an error."""
     if isinstance(e, IntarsiaError):
         return e.exit_code, one_line(e)
     if isinstance(e, click.ClickException):
@@ -100,20 +100,20 @@ def judge(e: BaseException) -> tuple[int, str]:
 
 
 def one_line(message: object) -> str:
-    """Return a message as a legible line, without what nobody would read to its end."""
+    """Return a message as one legible line; long words and long lines are shortened."""
     words = legible(str(message)[: 100 * MOST]).split()
     line = " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in words)
     return line if len(line) <= MOST else line[: MOST - 500] + " ... " + line[-400:]
 
 
 def tell(line: str) -> None:
-    """Write a line to stderr, wherever that leads."""
+    """Write a line to stderr; a closed one is ignored."""
     with suppress(OSError, ValueError):
         click.echo(legible(line), err=True)
 
 
 def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
-    """Write lines to stdout. ResourceError where that fails, with what is `done` all the same."""
+    """Write lines to stdout; ResourceError if that fails, with what is `done` nevertheless."""
     try:
         click.echo("\n".join(map(legible, lines)))
     except BrokenPipeError:
@@ -132,7 +132,7 @@ def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM and SIGHUP stop the work at once."""
+    """Let Ctrl-C, SIGTERM and SIGHUP stop the work in this context at once."""
     before: dict[int, Any] = {}
     try:
         for number in STOPS:
@@ -152,7 +152,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def unbroken() -> Iterator[None]:
-    """Keep a stop away from a short passage that must be done whole or not at all."""
+    """Defer stops during a short passage that must be atomic."""
     global _shields
     _shields += 1
     try:
@@ -190,17 +190,17 @@ COMMANDS = {
     "studio": "Open a page on this machine to see, grow, paint and keep.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",
 }
-"""Name -> what it does, in the order of the help. Of what is not planned a module named alike holds `command`."""
+"""Name -> description, in the order of help. All but those planned have a module of their name with a `command`."""
 
 PLANNED = {"grow", "paint", "extend", "heal", "tile"}
-"""What is planned first, all alike by `verbs.py`, which says when the work begins."""
+"""Commands of `verbs.py`, which plans before it works."""
 
 LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
-"""What needs next to no memory."""
+"""Words of a command line that needs little memory."""
 
 
 class LazyGroup(click.Group):
-    """A group that imports a command when it is called, and says every error in one line."""
+    """A group that imports a command when it is called, and prints every error in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -260,22 +260,21 @@ def cli(ctx: click.Context) -> None:
 
 Step = Callable[[int, int, Any], None]
 Listener = Callable[[float, str, Any, tuple[Any, ...]], None]
-"""What is called with the fraction that is done, the stage, what makes the map as far as it has grown (or None), and
-the exemplars of that map."""
+"""Called with the fraction that is done, the stage, what makes a draft of the map (or None), and its exemplars."""
 
 _listener: Listener | None = None
 _listening: list[Report] = []
 
 
 def listen(listener: Listener | None) -> None:
-    """Have every Meter of this process call `listener` at each step of its work, too; None: no more."""
+    """Set the listener that every Meter of this process calls at each step; None removes it."""
     global _listener
     _listener = listener
 
 
 @dataclass
 class Report:
-    """The voice of a command. Only pictures and JSON go to stdout, all else to stderr."""
+    """The messages of a command. Only pictures and JSON go to stdout, all else to stderr."""
 
     as_json: bool = False
     progress: str | None = None
@@ -284,12 +283,12 @@ class Report:
     say: Callable[[str], None] = tell  # above the progress bar, while there is one
 
     def note(self, line: str) -> None:
-        """Tell a person something, unless nobody wants to hear it."""
+        """Print a line for a person, unless quiet."""
         if not self.quiet:
             self.say(one_line(line))
 
     def warn(self, *lines: str) -> None:
-        """Tell of what may be wrong, in one line each, and once; the JSON result repeats it."""
+        """Print warnings, one line each, each once; they are also in the JSON result."""
         for line in lines:
             if line not in self.warnings:
                 self.warnings.append(line)
@@ -304,7 +303,7 @@ class Report:
 
     @contextmanager
     def watching(self, parts: int) -> Iterator[Meter]:
-        """Show how far a work of so many equal parts is; also say so once when kernels must be compiled."""
+        """Show the progress of a work of so many equal parts in this context, and note if kernels are compiled."""
         _listening.append(self)
         _listen()
         meter = Meter(self, parts)
@@ -335,13 +334,13 @@ class Meter:
         return self._step
 
     def next_part(self, parts: int = 1) -> None:
-        """One part of the work is done, or so many."""
+        """Count one part of the work as done, or so many."""
         self._part += parts
         self._stage, self._span = "done", (0.0, 0.0)
         self._show(1, 1, last=self._part == self._parts)
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()
             self._bar, self._report.say = None, tell
@@ -383,7 +382,7 @@ class Meter:
 
 @cache
 def _listen() -> None:
-    """Have the reports of the moment told when a kernel of this process must be compiled, and what is wrong with it."""
+    """Let the active reports print when kernels must be compiled, and what goes wrong with their cache."""
     from ..kernels import on_first_compilation, on_trouble, troubled
 
     def compiling() -> None:
@@ -399,7 +398,7 @@ def _listen() -> None:
 
 
 def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
-    """What JSON says of a choice; measurements only where they are asked for, as some take time."""
+    """Return a choice as JSON; with its measurements, some of which take time, only to `explain` it."""
     from ..choosing.facts import measurements
 
     measured = {"measurements": measurements(choice.facts)} if explain else {}
@@ -407,7 +406,7 @@ def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
 
 
 def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) -> None:
-    """Tell a person of a choice, where measurements were asked for."""
+    """Print a choice for a person, if its measurements were asked for."""
     auto = about.get("auto", {})
     if "measurements" not in auto or report.quiet:
         return

@@ -1,4 +1,4 @@
-"""The work behind ``grow`` and ``replay``: plan everything, refuse what cannot work, then make one after another."""
+"""Batches of outputs: all are planned and checked, then made one after another; ``grow``, ``replay`` and the like."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 class Batch:
     """Textures to grow, one after another; mostly one.
 
-    Of a folder every material is grown by itself, whole or not at all, and what goes wrong with one stops no other.
-    ``lots``: a material, or no name, and orders for the same exemplars. ``index`` is the one report on all outputs, if
-    there is one, and ``judged`` what it tells of.
+    Every material of a folder is grown by itself, atomically, and an error with one stops no other. ``lots``: name of a
+    material ("" for none) and orders of the same exemplars. ``index`` is the name of the one report on all outputs, if
+    there is one, and ``judged`` its entries.
     """
 
     request: Request
@@ -52,7 +52,7 @@ class Batch:
     missed: list[str] = field(default_factory=list)
     results: list[Json] = field(default_factory=list)
     failed: list[Json] = field(default_factory=list)
-    made: list[tuple[str, Json, tuple[str, ...]]] = field(default_factory=list)  # and not told of yet
+    made: list[tuple[str, Json, tuple[str, ...]]] = field(default_factory=list)  # not printed yet
 
     @classmethod
     def plan(cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None) -> Batch:
@@ -71,7 +71,7 @@ class Batch:
         return batch
 
     def _plan(self, shelf: Shelf, name: str, check: Callable[[Scene], None] | None = None) -> None:
-        """Plan what is made of some exemplars; what cannot fit into memory is refused, unless nothing is to be made."""
+        """Plan the outputs of some exemplars; ResourceError if one does not fit into memory, except on a dry run."""
         request, orders = shelf.request, orders_of(shelf, self.index is None, check)
         if request.verb == "tile" and request.size is None:
             from ..tasks.tileable import remarks
@@ -84,9 +84,9 @@ class Batch:
         self.lots.append((name, orders))
 
     def _plan_materials(self, step: Step) -> None:
-        """Plan each material; what cannot be made is told of at once.
+        """Plan each material; those that cannot be made are reported at once.
 
-        Its planes go to the place in the folder that they have in their own. Each is read again when it is made.
+        Its planes keep their place relative to the folder. Each material is read again when it is made.
         """
         for number, material in enumerate(self.materials, 1):
             with self._minding(material.name):
@@ -100,7 +100,7 @@ class Batch:
             step(number, len(self.materials), None)
 
     def tell_plan(self) -> None:
-        """Say what would be made."""
+        """Report what would be made (a dry run)."""
         self._plan_materials(lambda *_: None)
         for name, orders in self.lots:
             with self._minding(name):
@@ -136,7 +136,7 @@ class Batch:
         self._end(beside)
 
     def _carry_out(self, order: Order, meter: Meter, whole: Staging) -> None:
-        """Make an output; of a gate and of one report on all the outputs appear together, as what one misses counts."""
+        """Make an output; with gates or one report on all, files appear together at the end, else one by one."""
         if not self.materials and (self.request.gates or self.index is not None):
             self._make(order, meter, whole)
             return
@@ -147,11 +147,11 @@ class Batch:
 
     @property
     def _refused(self) -> bool:
-        """Whether nothing is to be written."""
+        """Whether a gate was missed, so that nothing is written."""
         return bool(self.missed) and not self.request.keep
 
     def _check_missed(self) -> None:
-        """Raise QualityError where a gate was missed."""
+        """Raise QualityError if a gate was missed."""
         if self.missed:
             said = "all was kept" if self.request.keep else "nothing was written; --keep writes it all the same"
             missed, self.missed = "; ".join(self.missed), []
@@ -159,7 +159,7 @@ class Batch:
 
     @contextmanager
     def _minding(self, name: str) -> Iterator[None]:
-        """Tell in a line what goes wrong with a material, and go on; what is none goes wrong as a whole."""
+        """Report an error with a material in one line, and go on; without a name let it pass."""
         try:
             yield
         except (IntarsiaError, OSError, MemoryError) as e:
@@ -182,7 +182,7 @@ class Batch:
         self._check_missed()
 
     def _planned(self, order: Order) -> Json:
-        """Tell a person what would be made, and return what JSON says of it."""
+        """Print what would be made, and return it as JSON."""
         plan, memory = order.shelf.plan, order.memory >> 20
         self.report.warn(*order.warnings)
         about = self._about(order, None) | {
@@ -195,7 +195,7 @@ class Batch:
         return about
 
     def _make(self, order: Order, meter: Meter, staging: Staging) -> None:
-        """Make one output and judge it; unless it is refused write its files, to appear when `staging` is committed."""
+        """Make one output and score it; unless it is refused write its files, to appear when `staging` is committed."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
         plan, asked = shelf.plan, request.distance_map
         clock = {"read": time.perf_counter() - began}
@@ -241,7 +241,7 @@ class Batch:
         self.made.append((line, about, order.warnings))
 
     def _judged(self, order: Order, grown: Synthesis, drawn: Plane) -> Outcome:
-        """Judge an output whose base plane is `drawn`, and remember what it misses."""
+        """Score an output whose base plane is `drawn`, and keep the gates that it misses."""
         from ..tasks import report, scoring
 
         name = next(iter(order.pictures.values()))
@@ -255,7 +255,7 @@ class Batch:
         return found
 
     def _write_beside(self, staging: Staging) -> Json:
-        """Write what shows all outputs: a contact sheet, and a report; return their names."""
+        """Write what shows all outputs, a contact sheet and a report; return their names."""
         written: Json = {}
         if self.request.sheet is not None and self.thumbnails:
             from ..tasks.drawings import contact_sheet
@@ -269,7 +269,7 @@ class Batch:
         return written
 
     def _tell(self) -> None:
-        """Say that outputs are there."""
+        """Print the outputs that are written."""
         for line, about, warnings in self.made:
             self.report.warn(*warnings)
             self.report.note(line)
@@ -277,7 +277,7 @@ class Batch:
         self.made = []
 
     def _about(self, order: Order, grown: Synthesis | None) -> Json:
-        """What JSON says of a result, x before y, and of how its method was chosen."""
+        """Return a result as JSON, x before y, with how its method was chosen."""
         request, plan = order.shelf.request, order.shelf.plan
         method, seed = (plan.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
         files = [{"path": path, "holds": held} for path, held in order.files]
@@ -299,7 +299,7 @@ class Batch:
         return about | {"auto": auto | {"command": _again(order, method, seed)}}
 
     def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, Json]:
-        """Cover the worst seams; what JSON says of it."""
+        """Repair the worst seams; return the result, and what JSON reports of the repair."""
         if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
@@ -313,7 +313,7 @@ class Batch:
 
 
 def _again(order: Order, method: Method, seed: int) -> str:
-    """The command that makes an output again; a map that was continued is known to its recipe alone."""
+    """Return the command that makes an output again; one that continued a map is made again from its recipe."""
     request, sets, picture = order.shelf.request, order.shelf.sets, next(iter(order.pictures.values()))
     if request.start is not None:
         kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
@@ -336,7 +336,7 @@ def _again(order: Order, method: Method, seed: int) -> str:
 
 
 def _bytes(order: Order) -> int:
-    """How many bytes the pixels of an order take, as they are written."""
+    """Return the bytes of the pixels of an order in the depth that is written."""
     request, exemplar, (width, height) = order.shelf.request, order.shelf.scene.exemplars[0], order.shelf.size
     area, total = exemplar.height * exemplar.width * request.magnify**2, 0
     for plane in filter(None, map(exemplar.picture, order.pictures)):
@@ -348,7 +348,7 @@ def _bytes(order: Order) -> int:
 def _write_more(
     order: Order, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
 ) -> None:
-    """Write what an output has beside its pictures."""
+    """Write the other files of an output: map, report, preview and the like."""
     from ..search import distance_map
     from ..tasks import tileable
 
@@ -375,7 +375,7 @@ def _write_more(
 
 
 def _laid(about: Json) -> str:
-    """What patches really share, where it is more than was said."""
+    """Return words for the overlaps of patches, if they are larger than the method's."""
     found = about.get("overlaps", {})
     said = {name: about["footprint"][n] - about["pitch"][n] for n, name in enumerate("xy")} if found else {}
     if all(found[name] == [px, px] for name, px in said.items()):

@@ -1,4 +1,4 @@
-"""From files on the command line to exemplars: which belong together, what they are called, reading them once."""
+"""Files of a command line as exemplars: grouped into sets of planes, read once, cropped, reduced and evenly lit."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MUCH = 0.01  # of the pixels
 
 
 def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
-    """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
+    """Return the exemplar as a request uses it: without the avoided colour, cropped, reduced, evenly lit, magnified."""
     from ..rendering.magnification import magnified, reduced
 
     exemplar = replace(exemplar, toroidal=asked.toroidal)
@@ -62,7 +62,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
 
 
 def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Exemplar:
-    """Make the pixels of exactly this colour unusable."""
+    """Return the exemplar with the pixels of exactly this colour unusable."""
     base = exemplar.base
     if base.is_float:
         raise ParameterError(f"--avoid: {exemplar.name} has float pixels; mark what to avoid in a --mask instead.")
@@ -82,7 +82,7 @@ def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Ex
 
 
 def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
-    """Cut out x, y, width, height, in px of the base plane."""
+    """Return the part at x, y, width, height of an exemplar, in px of the base plane."""
     x, y, width, height = crop
     if min(x, y) < 0 or x + width > exemplar.width or y + height > exemplar.height:
         raise ParameterError(
@@ -101,14 +101,14 @@ def _named(exemplar: Exemplar) -> str:
 
 
 NO_NORMALS = 0.15
-"""Vectors of normal maps are less off length 1 on average, even if they were reduced or strongly compressed."""
+"""Mean deviation of vectors from length 1 that normal maps stay below, even reduced or strongly compressed."""
 
 Set = dict[str, str]
 """The files of one exemplar or output: plane -> path, the base first; ``mask`` says which pixels are usable."""
 
 
 def sets_of(request: Request, report: Report) -> list[Set]:
-    """Sort the files into exemplars, add what --map and --mask name, and tell how they were read."""
+    """Group the files of a request into exemplars, add those of --map and --mask, and report the groups."""
     sets = grouped(request.files, request.how)
     by_name: dict[str, list[str]] = {}
     for name, path in [*request.maps, *(("mask", path) for path in request.masks)]:
@@ -127,19 +127,19 @@ def sets_of(request: Request, report: Report) -> list[Set]:
 
 
 def check_each(option: str, given: int, several: int) -> None:
-    """Refuse an option that is not given once for each exemplar."""
+    """Raise ParameterError if an option is not given once for each exemplar."""
     if given != several:
         number = f"{given} given for {several} exemplar{'s' * (several > 1)}"
         raise ParameterError(f"{option}: {number}; give it once for each, in the same order.")
 
 
 def grouped(paths: tuple[str, ...], how: str = "auto") -> list[Set]:
-    """Sort files into exemplars."""
+    """Group files into exemplars."""
     return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(paths, how)]
 
 
 def stem_of(found: Set) -> str:
-    """Return what {stem} stands for: the file name, or what the files of a set share, be it only their folder."""
+    """Return the value of {stem}: the stem of the file, or of the set, or the name of the folder."""
     pictures = [path for name, path in found.items() if name != "mask"]
     first = pictures[0]
     if first == "-":
@@ -154,10 +154,10 @@ def stem_of(found: Set) -> str:
 
 @dataclass
 class Held:
-    """Exemplars that the commands of one process share: what was found in one is not looked for again.
+    """An LRU cache of exemplars, with what was measured of them, for several commands in one process.
 
-    They are a few, of so many pixels together, each for so many commands, as what is known of it grows by them. One is
-    read anew when a file of it has changed.
+    It holds `most` exemplars of `pixels` px together; one is read anew after so many `uses`, as its memory grows, and
+    when one of its files has changed.
     """
 
     most: int = 4
@@ -166,7 +166,7 @@ class Held:
     known: dict[object, tuple[Exemplar, list[str], int]] = field(default_factory=dict)
 
     def get(self, key: object, read: Callable[[Warn], Exemplar], warn: Warn) -> Exemplar:
-        """Return the exemplar that is known by a key, or read it; what it warns of is told either way."""
+        """Return the exemplar of a key, or read it; its warnings are repeated either way."""
         exemplar, told, uses = self.known.pop(key, (None, list[str](), 0))
         if exemplar is None or uses >= self.uses:
             told, uses = [], 0
@@ -183,13 +183,13 @@ _held: Held | None = None
 
 
 def hold(held: Held | None) -> None:
-    """Have the commands of this process share exemplars from now on; None: each reads its own."""
+    """Set the cache of exemplars of this process; None: each command reads its own."""
     global _held
     _held = held
 
 
 def _signs(found: Set) -> tuple[Any, ...] | None:
-    """What tells whether the files of an exemplar are still the same; None where that cannot be told."""
+    """Return a key that changes with the files of an exemplar; None if there is none."""
     try:
         states = [os.stat(path) for path in found.values() if not path.startswith("sample:")]
     except OSError:  # the standard input, a layer of a file
@@ -198,43 +198,43 @@ def _signs(found: Set) -> tuple[Any, ...] | None:
 
 
 class Shelf:
-    """The exemplars of a request, and what is planned with them: read when asked for, known until it is forgotten.
+    """The exemplars, scene and plan of a request, made when needed and kept until :meth:`forget`.
 
-    ``sets`` are their files, those of donors behind the others.
+    ``sets`` are the files of exemplars, those of donors last.
     """
 
     def __init__(self, sets: Sequence[Set], request: Request, report: Report) -> None:
         self.sets, self.request, self._report = sets, request, report
 
     def forget(self) -> None:
-        """Forget all that was read, so that a long batch does not fill memory."""
+        """Drop what was read and planned, so that a long batch does not fill memory."""
         for name in ("exemplars", "scene", "plan"):
             self.__dict__.pop(name, None)
 
     @cached_property
     def exemplars(self) -> tuple[Exemplar, ...]:
-        """The exemplars, cropped and reduced as asked."""
+        """The exemplars as the request uses them."""
         return tuple(self._read(found, n) for n, found in enumerate(self.sets))
 
     @cached_property
     def scene(self) -> Scene:
-        """The exemplars, and the canvas with what is on it."""
+        """The exemplars and the canvas."""
         hole = self.hole(self.exemplars[0].base, self.exemplars[0].name) if self.request.verb == "heal" else None
         return scene_of(self.request, self.exemplars, hole, self.guide() if self.request.verb == "paint" else None)
 
     @cached_property
     def plan(self) -> Plan:
-        """By which method the scene is filled."""
+        """The method that fills the scene, with its parameters."""
         return plan_of(self.request, self.scene)
 
     @property
     def size(self) -> Pair:
-        """Width and height of what is made of them."""
+        """Width and height of the output."""
         canvas, times = self.scene.canvas, self.request.magnify
         return canvas.width * times, canvas.height * times
 
     def hole(self, base: Plane, name: str) -> Mask:
-        """Read which pixels (H, W) of the picture, whose base plane is `base`, are to be healed."""
+        """Return which pixels (H, W) of the picture `name`, with the base plane `base`, are to be healed."""
         mask, files_of = self.request.holes[0], self.sets[0]
         if mask == "alpha":
             first = next(n for n in files_of if n != "mask")
@@ -248,7 +248,7 @@ class Shelf:
         return hole
 
     def guide(self) -> Guide:
-        """Read the label pictures and the target; those are as large as the exemplars, and cut as they are."""
+        """Read the labels of the exemplars, which are cropped and reduced like them, and the target."""
         labels, target_path = self.request.labels, self.request.target
         assert target_path is not None
         check_each("--labels", len(labels), len(self.sets))
@@ -268,7 +268,7 @@ class Shelf:
 
     def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> Mask:
-            """What of a picture is filled anew, so that it does not matter what is there."""
+            """Return the pixels of a picture that are filled anew, and may hold anything."""
             from ..tasks.completion import grown_hole
 
             return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))

@@ -1,4 +1,4 @@
-"""Where results go: names from templates, checks before the work, and all files of a result at once or none."""
+"""Output files: names from templates, checks before the work, and a staging area that commits atomically."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FIELDS = ("stem", "seed", "method", "w", "h")
 
 
 def filled_name(template: str, values: Mapping[str, object]) -> str:
-    """Put values into {stem}, {seed}, {method}, {w} and {h} of a file name, nothing where there is none."""
+    """Fill {stem}, {seed}, {method}, {w} and {h} of a file name; with nothing if there is no value."""
 
     def value(match: re.Match[str]) -> str:
         if match[1] not in FIELDS:
@@ -39,7 +39,7 @@ def filled_name(template: str, values: Mapping[str, object]) -> str:
 
 
 def plane_files(out: str, planes: Set) -> Set:
-    """Name the file of each plane: the base is `out`, the others lie beside it, in the format they came in."""
+    """Return the file of each plane: `out` for the base, OUT_NAME in the format of the input for the others."""
     names = [name for name in planes if name != "mask"]
     if out == "-":
         if len(names) > 1:
@@ -59,15 +59,15 @@ def _ending(path: str, otherwise: str) -> str:
 
 
 def _own_ending(path: str) -> str:
-    """The ending of a file that was read; a built-in sample has none."""
+    """Return the ending of an input file; "" for built-in samples."""
     return "" if path.startswith("sample:") else splitext(files.formats.split_layer(path)[0])[1]
 
 
 def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
-    """Name what is made of exemplars and stands in the working folder, without an ending: stones_grown.
+    """Return the default name of an output, without ending: stones_grown.
 
-    Of several exemplars each gives its name, of more than three the first; the standard input has none. `seed` is said
-    where there are several.
+    It has the names of all exemplars, or of the first of more than three; the standard input has none. `seed` is added
+    if there are several.
     """
     stems = [stem_of(found) for found in sets if next(iter(found.values())) != "-"]
     if len(stems) > 3:
@@ -76,9 +76,7 @@ def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
 
 
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
-    """The ending of the exemplar, if its format loses nothing and holds the result, so many times longer; else one of
-    which that is true.
-    """
+    """Return the ending of the input if its format is lossless and holds the result, `times` longer; else another."""
     for ending in (_own_ending(path).lower(), ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
@@ -89,14 +87,14 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
 
 
 def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> Set:
-    """Name one file for all planes, or refuse what cannot be layers of it."""
+    """Return one file for all planes; ParameterError if they cannot be its layers."""
     planes = {name: exemplar.planes[name] for name in exemplar.drawn}
     files.check_layered(out, planes, depth)
     return dict.fromkeys(planes, out)
 
 
 def check_depths(pictures: Set, exemplar: Exemplar, size: Pair, request: Request) -> None:
-    """Refuse depths, channels and sides that the files cannot hold; `size`: width and height of the base plane."""
+    """Raise ParameterError for depths, channels and sides that files cannot hold; `size`: width, height of the base."""
     for name, path in pictures.items():
         plane = exemplar.picture(name)
         assert plane is not None
@@ -105,7 +103,7 @@ def check_depths(pictures: Set, exemplar: Exemplar, size: Pair, request: Request
 
 
 def by_file(pictures: Set) -> dict[str, list[str]]:
-    """Return which planes each file holds."""
+    """Return the planes of each file."""
     found: dict[str, list[str]] = {}
     for name, path in pictures.items():
         found.setdefault(path, []).append(name)
@@ -113,7 +111,7 @@ def by_file(pictures: Set) -> dict[str, list[str]]:
 
 
 def check_apart(pictures: Set) -> None:
-    """Refuse planes that would be written into one file, one over the other."""
+    """Raise ParameterError if two planes would be written to one file."""
     for path, names in by_file(pictures).items():
         if len(names) > 1 and path != "-":
             raise _twice(path)
@@ -126,9 +124,9 @@ def _twice(path: str) -> ParameterError:
 
 
 def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = False) -> None:
-    """Refuse files that cannot be written, and any that would be written twice; `seen` remembers the places.
+    """Raise an error if a file cannot be written, or would be written twice; `seen` collects the places.
 
-    `making`: folders that are missing will be made.
+    `making`: missing folders will be made.
     """
     for path in paths:
         place = realpath(path)
@@ -139,7 +137,7 @@ def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = 
 
 
 def check_place(path: str, force: bool, making: bool) -> None:
-    """Refuse a file that cannot be written; with `making` its folder need not be there, but that it can be made."""
+    """Raise an error if a file cannot be written; with `making` its folder may be missing if it can be made."""
     folder = dirname(realpath(path))
     if not making or lexists(folder):
         files.check_writable(path, force)
@@ -153,7 +151,7 @@ def check_place(path: str, force: bool, making: bool) -> None:
 
 
 class Staging:
-    """Files under way: written beside their places under a hidden folder, then moved there all at once."""
+    """Files written to hidden folders beside their places, and moved there together by :meth:`commit`."""
 
     def __init__(self, force: bool, making: bool = False) -> None:
         self._force, self._making = force, making
@@ -175,7 +173,7 @@ class Staging:
                     os.rmdir(folder)  # only where nothing lies in it
 
     def place(self, path: str) -> str:
-        """Return where to write the file that will be `path`; the standard output (-) is written at once."""
+        """Return the path at which to write the file `path`; the standard output (-) is written at once."""
         if path == "-":
             return path
         target = realpath(path)
@@ -196,7 +194,7 @@ class Staging:
         return staged
 
     def _make(self, folder: str) -> None:
-        """Make a folder and those above it, as far as they are missing."""
+        """Make a folder and its missing parents; they are removed again if nothing is written there."""
         if isdir(folder):
             return
         self._make(dirname(folder))
@@ -209,7 +207,7 @@ class Staging:
             raise ResourceError(f"{printable(folder)} cannot be made ({reason_of(e)}); name another folder.") from None
 
     def commit(self) -> None:
-        """Move all files to their places; if one cannot be moved, take the others away again."""
+        """Move all files to their places; if one cannot be moved, remove the others again."""
         moves = [(f"{s}{own}", f"{target}{own}") for s, target in self._moves for own in ("", files.RECIPE)]
         for staged, target in moves:
             if exists(staged):
@@ -236,7 +234,7 @@ class Staging:
 
 
 def index_name(request: Request, many: bool) -> str | None:
-    """Return the name of the one report on several outputs; None where each has its own, or none is asked for."""
+    """Return the name of the one report on several outputs; None if each has its own, or none is asked for."""
     page = request.page
     if page is None or not many or "{stem}" in page or "{seed}" in page:
         return None

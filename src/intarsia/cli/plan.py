@@ -1,4 +1,4 @@
-"""What will be made, checked in full before any work: sizes, methods, depths, names of files."""
+"""Orders: outputs planned and checked before any work: sizes, methods, depths, file names, memory."""
 
 from __future__ import annotations
 
@@ -42,23 +42,22 @@ from .outputs import (
 )
 
 LIBRARIES, EACH = 64 << 20, 80
-"""Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
+"""Bytes that scoring an output and drawing its report take: in any case, and for each of its pixels."""
 
 WORKING = 45 << 20
 """Bytes that the first kernels and the writer of files add to what planning took."""
 
 LEAST = 200 << 20
-"""Bytes of Python and its libraries at work, where planning needed few of them."""
+"""Least bytes of Python and its libraries at work."""
 
 MAP, FRAMES, FEATHER, LEVEL = 9, 161, 3, 10
-"""Bytes: of a px of the map, of frames and fractions and what they are made of, of feathering a px, of levelling a
-sample, of a px of a map that is gone over."""
+"""Bytes: of a px of the map, of frames and fractions of a px, of feathering a px, of tone correction of a sample."""
 
 ENCODED = 0.7
-"""What a picture shrinks to in a file, of a texture with much grain."""
+"""Size of an encoded picture of a grainy texture, as a share of its pixels."""
 
 SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
-"""Bytes that a method keeps of each px of the exemplars while it works; of the others, and around what is there:"""
+"""Bytes that a method keeps for each px of the exemplars while it works; of other methods, and around a start:"""
 SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
 KEPT = {
@@ -70,7 +69,7 @@ KEPT = {
 
 @dataclass(frozen=True)
 class Order:
-    """One texture to grow: of which exemplars, with which seed, and the files that it goes to."""
+    """One output: its exemplars, its seed, and its files."""
 
     shelf: Shelf
     seed: int
@@ -79,39 +78,39 @@ class Order:
 
     @property
     def files(self) -> list[tuple[str, str]]:
-        """All files of the order, and what each holds."""
+        """All files, and what each holds."""
         pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
         return pictures + [(path, what) for what, path in self.beside.items()]
 
     @property
     def cut_from(self) -> Pair | None:
-        """Width and height of the picture of which less is tiled."""
+        """Width and height of the picture, if only a part of it is tiled."""
         picture = self.shelf.scene.exemplars[0]
         whole = picture.width, picture.height
         return whole if self.shelf.request.verb == "tile" and whole != self.shelf.size else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the exemplar, where the method was chosen."""
+        """Warnings about the exemplar, if the method was chosen."""
         choice = self.shelf.plan.choice
         return () if choice is None else choice.warnings
 
     @property
     def memory(self) -> int:
-        """Bytes that growing it takes, and judging it."""
+        """Estimated peak memory of growing and scoring, in bytes."""
         request, (width, height) = self.shelf.request, self.shelf.size
         judged = request.page is not None or bool(request.gates)
         return memory_of(self.shelf.plan, request.depth) + (LIBRARIES + EACH * width * height) * judged
 
     def line(self, slug: str) -> str:
-        """What a person wants to know of it, once it is known which method leads to the end."""
+        """Return files, size, method `slug` and seed in one line."""
         (width, height), whole = self.shelf.size, self.cut_from
         cut = "" if whole is None else f" of {whole[0]}x{whole[1]} px"
         return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px{cut}, {slug}, seed {self.seed}"
 
 
 def materials_of(request: Request, report: Report) -> list[Material]:
-    """Find the materials of folders, and of files that are named beside them; refuse what none could be made with."""
+    """Return the materials of the folders and files of a request; ParameterError for options of single pictures."""
     out, masks = request.out or "", "--usable" if request.holes else "--mask"
     filled_name(out, {})  # refuses unknown fields
     for option, given in (("--map", request.maps), (masks, request.masks)):
@@ -138,7 +137,7 @@ def materials_of(request: Request, report: Report) -> list[Material]:
 
 
 def check_folder(out: str, sources: tuple[str, ...]) -> None:
-    """Refuse a folder that cannot be made, and one that is read: the next run would take results for materials."""
+    """Raise ParameterError if a folder cannot be made, or lies in one that is read, where results would be inputs."""
     inner = realpath(out)
     if dirname(inner) == inner:
         raise ParameterError(f"-o {printable(out)} is the root of all folders; name a folder in it.")
@@ -150,7 +149,7 @@ def check_folder(out: str, sources: tuple[str, ...]) -> None:
 
 
 def shelves_of(request: Request, report: Report) -> list[Shelf]:
-    """Return the exemplars of each output, or of one for each seed, with the request of that; nothing is read yet."""
+    """Return a shelf for each output, or one for the outputs of all seeds; nothing is read yet."""
     sets, donors, holes, labels = sets_of(request, report), grouped(request.donors), request.holes, request.labels
     each = "{stem}" in (request.out or "") or (not request.out and request.begun)
     if request.begun and len(sets) > 1 and not each:
@@ -175,7 +174,7 @@ def shelves_of(request: Request, report: Report) -> list[Shelf]:
 
 
 def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None = None) -> list[Order]:
-    """Return the orders of some exemplars, one for each seed, or refuse what cannot work.
+    """Return the orders of a shelf, one for each seed; an error if something cannot work.
 
     `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.
     """
@@ -212,7 +211,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
 
 
 def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Json) -> Set:
-    """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
+    """Return the file of each plane: as -o names it, or by the exemplars, and by the seed if there are several."""
     usual = usual_name(sets, DONE[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
     if request.layers:
         if request.folder:
@@ -225,7 +224,7 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Jso
     found, longer = sets[0], max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
 
     def called(plane: str) -> str:
-        """In a folder as the plane's own file; else as the exemplar, but for what was done."""
+        """Return the name of a plane: that of its own file in a folder, else of the exemplar and what was done."""
         if not request.folder:
             return usual if plane == next(iter(found)) else f"{usual}_{plane}"
         file, layer = split_layer(found[plane])
@@ -240,14 +239,13 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Jso
 
 
 def method_as_json(method: Method, blend: Blend) -> Json:
-    """What JSON says of a method, x before y, and of how it joins its pieces."""
+    """Return a method and its blending as JSON, x before y."""
     its = {"method": method.slug, "parameters": recipe_settings(method)}
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
 def check_formats(order: Order) -> None:
-    """Refuse depths, channels and sizes that the formats of the files cannot hold, and distances that nobody measures.
-    """
+    """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
     request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
     first = exemplars[0]
     check_depths(order.pictures, first, size, request)
@@ -279,7 +277,7 @@ def _ending(path: str) -> str:
 
 
 def memory_of(plan: Plan, depth: str | None) -> int:
-    """Estimate the peak of this process's memory in bytes, within 25 % where kernels are compiled already.
+    """Return the estimated peak memory of this process in bytes, right within 25 % if kernels are compiled.
 
     Exemplars must be read and methods resolved: what that took is measured, not counted again.
     """

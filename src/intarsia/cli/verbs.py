@@ -1,7 +1,7 @@
-"""Commands made of the table of what may be asked for: their options, the request that these say, and their help.
+"""Click commands built from the table of fields: their options, the request that they make, and their help.
 
-``grow``, ``extend``, ``heal``, ``paint`` and ``tile`` are made here, and do alike. Help fits a screen: the options that
-most need, in groups; --help-all tells of all. Imports nothing heavy.
+``grow``, ``extend``, ``heal``, ``paint`` and ``tile`` are made here. Help fits a screen: the usual options, in
+groups; --help-all lists all. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ else:  # older versions of click do not take the bracket
 
 
 def entries(*slugs: str) -> list[Json]:
-    """What ``intarsia methods --json`` prints of these methods, or of all."""
+    """Return these methods, or all, as ``intarsia methods --json`` prints them."""
     return [
         {
             "slug": cls.slug,
@@ -47,7 +47,7 @@ class ParameterOption(click.Option):
 
 
 class FileName(click.Path):
-    """The name of a file, or - ; whoever opens it says what is wrong with it."""
+    """The name of a file, or - ; it is checked when it is opened."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         return File().read(str(value))
@@ -57,7 +57,7 @@ FILE = FileName()
 
 
 class InRange(click.FloatRange):
-    """A number in a range, which NaN is not."""
+    """A number in a range; NaN is refused."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         found = super().convert(value, param, ctx)
@@ -67,7 +67,7 @@ class InRange(click.FloatRange):
 
 
 class Typed(ParamType):
-    """A kind of value, as click asks for it."""
+    """A kind of values as a type of click."""
 
     def __init__(self, kind: Kind) -> None:
         self.kind, self.name = kind, kind.shown
@@ -82,7 +82,7 @@ class Typed(ParamType):
 
 
 def type_of(kind: Kind) -> Any:
-    """What click reads a kind of value with; its own types where it has one, as their messages are known."""
+    """Return the type of click for a kind of values; click's own types, with their messages, if there is one."""
     if isinstance(kind, File):
         return FILE
     if isinstance(kind, Pair):
@@ -97,7 +97,7 @@ def type_of(kind: Kind) -> Any:
 
 
 def option_of(field: Field) -> click.Parameter:
-    """Make the option of a field, or its argument."""
+    """Return the option or argument of a field."""
     facts: Json = {"required": field.required}
     if field.kind is FLAG:
         facts |= {"is_flag": True}
@@ -114,7 +114,7 @@ def option_of(field: Field) -> click.Parameter:
 
 
 def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOption:
-    """Make the option of a method's parameter, as text that the method's own rules read later."""
+    """Return the option of a method's parameter; its text is parsed later by the method."""
     unit = f" {p.unit}" if p.unit and p.kind == "int" else ""
     default = "" if p.default is None else f" Default: {p.default}{unit}."
     only = "" if every else f" ({', '.join(owners)})"
@@ -124,7 +124,7 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOpti
 
 
 def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
-    """Make all that a command takes, or all that goes with a method: arguments first, as what misses one says so."""
+    """Return arguments and options of a verb, or those of one method; arguments first, to be reported missing first."""
     fields, number = fields_of_verb(verb), len(able(verb))
     own = [method_option(p, owners, len(owners) == number) for p, owners in parameters_of_verb(verb, slug).values()]
     debug = click.Option(["--debug"], is_flag=True, expose_value=False, hidden=True)
@@ -132,7 +132,7 @@ def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
 
 
 def request_of(verb: str, given: Json) -> Request:
-    """Understand the values of all options of a verb."""
+    """Return the request of the values of all options of a verb."""
     if (document := given.get("document")) is not None:  # what it sets where nothing else is given
         settings, usual = preset(document), {"method": AUTO_METHOD}
         if given["method"] not in (AUTO_METHOD, settings["method"]):
@@ -144,10 +144,10 @@ def request_of(verb: str, given: Json) -> Request:
 
 
 MOST_USED = ("patch",)
-"""Parameters of methods that stand beside the method; the others have a group of their own."""
+"""Parameters of methods that help lists beside the method; the others have a group of their own."""
 
 MEANT = dict.fromkeys(("--tileable", "--seamless", "--tiling", "--tile"), "--wrap both")
-"""What people call an option that has another name here."""
+"""Usual words for an option -> its name here."""
 
 WIDEST = 26  # characters: a longer list of values gives way to a name
 WHOLE, METHOD = f"{__name__}.whole", f"{__name__}.method"
@@ -160,9 +160,9 @@ Does = Callable[[Request, Report], None]
 
 
 class HelpfulCommand(click.Command):
-    """A command of the fields that a verb has, which `does` what a request asks for; `told` is what help says of it.
+    """A command with the fields of a verb, which calls `does` with the request; `told` is its help text.
 
-    Its help is short; -m METHOD --help tells of a method's parameters, --help-all of everything.
+    Its help is short; -m METHOD --help lists the parameters of a method, --help-all everything.
     """
 
     def __init__(self, verb: str, does: Does, told: str | None = None, epilog: str | None = None) -> None:
@@ -183,7 +183,7 @@ class HelpfulCommand(click.Command):
         return [*super().get_params(ctx), whole]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Take what goes with the method that is named, else all there is; lead from usual words to options."""
+        """Parse with the options of the named method, else with all; suggest the option for usual words."""
         slug, known = _named(args), self.params
         self.params = parameters_of(str(self.name), slug)
         if slug and set(args) & set(ctx.help_option_names) and not ctx.resilient_parsing:
@@ -235,7 +235,7 @@ class HelpfulCommand(click.Command):
         formatter.write_text(said.format(name))
 
     def _sections(self, ctx: click.Context, whole: bool) -> list[tuple[str, Rows]]:
-        """The options under their headings: the usual ones with a sentence each, or all of them."""
+        """Return the options under their headings: the usual ones with a sentence each, or all."""
         options = {str(p.name): p for p in self.params if isinstance(p, click.Option) and not p.hidden}
         of_methods = [n for n, o in options.items() if isinstance(o, ParameterOption)]
         sections = []
@@ -256,13 +256,13 @@ class HelpfulCommand(click.Command):
 
 
 def _named(args: list[str]) -> str | None:
-    """The method that the words of a command name, but for `auto`, unless they ask for all there is."""
+    """Return the method that the words of a command name; None for `auto` and with --help-all."""
     found = re.findall(r"^(?:-m\n?|--method[\n=])(.*)$", "\n".join(args), re.MULTILINE)
     return found[0] if len(found) == 1 and found != [AUTO_METHOD] and "--help-all" not in args else None
 
 
 def read_argv(words: list[str]) -> Request:
-    """Return the request that the words of a command say, without doing anything of it."""
+    """Return the request of the words of a command, without carrying it out."""
     verb, *rest = words
     command = click.Command(verb, params=parameters_of(verb))
     with command.make_context(verb, rest) as ctx:
@@ -270,7 +270,7 @@ def read_argv(words: list[str]) -> Request:
 
 
 def _row(ctx: click.Context, option: click.Option, whole: bool) -> tuple[str, str]:
-    """An option and what it does: all of it, or the first sentence alone."""
+    """Return an option and its help: all of it, or the first sentence."""
     record = option.get_help_record(ctx)
     assert record is not None
     names, said = record
@@ -282,7 +282,7 @@ def _row(ctx: click.Context, option: click.Option, whole: bool) -> tuple[str, st
 
 
 def _tell_all(ctx: click.Context, param: click.Parameter, value: Any) -> None:
-    """Tell of all options, and end."""
+    """Print the help of all options, and exit."""
     if value and not ctx.resilient_parsing:
         ctx.meta[WHOLE] = True
         click.echo(ctx.get_help(), color=ctx.color)
@@ -344,7 +344,7 @@ TOLD = {
         EACH,
     ),
 }
-"""Verb -> its help, and what stands below the options."""
+"""Verb -> its help, and the text below the options."""
 
 
 def command_of(verb: str) -> click.Command:
@@ -353,7 +353,7 @@ def command_of(verb: str) -> click.Command:
 
 
 def carry_out(request: Request, report: Report) -> None:
-    """Do what was asked for, or only plan it."""
+    """Carry out a request, or only plan it."""
     _ = request.chosen  # a method that cannot be is refused before anything is read
     if request.many is not None and request.out and "{seed}" not in request.out:
         raise ParameterError(f"-o {request.out}: all seeds would write one file; put {{seed}} into the name.")
@@ -366,7 +366,7 @@ def carry_out(request: Request, report: Report) -> None:
 
 
 def check_stdout(request: Request, report: Report) -> None:
-    """Refuse what would mix a picture with other things on the standard output."""
+    """Raise an error if a picture cannot go to the standard output."""
     if not request.to_stdout:
         return
     if report.as_json:

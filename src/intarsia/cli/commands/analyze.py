@@ -1,4 +1,4 @@
-"""``intarsia analyze``: what an exemplar is like, and how to grow it. Imports nothing heavy before the work."""
+"""``intarsia analyze``: lattice, elements and illumination of an exemplar. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def look(request: Request, report: Report) -> None:
 
 
 Plan = tuple[list[tuple[str, str]], dict[str, str]]
-"""The files of one exemplar: kinds of overlays with theirs, and those of planes of the best tile."""
+"""The output files of one exemplar: kinds and files of overlays, and plane -> file of the best tile."""
 
 
 def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
-    """Name the files, and refuse what cannot be written before anything is looked at."""
+    """Return the output files of an exemplar; an error, before any work, if one cannot be written."""
     from ...files import format_of
     from ..exemplars import stem_of
     from ..outputs import check_all, filled_name, plane_files
@@ -75,7 +75,7 @@ def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
 
 
 def _write(found: Findings, plan: Plan, answer: Json, force: bool) -> None:
-    """Write the pictures of one exemplar, all or none, and tell where they are."""
+    """Write the pictures of one exemplar atomically, and add their names to the answer."""
     from ... import files
     from ..outputs import Staging
 
@@ -99,7 +99,7 @@ def _write(found: Findings, plan: Plan, answer: Json, force: bool) -> None:
 
 
 def _page(path: str, answer: Json) -> list[str]:
-    """What a person reads."""
+    """Return the answer as lines for a person."""
     width, height = answer["exemplar"]["size"]
     lattice, light = answer["lattice"], answer["light"]
     lines = [f"{path}: {width}x{height} px"]
@@ -131,7 +131,7 @@ def _page(path: str, answer: Json) -> list[str]:
 
 
 def _segments(seen: Json) -> list[str]:
-    """Segments, groups, the chosen one, and patch and boundary zone with the rule that they come from."""
+    """Return lines on segments, groups, the chosen one, and patch and boundary zone with their rule."""
     groups, chosen = seen["groups"], seen["chosen"]
     first = f"segments     {seen['count']} in {len(groups)} group{'s' * (len(groups) != 1)}; "
     if chosen is None:
@@ -148,7 +148,7 @@ def _vectors(one: Json) -> str:
 
 
 def _bent(one: Json) -> str:
-    """One line on courses that are not straight, and what straightening does."""
+    """Return a line on courses that are not straight, and what straightening does."""
     ways = [f"converge by {100 * one['converging']:.0f} %"] if one["converging"] >= 0.01 else []
     ways += [f"slant by {100 * abs(one['slant']):.0f} %"] if abs(one["slant"]) >= 0.005 else []
     return (
@@ -166,7 +166,7 @@ def _shape(one: Json) -> str:
 
 
 def _options(suggested: Json) -> list[str]:
-    """The options of grow that follow the suggestion."""
+    """Return the suggestion as options of grow."""
     words = ["--method", suggested["method"]]
     for name, value in suggested["parameters"].items():
         words += [f"--{name.replace('_', '-')}", f'"{written(value)}"' if name == "lattice" else str(value)]

@@ -1,4 +1,4 @@
-"""``intarsia methods``: what there is to choose from. Imports nothing heavy."""
+"""``intarsia methods``: the list of methods and their parameters. Imports nothing heavy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``intarsia replay``: a picture again, from the recipe that it carries. Imports nothing heavy before the work."""
+"""``intarsia replay``: a picture made again from its recipe. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def replay(request: Request, report: Report) -> None:
 
 
 def found_beside(recipe: Json, request: Request, report: Report) -> Request:
-    """Add what is not named and lies beside the picture; ParameterError that tells of all that is still missing."""
+    """Return the request with files found beside the picture; ParameterError that lists all that are missing."""
     picture = request.picture or ""
     try:
         near = Neighbours(picture)
@@ -101,15 +101,15 @@ def found_beside(recipe: Json, request: Request, report: Report) -> Request:
 
 
 def _named(request: Request) -> set[str]:
-    """The files that are named to make a picture again."""
+    """Return the files that are named to make a picture again."""
     target = () if request.target is None else (request.target,)
     return {*request.files, *request.masks, *request.labels, *target, *dict(request.pictures).values()}
 
 
 def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
-    """Refuse whatever is not what the recipe was made with, naming the file.
+    """Raise InputError, with the name of the file, if something is not what the recipe was made with.
 
-    The hole goes before the pictures: pixels in it count as unusable, so that a wrong hole changes them, too.
+    The hole is checked before the pictures: its pixels count as unusable, so a wrong hole changes them, too.
     """
     expected, found, start, guide = recipe["exemplars"], scene.exemplars, scene.canvas.start, scene.canvas.guide
     if len(expected) != len(found):
@@ -148,15 +148,15 @@ def _another(entry: Json, exemplar: Exemplar) -> InputError:
 
 
 DONE = re.compile(r"_(grown|extended|healed|painted|tiled)(_[0-9]+)?$")
-"""How the name of an output ends that was given none; before it stands that of its exemplar."""
+"""End of the default name of an output, after the name of its exemplar."""
 
 
 MOST = 50
-"""So many pictures are read, at most, to find one by its contents."""
+"""Most pictures that are read to find one by its contents."""
 
 
 class Neighbours:
-    """The pictures in the folder of one, no links and no folders among them: `floor.png` beside `floor_grown.png`."""
+    """The pictures in the folder of a picture, without links: `floor.png` beside `floor_grown.png`."""
 
     def __init__(self, picture: str) -> None:
         from ...files import sets
@@ -171,7 +171,7 @@ class Neighbours:
         self._exemplar = DONE.sub("", stem) if DONE.search(stem) else None
 
     def exemplar(self, recipe: Json) -> tuple[str, ...]:
-        """The picture, or the planes of a set, that the name of the output begins with; of one exemplar alone."""
+        """Return the picture, or the planes of a set, that the name of the output begins with; () if several."""
         if self._exemplar is None or len(recipe["exemplars"]) != 1:
             return ()
         alone = self._paths(n for n in self._names if Path(n).stem == self._exemplar)
@@ -179,7 +179,7 @@ class Neighbours:
         return alone[:1] or planes
 
     def alike(self, recipe: Json, request: Request) -> tuple[str, ...]:
-        """The first picture that is the exemplar of a recipe if it is read and used as that says; of some alone."""
+        """Return the first picture that is the exemplar of a recipe if it is read and used as that says."""
         from ...request import from_recipe
         from ..exemplars import Shelf, sets_of
 
@@ -192,7 +192,7 @@ class Neighbours:
         return ()
 
     def called(self, word: str) -> str | None:
-        """The file `word.png`, or, behind the name of the exemplar, `floor_word.png`, in any format."""
+        """Return the file `floor_word.png`, after the name of the exemplar, or `word.png`, in any format."""
         for stem in (f"{self._exemplar}_{word}", word):
             for path in self._paths(n for n in self._names if Path(n).stem == stem):
                 return path

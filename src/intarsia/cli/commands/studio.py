@@ -1,4 +1,4 @@
-"""``intarsia studio``: the page where one sees what one does. Imports nothing heavy before the work starts."""
+"""``intarsia studio``: the server of a web page on this machine. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .. import Interrupted, debug_option, one_line, tell
 from ..verbs import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
-"""What the server is made with: the module, and how it is installed."""
+"""Modules that the server needs -> the names of their packages."""
 
 
 @click.command(name="studio")
