@@ -71,13 +71,13 @@ class Synthesis:
         box: Box | None = None,
         run: Run | None = None,
     ) -> Plane:
-        """Render a plane (default: the base), all of it or a window, with another feather or tone correction if given."""
+        """Render a plane (default: the base), all or a window, with another feather or tone correction if given."""
         expect(box, (Box, NoneType), "box", "a Box")
         return render(self.exemplars, self.map, plane, self.blend.but(feather=feather, finish=finish), box, run_of(run))
 
     @cached_property
     def energy(self) -> int:
-        """Cost of all seams of the map, in seam thresholds per million px; less is better, for maps of one exemplar."""
+        """Cost of all seams in knees (thresholds of the truncated quadratic) per million px; less is better."""
         return energy(self.exemplars, self.map)
 
     @cached_property
@@ -199,7 +199,7 @@ class Plan:
 
     @property
     def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:
-        """Arguments of :func:`laid` for rows and columns; none for methods that place no patches, and around a start."""
+        """Arguments of :func:`laid` for rows and columns; none without patches, and around a start."""
         canvas, its = self.scene.canvas, traits(self.method)
         if its.pitch is None or its.footprint is None or canvas.start is not None:
             return []
