@@ -304,9 +304,9 @@ class Field:
     """A field of the request: an option of some verbs, a key of a job, and a place in a recipe, if recipes hold it.
 
     Without ``flags`` it is an argument. ``heading``: where help lists it, only in full help if ``rare``; ``shown``: the
-    placeholder in help; ``local``: set by the studio itself, or not needed there; ``passing``: without effect on the
-    picture. ``alone`` is the value of an option given without one. ``otherwise``: what differs for some verbs; a text
-    alone is another help.
+    placeholder in help; ``of_exemplars``: sets which part of the exemplars is used, and how; ``local``: set by the
+    studio itself, or not needed there; ``passing``: without effect on the picture. ``alone`` is the value of an option
+    given without one. ``otherwise``: what differs for some verbs; a text alone is another help.
     """
 
     name: str
@@ -321,6 +321,7 @@ class Field:
     required: bool = False
     rare: bool = False
     recipe: str = ""
+    of_exemplars: bool = False
     local: bool = False
     passing: bool = False
     alone: str | None = None
@@ -337,11 +338,6 @@ class Field:
         """The name of the field in a job."""
         return self.flag.lstrip("-").replace("-", "_")
 
-    @property
-    def of_exemplars(self) -> bool:
-        """Whether it sets which part of the exemplars is used, and how."""
-        return self.recipe.startswith("inputs.")
-
     def of_json(self, value: Any) -> Any:
         """Parse the field as a recipe holds it; raises an exception if it is damaged."""
         if self.many:
@@ -355,7 +351,7 @@ class Field:
 
 
 def asked(
-    kind: Kind, flags: str, help: str, verbs: Collection[str], marks: str = "", default: Any = None, **facts: Any
+    kind: Kind, flags: str, help: str, verbs: str | Collection[str], marks: str = "", default: Any = None, **facts: Any
 ) -> Any:  # fmt: skip
     """Declare a field of the request; `flags` are the names of its option, `facts` attributes of :class:`Field`.
 
@@ -364,6 +360,7 @@ def asked(
     facts |= dict.fromkeys(marks.split(), True)
     if default is None:
         default = () if "many" in facts else False if kind is FLAG else None
+    verbs = verbs.split() if isinstance(verbs, str) else verbs
     facts |= {"kind": kind, "flags": tuple(flags.split()), "help": help, "verbs": verbs, "default": default}
     return dataclasses.field(default=default, metadata={"asked": facts})
 
@@ -375,5 +372,7 @@ def fields_of(request: Any) -> tuple[Field, ...]:
         if "asked" in f.metadata:
             facts = {"heading": heading, **f.metadata["asked"]}
             heading = facts["heading"]
+            if "of_exemplars" in facts:
+                facts["recipe"] = f"inputs.{f.name}"
             found.append(Field(f.name, **facts))
     return tuple(found)
