@@ -363,10 +363,7 @@ class Meter:
 
             facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
             tell(json.dumps(facts))
-        else:
-            self._draw()
-
-    def _draw(self) -> None:
+            return
         if self._bar is None:
             from rich.console import Console
             from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn

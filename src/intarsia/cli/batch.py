@@ -206,9 +206,8 @@ class Batch:
         if request.repair:
             step = meter.stage("repair", grown_at, 0.9, grown.exemplars)
             grown, seams = self._repaired(grown, replace(run, step=step))
-        more = {"inputs": inputs_of(request) or None, "depth": request.depth}
-        said = {**request.said, **{name: value for name, value in more.items() if value is not None}}
-        grown = replace(grown, recipe=grown.recipe | said)
+        said = {"inputs": inputs_of(request) or None, "depth": request.depth, **request.said}
+        grown = replace(grown, recipe=grown.recipe | {name: value for name, value in said.items() if value is not None})
         self.report.warn(*run.notes)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         about = self._about(order, grown) | seams

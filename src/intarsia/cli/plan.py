@@ -125,9 +125,8 @@ def materials_of(request: Request, report: Report) -> list[Material]:
     check_folder(out, request.files)
     folders = [path for path in request.files if isdir(path)]
     found = [m for path in folders for m in files.materials(path, request.how)]
-    for one in files.group([path for path in request.files if path not in folders], request.how):
-        known = {name: os.fspath(path) for name, path in one.items()}
-        found.append(Material(stem_of(known), "", list(one.values())))
+    for one in grouped(tuple(path for path in request.files if path not in folders), request.how):
+        found.append(Material(stem_of(one), "", [*one.values()]))
     report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
     used = {os.fspath(path) for material in found for path in material.files}
     every = [os.fspath(f) for p in folders for m in files.materials(p, "several") for f in m.files]
@@ -173,7 +172,7 @@ def shelves_of(request: Request, report: Report) -> list[Shelf]:
     return [Shelf([found, *donors], one, report) for found, one in zip(sets, mine, strict=True)]
 
 
-def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None = None) -> list[Order]:
+def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) -> list[Order]:
     """Return the orders of a shelf, one for each seed; an error if something cannot work.
 
     `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.

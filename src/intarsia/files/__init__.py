@@ -1,4 +1,4 @@
-"""Reading and writing of pictures and material sets; only this room knows file formats, OpenImageIO and Pillow's decoders.
+"""Reading and writing of pictures and material sets; only this room knows file formats and their libraries.
 
 Files become planes and exemplars; so do the built-in ones. Those are three CC0 photographs that scikit-image carries,
 and four surfaces and a material painted by formula, which lie in the folder `painted`, wrap around, and are made by
