@@ -55,33 +55,6 @@ def begun() -> None:
         gc.enable()
 
 
-def guarded(work: Callable[[], None], debug: bool = False) -> int:
-    """Do the work and return the exit code; an error is printed as one line on stderr."""
-    CANCEL.clear()
-    try:
-        with stoppable():
-            work()
-            if sys.stdout is not None:
-                sys.stdout.flush()
-    except click.exceptions.Exit as e:
-        return e.exit_code
-    except SystemExit:
-        raise
-    except BrokenPipeError:  # as of `intarsia methods | head -1`; there is nobody left to tell
-        _drop_stdout()
-        return 1
-    except BaseException as e:
-        if debug or os.environ.get("INTARSIA_DEBUG") == "1":
-            import traceback
-
-            for line in traceback.format_exc().splitlines():
-                tell(line)
-        code, message = judge(e)
-        tell(f"intarsia: {message}")
-        return code
-    return 0
-
-
 def judge(e: BaseException) -> tuple[int, str]:
     """Return the exit code and the message, in one line, of an error."""
     if isinstance(e, IntarsiaError):
@@ -208,12 +181,13 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        planned = name in PLANNED
-        home = ".verbs" if planned else f".commands.{name.replace('-', '_')}"
-        module = importlib.import_module(home, __package__)
-        if not planned:
-            begun()
-        command: click.Command = module.command_of(name) if planned else module.command
+        if name in PLANNED:
+            from .verbs import command_of
+
+            return command_of(name)
+        module = importlib.import_module(f".commands.{name.replace('-', '_')}", __package__)
+        begun()
+        command: click.Command = module.command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -228,14 +202,32 @@ class LazyGroup(click.Group):
         name = prog_name or "intarsia"
         if os.environ.get(f"_{name.upper()}_COMPLETE"):
             super().main(given, name)
+        CANCEL.clear()
+        code = 0
+        try:
+            with stoppable():
+                if given and not LIGHT & set(given):
+                    make_room()
+                with self.make_context(name, given) as ctx:
+                    self.invoke(ctx)
+                if sys.stdout is not None:
+                    sys.stdout.flush()
+        except click.exceptions.Exit as e:
+            code = e.exit_code
+        except SystemExit:
+            raise
+        except BrokenPipeError:  # as of `intarsia methods | head -1`; there is nobody left to tell
+            _drop_stdout()
+            code = 1
+        except BaseException as e:
+            if "--debug" in given or os.environ.get("INTARSIA_DEBUG") == "1":
+                import traceback
 
-        def work() -> None:
-            if given and not LIGHT & set(given):
-                make_room()
-            with self.make_context(name, given) as ctx:
-                self.invoke(ctx)
-
-        sys.exit(guarded(work, "--debug" in given))
+                for line in traceback.format_exc().splitlines():
+                    tell(line)
+            code, message = judge(e)
+            tell(f"intarsia: {message}")
+        sys.exit(code)
 
 
 @click.command(

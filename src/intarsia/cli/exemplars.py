@@ -146,10 +146,8 @@ def stem_of(found: Set) -> str:
         return "stdin"
     if first.startswith("sample:"):
         return first.removeprefix("sample:").partition(files.formats.LAYER)[0]
-    if len(pictures) == 1:
-        return Path(files.formats.split_layer(first)[0]).stem
-    first_file = Path(files.formats.split_layer(first)[0])
-    return files.sets.name_of(first)[0] or first_file.parent.name or first_file.stem
+    file = Path(files.formats.split_layer(first)[0])
+    return file.stem if len(pictures) == 1 else files.sets.name_of(first)[0] or file.parent.name or file.stem
 
 
 @dataclass

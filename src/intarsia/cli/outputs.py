@@ -8,7 +8,6 @@ import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from .. import files
@@ -46,21 +45,13 @@ def plane_files(out: str, planes: Set) -> Set:
             raise ParameterError(f"-o - holds one picture, here are {len(names)} planes; name a file.")
         return {names[0]: out}
     stem, own = splitext(out)
-    return {name: f"{stem}_{name}{_ending(planes[name], own)}" if n else out for n, name in enumerate(names)}
+    return {name: f"{stem}_{name}{_ending(planes[name]) or own}" if n else out for n, name in enumerate(names)}
 
 
-def _ending(path: str, otherwise: str) -> str:
-    ending = _own_ending(path)
-    try:
-        files.format_of("x" + ending)
-    except ParameterError:  # a format that is read but not written
-        return otherwise
-    return ending
-
-
-def _own_ending(path: str) -> str:
-    """Return the ending of an input file; "" for built-in samples."""
-    return "" if path.startswith("sample:") else splitext(files.formats.split_layer(path)[0])[1]
+def _ending(path: str) -> str:
+    """Return the ending of an input file, if files of that format are written; else "", as for built-in samples."""
+    ending = "" if path.startswith("sample:") else splitext(files.formats.split_layer(path)[0])[1]
+    return ending if ending.lower() in files.formats.SUFFIXES else ""
 
 
 def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
@@ -77,7 +68,7 @@ def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
 
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
     """Return the ending of the input if its format is lossless and holds the result, `times` longer; else another."""
-    for ending in (_own_ending(path).lower(), ".png", ".exr"):
+    for ending in (_ending(path).lower(), ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
             with suppress(ParameterError):
@@ -162,7 +153,7 @@ class Staging:
     def __enter__(self) -> Staging:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         with unbroken():
             for folder in self._folders.values():
                 whole.take_away(folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from os.path import commonpath, dirname, isdir, join, realpath, splitext
+from os.path import commonpath, dirname, isdir, join, realpath
 from pathlib import Path
 
 import numpy as np
@@ -251,10 +251,10 @@ def check_formats(order: Order) -> None:
     for path in order.pictures.values():
         if path != "-" and not format_of(path).text:
             check_place(str(recipe_path(path)), request.force, bool(request.folder))
-    if "map" in beside and _ending(beside["map"]) != ".npz":
+    if "map" in beside and Path(beside["map"]).suffix.lower() != ".npz":
         raise ParameterError(f"--save-map {beside['map']}: a map is saved as .npz; end the name in it.")
     if "st map" in beside:
-        if _ending(beside["st map"]) != ".exr":
+        if Path(beside["st map"]).suffix.lower() != ".exr":
             raise ParameterError(f"--st-map {beside['st map']}: an ST map is saved as .exr; end the name in it.")
         if len(exemplars) > 1:
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
@@ -265,14 +265,10 @@ def check_formats(order: Order) -> None:
         (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
         if not (x < size[0] and y < size[1]):
             raise ParameterError(f"--distance-map {x},{y} lies outside the output of {size[0]}x{size[1]} px.")
-        if _ending(path) not in (".exr", ".tif", ".tiff", ".png"):
+        if Path(path).suffix.lower() not in (".exr", ".tif", ".tiff", ".png"):
             raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
         if not measures_distances(method):
             raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
-
-
-def _ending(path: str) -> str:
-    return splitext(path)[1].lower()
 
 
 def memory_of(plan: Plan, depth: str | None) -> int:

@@ -126,7 +126,8 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOpti
 def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
     """Return arguments and options of a verb, or those of one method; arguments first, to be reported missing first."""
     fields, number = fields_of_verb(verb), len(able(verb))
-    own = [method_option(p, owners, len(owners) == number) for p, owners in parameters_of_verb(verb, slug).values()]
+    offered = parameters_of_verb(verb, slug).values()
+    own = [method_option(p, owners, slug is not None or len(owners) == number) for p, owners in offered]
     debug = click.Option(["--debug"], is_flag=True, expose_value=False, hidden=True)
     return [*map(option_of, sorted(fields, key=lambda f: bool(f.flags))), *own, debug]
 
@@ -215,8 +216,10 @@ class HelpfulCommand(click.Command):
             formatter.write_text(f"{cls.slug}: {cls.summary} ({cls.paper}).{none}")
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        slug = ctx.meta.get(METHOD)
-        sections = [self._of_method(slug)] if slug is not None else self._sections(ctx, WHOLE in ctx.meta)
+        sections = self._sections(ctx, WHOLE in ctx.meta)
+        if METHOD in ctx.meta:
+            own = [(f"{p.opts[0]} {p.metavar}", p.help or "") for p in self.params if isinstance(p, ParameterOption)]
+            sections = [(f"Parameters of {ctx.meta[METHOD]}", own)]
         wide = max((len(names) for _, rows in sections for names, _ in rows if len(names) <= WIDEST), default=0)
         for heading, rows in sections:
             if rows:
@@ -248,11 +251,6 @@ class HelpfulCommand(click.Command):
         rows = [_row(ctx, options[f], whole) for f in of_methods] if whole else []
         helps = [record for p in self.get_params(ctx)[len(self.params) :] if (record := p.get_help_record(ctx))]
         return [*sections, ("Parameters of methods", rows), ("Help", helps if whole else [])]
-
-    def _of_method(self, slug: str) -> tuple[str, Rows]:
-        known = {p.name for p in self.params if isinstance(p, ParameterOption)}
-        found = [method_option(p, [slug], every=True) for p in parameters(method_class(slug)) if p.name in known]
-        return f"Parameters of {slug}", [(f"{o.opts[0]} {o.metavar}", o.help or "") for o in found]
 
 
 def _named(args: list[str]) -> str | None:

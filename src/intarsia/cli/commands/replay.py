@@ -7,7 +7,7 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...foundation import InputError, IntarsiaError, ParameterError
 from ...request import Json, Request, asked_pictures, with_pictures
@@ -95,15 +95,9 @@ def found_beside(recipe: Json, request: Request, report: Report) -> Request:
         raise ParameterError(
             f"{picture} was made with {', '.join(lacking)}: its recipe holds their hashes alone; name the files."
         )
-    if added := sorted(_named(found) - _named(request)):
+    if added := sorted({*found.read} - {*request.read}):
         report.note(f"taken from beside it: {', '.join(added)}")
     return found
-
-
-def _named(request: Request) -> set[str]:
-    """Return the files that are named to make a picture again."""
-    target = () if request.target is None else (request.target,)
-    return {*request.files, *request.masks, *request.labels, *target, *dict(request.pictures).values()}
 
 
 def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
@@ -159,24 +153,29 @@ class Neighbours:
     """The pictures in the folder of a picture, without links: `floor.png` beside `floor_grown.png`."""
 
     def __init__(self, picture: str) -> None:
-        from ...files import sets
+        from ...files.sets import READABLE
 
-        self.folder, name = os.path.split(picture)
+        folder, name = os.path.split(picture)
         here = list[str]()
-        with suppress(OSError), os.scandir(self.folder or os.curdir) as found:
+        with suppress(OSError), os.scandir(folder or os.curdir) as found:
             here += [e.name for e in found if e.is_file(follow_symlinks=False) and e.name != name]
-        self._names = sorted(n for n in here if os.path.splitext(n)[1].lower() in sets.READABLE)
-        self._split = [(n, *sets.name_of(n)) for n in self._names]
+        readable = (n for n in sorted(here) if os.path.splitext(n)[1].lower() in READABLE)
+        self._paths = [os.path.join(folder, n) for n in readable]
         stem = Path(name.removesuffix(".recipe.json")).stem
         self._exemplar = DONE.sub("", stem) if DONE.search(stem) else None
 
     def exemplar(self, recipe: Json) -> tuple[str, ...]:
         """Return the picture, or the planes of a set, that the name of the output begins with; () if several."""
+        from ...files.sets import name_of
+
         if self._exemplar is None or len(recipe["exemplars"]) != 1:
             return ()
-        alone = self._paths(n for n in self._names if Path(n).stem == self._exemplar)
-        planes = self._paths(n for n, own, word in self._split if own == self._exemplar and word not in (None, "mask"))
-        return alone[:1] or planes
+        alone, planes = [p for p in self._paths if Path(p).stem == self._exemplar], list[str]()
+        for path in self._paths:
+            own, word = name_of(path)
+            if own == self._exemplar and word not in (None, "mask"):
+                planes.append(path)
+        return tuple(alone[:1] or planes)
 
     def alike(self, recipe: Json, request: Request) -> tuple[str, ...]:
         """Return the first picture that is the exemplar of a recipe if it is read and used as that says."""
@@ -184,7 +183,7 @@ class Neighbours:
         from ..exemplars import Shelf, sets_of
 
         report = Report(quiet=True)
-        for path in self._paths(self._names[:MOST]):
+        for path in self._paths[:MOST]:
             with suppress(IntarsiaError):
                 again = from_recipe(recipe, replace(request, files=(path,)), path)
                 check_scene(recipe, Shelf(sets_of(again, report), again, report).scene, again)
@@ -193,13 +192,8 @@ class Neighbours:
 
     def called(self, word: str) -> str | None:
         """Return the file `floor_word.png`, after the name of the exemplar, or `word.png`, in any format."""
-        for stem in (f"{self._exemplar}_{word}", word):
-            for path in self._paths(n for n in self._names if Path(n).stem == stem):
-                return path
-        return None
-
-    def _paths(self, names: Any) -> tuple[str, ...]:
-        return tuple(os.path.join(self.folder, n) for n in names)
+        stems = f"{self._exemplar}_{word}", word
+        return next((path for stem in stems for path in self._paths if Path(path).stem == stem), None)
 
 
 command = HelpfulCommand("replay", replay)
