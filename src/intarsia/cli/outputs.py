@@ -153,7 +153,7 @@ class Staging:
     def __enter__(self) -> Staging:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *error: object) -> None:
         with unbroken():
             for folder in self._folders.values():
                 whole.take_away(folder)

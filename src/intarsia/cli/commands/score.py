@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ...foundation import InputError
-from ...request import Request
+from ...request import Request, to_line
 from .. import CANCEL, Report, say
 from ..verbs import HelpfulCommand
 
@@ -78,8 +78,6 @@ def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) 
 
 def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) -> None:
     """Write the report, with the command that makes the output again if its recipe needs no further files."""
-    import shlex
-
     from ... import files
     from ..outputs import Staging, write_page
 
@@ -91,9 +89,9 @@ def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) 
         outcome = outcome.but(recipe=recipe)
         further = {"heal", "guide", "origin", "advected"} | (set() if "extend" in recipe else {"start"})
         if not further & set(recipe):
-            sources = [w for found in sets for w in ("--exemplar", next(iter(found.values())))]
-            again = shlex.join(["intarsia", "replay", outcome.name, "-o", "again.png", *sources])
-            outcome = outcome.but(command=again)
+            sources = tuple(next(iter(found.values())) for found in sets)
+            again = Request("replay", picture=outcome.name, out="again.png", files=sources)
+            outcome = outcome.but(command=to_line(again))
     with Staging(force) as staging:
         write_page(staging, page, outcome)
         staging.commit()
