@@ -107,12 +107,10 @@ def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
 def stoppable() -> Iterator[None]:
     """Let Ctrl-C, SIGTERM and SIGHUP stop the work in this context at once."""
     before: dict[int, Any] = {}
-    try:
+    with suppress(ValueError):  # not the main thread: somebody else minds the signals
         for number in STOPS:
             if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
                 before[number] = signal.signal(number, _stop)
-    except ValueError:  # not the main thread: somebody else minds the signals
-        pass
     hook = sys.unraisablehook
     sys.unraisablehook = lambda u: None if isinstance(u.exc_value, Interrupted) else hook(u)
     try:

@@ -121,7 +121,7 @@ def sets_of(request: Request, report: Report) -> list[Set]:
                 raise ParameterError(f"{option}: {found[name]} already is the plane {name}; drop one of the two.")
             found[name] = path
     if len(request.files) > 1 or os.path.isdir(request.files[0]):
-        for line in files.describe([{**found} for found in sets]).splitlines():
+        for line in files.describe(sets).splitlines():
             report.note(line)
     return sets
 

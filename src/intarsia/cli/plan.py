@@ -25,7 +25,7 @@ from ..model.image import dtype_of
 from ..rendering.render import check_alike, check_drawable
 from ..request import Json, Request
 from ..request.fields import DONE
-from ..synthesis import Plan, Scene
+from ..synthesis import Scene
 from ..tasks import small_of
 from . import Report
 from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of
@@ -97,10 +97,24 @@ class Order:
 
     @property
     def memory(self) -> int:
-        """Estimated peak memory of growing and scoring, in bytes."""
-        request, (width, height) = self.shelf.request, self.shelf.size
-        judged = request.page is not None or bool(request.gates)
-        return memory_of(self.shelf.plan, request.depth) + (LIBRARIES + EACH * width * height) * judged
+        """Estimated peak memory of this process in bytes, right within 25 % if kernels are compiled.
+
+        What reading exemplars and resolving methods took is measured, not counted again.
+        """
+        request, (width, height), plan, drawn = self.shelf.request, self.shelf.size, self.shelf.plan, 0.0
+        exemplars, canvas, method, blend = plan.scene.exemplars, plan.scene.canvas, plan.method, plan.joined
+        area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
+        searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
+        each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
+        for plane in exemplars[0].planes.values():
+            samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)
+            held = plane.pixels.itemsize
+            made = held if request.depth is None else np.dtype(dtype_of(request.depth)).itemsize
+            swapped = made if made == 2 else 0  # bytes of 16 bits
+            written = (made if made != held else 0) + ENCODED * made + swapped
+            drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
+        judged = LIBRARIES + EACH * width * height if request.page is not None or request.gates else 0
+        return int(max(LEAST, taken() + WORKING) + own * searched + area * each + drawn) + judged
 
     def line(self, slug: str) -> str:
         """Return files, size, method `slug` and seed in one line."""
@@ -165,11 +179,11 @@ def shelves_of(request: Request, report: Report) -> list[Shelf]:
         return [Shelf([*sets, *donors], request, report)]
     if request.verb == "paint":
         check_each("--labels", len(labels), len(sets))
-    mine = (
-        replace(request, holes=holes[n:][:1] if len(holes) > 1 else holes, labels=labels[n:][:1])
-        for n in range(len(sets))
-    )
-    return [Shelf([found, *donors], one, report) for found, one in zip(sets, mine, strict=True)]
+    shelves = []
+    for n, found in enumerate(sets):
+        mine = replace(request, holes=holes[n:][:1] if len(holes) > 1 else holes, labels=labels[n:][:1])
+        shelves.append(Shelf([found, *donors], mine, report))
+    return shelves
 
 
 def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) -> list[Order]:
@@ -269,22 +283,3 @@ def check_formats(order: Order) -> None:
             raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
         if not measures_distances(method):
             raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
-
-
-def memory_of(plan: Plan, depth: str | None) -> int:
-    """Return the estimated peak memory of this process in bytes, right within 25 % if kernels are compiled.
-
-    Exemplars must be read and methods resolved: what that took is measured, not counted again.
-    """
-    exemplars, canvas, method, blend = plan.scene.exemplars, plan.scene.canvas, plan.method, plan.joined
-    area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
-    searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
-    each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
-    drawn = 0.0
-    for plane in exemplars[0].planes.values():
-        samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)
-        held = plane.pixels.itemsize
-        made = held if depth is None else np.dtype(dtype_of(depth)).itemsize
-        written = (made if made != held else 0) + ENCODED * made + (made if made == 2 else 0)  # 16 bits: bytes swapped
-        drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
-    return int(max(LEAST, taken() + WORKING) + own * searched + area * each + drawn)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -148,7 +148,7 @@ def layered(path: PathLike) -> Files:
     return {name: f"{os.fspath(path)}{LAYER}{found[name]}" for name in WORDS if name in found}
 
 
-def describe(sets: Iterable[Files]) -> str:
+def describe(sets: Iterable[Mapping[str, PathLike]]) -> str:
     """Describe in words how files were grouped, one line for each exemplar."""
     lines = []
     for number, files in enumerate(sets, 1):

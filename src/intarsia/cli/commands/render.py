@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...foundation import MAX_PIXELS, InputError, ParameterError
 from ...request import Request
@@ -90,15 +90,14 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
         staging.commit()
     seconds = time.perf_counter() - began
     report.note(f"{', '.join(by_file(pictures))}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
-    answer: dict[str, Any] = {
+    report.result({
         "files": [{"path": path, "holds": ", ".join(names)} for path, names in by_file(pictures).items()],
         "size": [width, height],
         "window": [x, y, width, height],
         "blend": blend.as_recipe,
         "exemplars": [{"sha256": e.digest, "size": [e.width, e.height]} for e in exemplars],
         "timings": {"total": round(seconds, 3)},
-    }
-    report.result(answer)
+    })
 
 
 command = HelpfulCommand("render", draw)
