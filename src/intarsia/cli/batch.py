@@ -58,11 +58,12 @@ class Batch:
     def plan(cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None) -> Batch:
         """Read and check everything that can be checked; nothing is written yet. `check` may refuse what was read."""
         batch = cls(request, report)
+        check_all(filter(None, (request.sheet,)), request.force, batch.named)
         if request.into_folder:
             batch.materials = materials_of(request, report)
         shelves = [] if batch.materials else shelves_of(request, report)
         batch.index = index_name(request, bool(batch.materials) or len(shelves) * len(request.seeds) > 1)
-        check_all(filter(None, (request.sheet, batch.index)), request.force, batch.named)
+        check_all(filter(None, (batch.index,)), request.force, batch.named)
         for shelf in shelves:
             batch._plan(shelf, "", check)
             if len(shelves) > 1:
