@@ -179,13 +179,12 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        if name in PLANNED:
-            from .verbs import command_of
-
-            return command_of(name)
-        module = importlib.import_module(f".commands.{name.replace('-', '_')}", __package__)
-        begun()
-        command: click.Command = module.command
+        planned = name in PLANNED
+        home = ".verbs" if planned else f".commands.{name.replace('-', '_')}"
+        module = importlib.import_module(home, __package__)
+        if not planned:
+            begun()
+        command: click.Command = module.command_of(name) if planned else module.command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -201,7 +200,7 @@ class LazyGroup(click.Group):
         if os.environ.get(f"_{name.upper()}_COMPLETE"):
             super().main(given, name)
         CANCEL.clear()
-        code = 0
+        code, debug = 0, "--debug" in given or os.environ.get("INTARSIA_DEBUG") == "1"
         try:
             with stoppable():
                 if given and not LIGHT & set(given):
@@ -218,7 +217,7 @@ class LazyGroup(click.Group):
             _drop_stdout()
             code = 1
         except BaseException as e:
-            if "--debug" in given or os.environ.get("INTARSIA_DEBUG") == "1":
+            if debug:
                 import traceback
 
                 for line in traceback.format_exc().splitlines():

@@ -228,18 +228,18 @@ def _numbers(path: str) -> dict[str, int]:
     return found
 
 
-def _groups() -> Iterator[tuple[int, int]]:
+def _groups(mounted: str = "/sys/fs/cgroup", own: str = "/proc/self/cgroup") -> Iterator[tuple[int, int]]:
     """Yield limit and use in bytes of every control group of this process; reclaimable pages do not count as used."""
     from pathlib import Path
 
     with suppress(OSError):
-        for line in Path("/proc/self/cgroup").read_text().splitlines():
+        for line in Path(own).read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if kinds not in ("", "memory"):
                 continue
             names = ("max", "current", "inactive_file") if not kinds else (
                 "limit_in_bytes", "usage_in_bytes", "total_inactive_file")  # fmt: skip
-            place = Path("/sys/fs/cgroup", kinds, name.strip("/"))
+            place = Path(mounted, kinds, name.strip("/"))
             for folder in (place, *place.parents):
                 with suppress(OSError, ValueError):
                     most, used = (int((folder / f"memory.{n}").read_text()) for n in names[:2])
