@@ -57,7 +57,7 @@ _NAMES = {
     "tasks.tileable": "tile",
     "tasks.warming": "warm",
 }
-"""Module -> what of it users call; __init__.pyi tells type checkers the same."""
+"""Module -> its public names; __init__.pyi repeats them for type checkers."""
 
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 

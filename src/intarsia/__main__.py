@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def _flushed() -> bool:
-    """Hand on what was said; False where that failed, so that Python tells of it as usual."""
+    """Flush the standard streams; False if that failed, so that Python reports it as usual."""
     import sys
 
     try:

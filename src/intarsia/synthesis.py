@@ -1,4 +1,4 @@
-"""The pipeline in one function: exemplars, canvas, method, map; and what comes out of it."""
+"""Texture synthesis in one call: exemplars, canvas and method become a map, with its rendering and recipe."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] 
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """What a synthesis made: a map, the exemplars that it points into, and the recipe that repeats it.
+    """The result of a synthesis: a map, the exemplars that it points into, and the recipe that repeats it.
 
-    Pictures are renderings of it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` says
-    why the method was chosen, where it was not named. ``trials`` holds the score of each variant where several were
-    tried; ``canvas`` is what was filled.
+    Pictures are rendered from it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` is why
+    the method was chosen, if it was not named. ``trials`` holds the score of each variant if several were tried;
+    ``canvas`` is what was filled.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -71,18 +71,18 @@ class Synthesis:
         box: Box | None = None,
         run: Run | None = None,
     ) -> Plane:
-        """Render a plane, the base plane if none is named, all of it or a window, harder or softer, levelled or not."""
+        """Render a plane (default: the base), all or a window, with another feather or tone correction if given."""
         expect(box, (Box, NoneType), "box", "a Box")
         return render(self.exemplars, self.map, plane, self.blend.but(feather=feather, finish=finish), box, run_of(run))
 
     @cached_property
     def energy(self) -> int:
-        """What all seams of the map cost, in knees per million px: less is better, between maps of one exemplar."""
+        """Cost of all seams in knees (thresholds of the truncated quadratic) per million px; less is better."""
         return energy(self.exemplars, self.map)
 
     @cached_property
     def recipe_text(self) -> str:
-        """The recipe, and the energy of what it makes with its terms, as JSON, the same bytes for the same recipe."""
+        """The recipe with the energy of its map and the terms of that, as JSON; the same bytes for the same recipe."""
         costs = {"energy": self.energy, **traits(self.method).terms(self.exemplars, self.map)}
         return json.dumps(self.recipe | costs, sort_keys=True, separators=(",", ":"))
 
@@ -147,20 +147,20 @@ def synthesize(
 
 
 def named(method: Method | Auto | str) -> Method | Auto:
-    """Return the method of a name; ``auto`` is the choice of one."""
+    """Return the method of a name; ``auto`` gives the choice among methods."""
     if isinstance(method, str):
         return auto.Auto() if method == AUTO_METHOD else make(method, {})
     return method if _is_auto(method) else check_method(method)
 
 
 def _is_auto(method: Method | Auto) -> TypeIs[Auto]:
-    """Tell by its name whether a method is still to be chosen: whoever names one imports nothing that chooses."""
+    """Return whether a method is still to be chosen, by its name, so that nothing that chooses is imported."""
     return getattr(method, "slug", "") == AUTO_METHOD
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A canvas that may start with a picture, the exemplars that it is filled from, and what a recipe says of it."""
+    """A canvas, which may start with a picture, its exemplars, and its entries of a recipe."""
 
     exemplars: tuple[Exemplar, ...]
     canvas: Canvas
@@ -169,10 +169,10 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A synthesis of which all is understood and checked, and nothing is made yet.
+    """A synthesis that is checked, and not made yet.
 
-    ``method`` has every parameter decided; ``choice`` says why it was chosen, where it was not named. Without a
-    ``blend`` pieces are joined as the method means it.
+    ``method`` has every parameter decided; ``choice`` is why it was chosen, if it was not named. Without a ``blend``
+    pieces are joined as the method sets it.
     """
 
     scene: Scene
@@ -182,24 +182,24 @@ class Plan:
 
     @property
     def joined(self) -> Blend:
-        """How the pieces will be joined; magnified, over a px of the map at least, or its px would show as squares."""
+        """The blending of pieces; if magnified, over at least a px of the map, or its px would be seen as squares."""
         own = (self.choice or self.method).blend
         return self.blend or replace(own, feather=max(own.feather, int(self.scene.exemplars[0].times > 1)))
 
     @property
     def patches(self) -> int | None:
-        """How many patches will be laid; None for methods that lay none, and around a start."""
+        """The number of patches that will be placed; None for methods that place none, and around a start."""
         return math.prod(len(laid(*axis)[0]) for axis in self._axes) if self._axes else None
 
     @property
     def overlaps(self) -> dict[str, list[int]]:
-        """The least and the most px that neighbours really share along rows and columns; empty where none do."""
+        """Least and most overlap of neighbours in px along rows and columns; empty if they do not overlap."""
         its = traits(self.method)
         return {} if its.pitch == its.footprint else {k: [*shared(*a)] for k, a in zip("yx", self._axes, strict=False)}
 
     @property
     def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:
-        """How patches are laid along rows and columns; none for methods that lay none, and around a start."""
+        """Arguments of :func:`laid` for rows and columns; none without patches, and around a start."""
         canvas, its = self.scene.canvas, traits(self.method)
         if its.pitch is None or its.footprint is None or canvas.start is not None:
             return []
@@ -211,7 +211,7 @@ class Plan:
 def planned(
     scene: Scene, method: Method | Auto | str, blend: Blend | None = None, run: Run | None = None
 ) -> Plan:
-    """Decide by which method, with which parameters, a scene is filled, or refuse what cannot work."""
+    """Return the plan of a scene: method and parameters decided; an error if something cannot work."""
     expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
     method = named(method)
     if _is_auto(method):
@@ -224,7 +224,7 @@ def planned(
 
 
 def filled(scene: Scene, method: Method | Auto | str, seed: int, blend: Blend | None, run: Run | None) -> Synthesis:
-    """Fill the canvas of a scene with a method: what :func:`synthesize` does once all is understood."""
+    """Fill the canvas of a scene with a method; :func:`synthesize` after its arguments are read."""
     seed, run = check_seed(seed), run_of(run)
     plan = planned(scene, method, blend, run)
     run.notes.extend(plan.choice.warnings if plan.choice else ())
@@ -232,7 +232,7 @@ def filled(scene: Scene, method: Method | Auto | str, seed: int, blend: Blend | 
 
 
 def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
-    """Make what is planned."""
+    """Carry out a plan."""
     exemplars, canvas, choice, asked = plan.scene.exemplars, plan.scene.canvas, plan.choice, seed
     scores: tuple[Score, ...] = ()
     if choice is None:
@@ -279,7 +279,7 @@ def canvas_of(
     guide: Guide | None,
     rim: int | None = None,
 ) -> Canvas:
-    """Return the canvas that is asked for, of the size of start or guide, or twice the first exemplar, if none is."""
+    """Return the canvas; its default size is that of start or guide, or twice the first exemplar."""
     expect(start, (SourceMap, NoneType), "start", "a SourceMap")
     expect(guide, (Guide, NoneType), "guide", "a Guide")
     if size is None:
@@ -292,13 +292,13 @@ def canvas_of(
 
 
 def check_between(method: Method, blend: Blend) -> None:
-    """Refuse joins that need whole pixels, before any work, where a method lays pieces turned or scaled."""
+    """Raise an error if a blending needs whole pixels, and the method places pieces rotated or scaled."""
     if not traits(method).exact:
         check_blend(blend)
 
 
 def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, seed: int, blend: Blend) -> dict[str, Any]:
-    """All that the map depends on: no path, date, timing or number of threads."""
+    """Return all that the map depends on: no path, date, timing or number of threads."""
     recipe: dict[str, Any] = {
         "intarsia": VERSION,
         "method": method.slug,
@@ -319,7 +319,7 @@ def _recipe(method: Method, exemplars: tuple[Exemplar, ...], canvas: Canvas, see
 
 
 def recipe_exemplars(exemplars: tuple[Exemplar, ...]) -> list[dict[str, Any]]:
-    """The exemplars as recipes hold them: what they are, not where they lie."""
+    """Return the exemplars as recipes hold them: hashes and sizes, no paths."""
     return [
         {"sha256": e.digest, "size": [e.width, e.height]}
         | ({"name": e.name} if e.name.startswith("sample:") else {})

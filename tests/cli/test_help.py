@@ -12,8 +12,7 @@ from intarsia.cli import COMMANDS, cli
 from intarsia.cli.verbs import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
 from intarsia.foundation.params import parameters
 from intarsia.methods import METHODS, method_class
-from intarsia.request import FIELDS
-from intarsia.request.field import HEADINGS
+from intarsia.request import FIELDS, HEADINGS
 
 GROWING = ("grow", "extend", "heal", "paint", "tile", "weave")
 

@@ -24,6 +24,7 @@ from PIL import Image
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
+from intarsia.disk import DEFAULT_PIXELS
 from intarsia.foundation import InputError, ParameterError, ResourceError
 from intarsia.model.sourcemap import Source, SourceMap
 
@@ -54,7 +55,7 @@ def test_a_jpeg_of_a_thousand_scans_is_refused_before_it_is_unpacked() -> None:
 def test_the_number_of_pixels_has_a_default_that_can_be_raised_and_lowered(monkeypatch: pytest.MonkeyPatch) -> None:
     tall = corpus.png(3, 5)
     assert "--max-pixels" in refused(flat_png(8193, 8192, 1, 0))
-    assert files.DEFAULT_PIXELS == 1 << 26
+    assert DEFAULT_PIXELS == 1 << 26
     with files.allowing(14):
         assert "15" in refused(tall)
     with files.allowing(15):

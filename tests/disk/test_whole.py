@@ -146,7 +146,7 @@ def test_a_planted_link_is_neither_followed_nor_replaced() -> None:
         planted = whole.name_in(".")
         os.symlink("victim", planted)
         with pytest.raises(FileExistsError):
-            whole.create(planted)
+            whole.fill(planted, b"mine")
         with pytest.raises(FileExistsError):
             whole.put("a.txt", b"mine")
     assert Path("victim").read_text() == "work"

@@ -222,7 +222,7 @@ def test_python_runs_the_command_where_a_call_would_say_less() -> None:
 
 
 TOLD = "Give it a tint. It is faint."
-LINE = f'    tint: str | None = asked(Colour(), "--tint", "{TOLD}", {{"grow"}}, recipe="inputs.tint")\n'
+LINE = f'    tint: str | None = asked(Colour(), "--tint", "{TOLD}", "grow", "of_exemplars")\n'
 SCRIPT = """
 from click.testing import CliRunner
 from intarsia.cli import cli

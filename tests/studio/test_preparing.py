@@ -242,7 +242,7 @@ def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Pat
         assert "no pixel of the colour" in told[1]
         for n in range(3):
             read(Request("grow", files=(str(path),), crop=(0, 0, 20 + n, 20)))
-        assert len(held._known) == 2
+        assert len(held.known) == 2
     finally:
         hold(None)
     assert read() is not read()

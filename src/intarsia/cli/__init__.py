@@ -1,7 +1,7 @@
-"""The command ``intarsia``: its commands, each imported when it is called, and how one speaks and ends.
+"""The command line ``intarsia``: commands imported on demand, errors, signals, progress and results.
 
-Legible lines, one for every error, an exit code, and a quick stop on Ctrl-C. What a command says is a bar or JSON lines
-while it works, one line or one JSON object at the end. Imports nothing heavy.
+One line for every error, an exit code, a quick stop on Ctrl-C. A command prints a progress bar or JSON lines while it
+works, one line or one JSON object at the end. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -15,22 +15,19 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from threading import Event
 from types import FrameType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from ..disk import make_room
-from ..foundation import IntarsiaError, ResourceError, lazy, legible
+from ..disk import make_room, reason_of
+from ..foundation import IntarsiaError, ResourceError, legible
 from ..version import VERSION
 
 if TYPE_CHECKING:
-    import json
-
     from ..choosing.auto import Choice
-else:
-    json = lazy("json")
 
 LONGEST = 300  # characters of a word: a path may be long, but some are given to do harm
 MOST = 2000  # characters of a line
@@ -41,59 +38,30 @@ CANCEL = Event()
 """Set by Ctrl-C, SIGTERM and SIGHUP; every Run of the command line watches it."""
 
 STOPS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-"""What stops a command: Ctrl-C, a polite kill, and a terminal that is closed."""
+"""Signals that stop a command: Ctrl-C, a polite kill, and a terminal that is closed."""
 
 _shields = 0
 
 
 class Interrupted(BaseException):
-    """Ctrl-C, SIGTERM or SIGHUP, raised wherever the main thread is; no handler of ordinary errors swallows it."""
+    """Raised in the main thread by Ctrl-C, SIGTERM and SIGHUP; handlers of ordinary errors do not catch it."""
 
 
 def begun() -> None:
-    """Say that all is imported and the work begins: from here on garbage is looked for, not among what is there."""
+    """Enable garbage collection after all imports, for objects that are made from now on."""
     if not gc.isenabled():
         gc.freeze()
         gc.set_threshold(RARELY)
         gc.enable()
 
 
-def guarded(work: Callable[[], None], debug: bool = False) -> int:
-    """Do the work; return the exit code, after one line on stderr where it failed."""
-    CANCEL.clear()
-    try:
-        with stoppable():
-            work()
-            if sys.stdout is not None:
-                sys.stdout.flush()
-    except click.exceptions.Exit as e:
-        return e.exit_code
-    except SystemExit:
-        raise
-    except BrokenPipeError:  # as of `intarsia methods | head -1`; there is nobody left to tell
-        _drop_stdout()
-        return 1
-    except BaseException as e:
-        if debug or os.environ.get("INTARSIA_DEBUG") == "1":
-            import traceback
-
-            for line in traceback.format_exc().splitlines():
-                tell(line)
-        code, message = judge(e)
-        tell(f"intarsia: {message}")
-        return code
-    return 0
-
-
 def judge(e: BaseException) -> tuple[int, str]:
-    """Return the exit code of an error, and its message as one line."""
+    """Return the exit code and the message, in one line, of an error."""
     if isinstance(e, IntarsiaError):
         return e.exit_code, one_line(e)
-    if isinstance(e, click.UsageError):
-        where = f" (see {e.ctx.command_path} --help)" if e.ctx is not None else ""
-        return 2, one_line(e.format_message()) + where
     if isinstance(e, click.ClickException):
-        return e.exit_code, one_line(e.format_message())
+        ctx = getattr(e, "ctx", None)
+        return e.exit_code, one_line(e.format_message()) + (f" (see {ctx.command_path} --help)" if ctx else "")
     if isinstance(e, (Interrupted, KeyboardInterrupt, click.Abort)):
         return 130, "stopped; the file in the making was not written."
     if isinstance(e, MemoryError):
@@ -105,25 +73,20 @@ def judge(e: BaseException) -> tuple[int, str]:
 
 
 def one_line(message: object) -> str:
-    """Return a message as a legible line, without what nobody would read to its end."""
+    """Return a message as one legible line; long words and long lines are shortened."""
     words = legible(str(message)[: 100 * MOST]).split()
     line = " ".join(w if len(w) <= LONGEST else w[:100] + "..." + w[-80:] for w in words)
     return line if len(line) <= MOST else line[: MOST - 500] + " ... " + line[-400:]
 
 
 def tell(line: str) -> None:
-    """Write a line to stderr, wherever that leads."""
+    """Write a line to stderr; a closed one is ignored."""
     with suppress(OSError, ValueError):
         click.echo(legible(line), err=True)
 
 
-def reason_of(e: OSError) -> str:
-    """Why the system refused, in its own words."""
-    return (e.strerror or str(e)).lower()
-
-
 def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
-    """Write lines to stdout. ResourceError where that fails, with what is `done` all the same."""
+    """Write lines to stdout; ResourceError if that fails, with what is `done` nevertheless."""
     try:
         click.echo("\n".join(map(legible, lines)))
     except BrokenPipeError:
@@ -135,19 +98,19 @@ def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None
 
 def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
     """Write an object to stdout as JSON, in plain ASCII without control characters."""
+    import json
+
     say(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
 
 
 @contextmanager
 def stoppable() -> Iterator[None]:
-    """Let Ctrl-C, SIGTERM and SIGHUP stop the work at once."""
+    """Let Ctrl-C, SIGTERM and SIGHUP stop the work in this context at once."""
     before: dict[int, Any] = {}
-    try:
+    with suppress(ValueError):  # not the main thread: somebody else minds the signals
         for number in STOPS:
             if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
                 before[number] = signal.signal(number, _stop)
-    except ValueError:  # not the main thread: somebody else minds the signals
-        pass
     hook = sys.unraisablehook
     sys.unraisablehook = lambda u: None if isinstance(u.exc_value, Interrupted) else hook(u)
     try:
@@ -160,7 +123,7 @@ def stoppable() -> Iterator[None]:
 
 @contextmanager
 def unbroken() -> Iterator[None]:
-    """Keep a stop away from a short passage that must be done whole or not at all."""
+    """Defer stops during a short passage that must be atomic."""
     global _shields
     _shields += 1
     try:
@@ -180,6 +143,9 @@ def _drop_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+debug_option = click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+"""Taken by every command, behind its name, too; `LazyGroup.main` looks for it."""
+
 COMMANDS = {
     "grow": "Grow a larger or tileable texture from an example.",
     "paint": "Paint with textures: labels say what grows where.",
@@ -195,17 +161,17 @@ COMMANDS = {
     "studio": "Open a page on this machine to see, grow, paint and keep.",
     "warm-up": "Compile everything now, so that the first picture comes at once.",
 }
-"""Name -> what it does, in the order of the help. Of what is not planned a module named alike holds `command`."""
+"""Name -> description, in the order of help. All but those planned have a module of their name with a `command`."""
 
 PLANNED = {"grow", "paint", "extend", "heal", "tile"}
-"""What is planned first, all alike by `verbs.py`, which says when the work begins."""
+"""Commands of `verbs.py`, which plans before it works."""
 
 LIGHT = {"-h", "--help", "--help-all", "--version", "methods"}
-"""What needs next to no memory."""
+"""Words of a command line that needs little memory."""
 
 
 class LazyGroup(click.Group):
-    """A group that imports a command when it is called, and says every error in one line."""
+    """A group that imports a command when it is called, and prints every error in one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -233,14 +199,32 @@ class LazyGroup(click.Group):
         name = prog_name or "intarsia"
         if os.environ.get(f"_{name.upper()}_COMPLETE"):
             super().main(given, name)
+        CANCEL.clear()
+        code, debug = 0, "--debug" in given or os.environ.get("INTARSIA_DEBUG") == "1"
+        try:
+            with stoppable():
+                if given and not LIGHT & set(given):
+                    make_room()
+                with self.make_context(name, given) as ctx:
+                    self.invoke(ctx)
+                if sys.stdout is not None:
+                    sys.stdout.flush()
+        except click.exceptions.Exit as e:
+            code = e.exit_code
+        except SystemExit:
+            raise
+        except BrokenPipeError:  # as of `intarsia methods | head -1`; there is nobody left to tell
+            _drop_stdout()
+            code = 1
+        except BaseException as e:
+            if debug:
+                import traceback
 
-        def work() -> None:
-            if given and not LIGHT & set(given):
-                make_room()
-            with self.make_context(name, given) as ctx:
-                self.invoke(ctx)
-
-        sys.exit(guarded(work, "--debug" in given))
+                for line in traceback.format_exc().splitlines():
+                    tell(line)
+            code, message = judge(e)
+            tell(f"intarsia: {message}")
+        sys.exit(code)
 
 
 @click.command(
@@ -265,23 +249,21 @@ def cli(ctx: click.Context) -> None:
 
 Step = Callable[[int, int, Any], None]
 Listener = Callable[[float, str, Any, tuple[Any, ...]], None]
-"""What is called with the fraction that is done, the stage, what makes the map as far as it has grown (or None), and
-the exemplars of that map."""
+"""Called with the fraction that is done, the stage, what makes a draft of the map (or None), and its exemplars."""
 
 _listener: Listener | None = None
 _listening: list[Report] = []
-_registered = False
 
 
 def listen(listener: Listener | None) -> None:
-    """Have every Meter of this process call `listener` at each step of its work, too; None: no more."""
+    """Set the listener that every Meter of this process calls at each step; None removes it."""
     global _listener
     _listener = listener
 
 
 @dataclass
 class Report:
-    """The voice of a command. Only pictures and JSON go to stdout, all else to stderr."""
+    """The messages of a command. Only pictures and JSON go to stdout, all else to stderr."""
 
     as_json: bool = False
     progress: str | None = None
@@ -290,12 +272,12 @@ class Report:
     say: Callable[[str], None] = tell  # above the progress bar, while there is one
 
     def note(self, line: str) -> None:
-        """Tell a person something, unless nobody wants to hear it."""
+        """Print a line for a person, unless quiet."""
         if not self.quiet:
             self.say(one_line(line))
 
     def warn(self, *lines: str) -> None:
-        """Tell of what may be wrong, in one line each, and once; the JSON result repeats it."""
+        """Print warnings, one line each, each once; they are also in the JSON result."""
         for line in lines:
             if line not in self.warnings:
                 self.warnings.append(line)
@@ -310,7 +292,7 @@ class Report:
 
     @contextmanager
     def watching(self, parts: int) -> Iterator[Meter]:
-        """Show how far a work of so many equal parts is; also say so once when kernels must be compiled."""
+        """Show the progress of a work of so many equal parts in this context, and note if kernels are compiled."""
         _listening.append(self)
         _listen()
         meter = Meter(self, parts)
@@ -337,18 +319,17 @@ class Meter:
 
         `exemplars` are those of the map that grows in it.
         """
-        self._stage, self._span, self._exemplars = name, (begin, end), exemplars
-        self._told = 0.0
+        self._stage, self._span, self._exemplars, self._told = name, (begin, end), exemplars, 0.0
         return self._step
 
     def next_part(self, parts: int = 1) -> None:
-        """One part of the work is done, or so many."""
+        """Count one part of the work as done, or so many."""
         self._part += parts
         self._stage, self._span = "done", (0.0, 0.0)
         self._show(1, 1, last=self._part == self._parts)
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()
             self._bar, self._report.say = None, tell
@@ -367,12 +348,11 @@ class Meter:
             return
         self._told = now
         if self._lines:
+            import json
+
             facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
             tell(json.dumps(facts))
-        else:
-            self._draw()
-
-    def _draw(self) -> None:
+            return
         if self._bar is None:
             from rich.console import Console
             from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -386,59 +366,46 @@ class Meter:
         self._bar.update(self._task, completed=self._fraction, description=self._stage)
 
 
+@cache
 def _listen() -> None:
-    """Have the reports of the moment told when a kernel of this process must be compiled, and what is wrong with it."""
-    global _registered
-    if not _registered:
-        from ..kernels import on_first_compilation, on_trouble
+    """Let the active reports print when kernels must be compiled, and what goes wrong with their cache."""
+    from ..kernels import on_first_compilation, on_trouble, troubled
 
-        _registered = True
-        on_first_compilation(_compiling)
-        on_trouble(_troubled)
+    def compiling() -> None:
+        for report in () if troubled() else _listening:  # the line on that tells of it, too
+            report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
 
+    def warn(line: str) -> None:
+        for report in _listening:
+            report.warn(line)
 
-def _compiling() -> None:
-    from ..kernels import troubled
-
-    if troubled():  # the line on that tells of it, too
-        return
-    for report in {id(report): report for report in _listening}.values():
-        report.note("compiling for this computer, once, up to a minute (intarsia warm-up does it beforehand)")
-
-
-def _troubled(line: str) -> None:
-    for report in _listening:
-        report.warn(line)
+    on_first_compilation(compiling)
+    on_trouble(warn)
 
 
 def as_json(choice: Choice, explain: bool) -> dict[str, Any]:
-    """What JSON says of a choice; measurements only where they are asked for, as some take time."""
-    out: dict[str, Any] = {"rule": choice.rule, "why": list(choice.why)}
-    if explain:
-        from ..choosing.facts import measurements
+    """Return a choice as JSON; with its measurements, some of which take time, only to `explain` it."""
+    from ..choosing.facts import measurements
 
-        out["measurements"] = measurements(choice.facts)
-    return out
+    measured = {"measurements": measurements(choice.facts)} if explain else {}
+    return {"rule": choice.rule, "why": list(choice.why), **measured}
 
 
 def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) -> None:
-    """Tell a person of a choice, where measurements were asked for."""
-    if "measurements" in about.get("auto", ()) and not report.quiet:
-        for line in _explained(about, warnings):
-            report.say(line)
+    """Print a choice for a person, if its measurements were asked for."""
+    auto = about.get("auto", {})
+    if "measurements" not in auto or report.quiet:
+        return
+    from ..foundation.params import written
+    from ..methods import parameters_of
 
-
-def _explained(about: dict[str, Any], warnings: tuple[str, ...]) -> list[str]:
-    from ..foundation.params import parameters, written
-    from ..methods import method_class
-
-    usual = {p.name: p.default for p in parameters(method_class(about["method"]))}
+    usual = {name: p.default for name, p in parameters_of(about["method"]).items()}
     values = [(k, v) for k, v in about["parameters"].items() if v != usual[k]] or [("all", "usual")]
-    auto = about["auto"]
     lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
     lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(values)]
     lines += [f"{'trial ' + str(n):13}{one['total']:.3f}" for n, one in enumerate(auto.get("scores", ()), 1)]
     lines += [f"{'warning':13}{line}" for line in warnings]
-    return [*lines, f"{'command':13}{auto['command']}"]
+    for line in [*lines, f"{'command':13}{auto['command']}"]:
+        report.say(line)

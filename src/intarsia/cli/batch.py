@@ -1,4 +1,4 @@
-"""The work behind ``grow`` and ``replay``: plan everything, refuse what cannot work, then make one after another."""
+"""Batches of outputs: all are planned and checked, then made one after another; ``grow``, ``replay`` and the like."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -15,12 +15,11 @@ import numpy as np
 from ..disk import check_fits
 from ..files import write, write_bytes
 from ..files.sets import Material
-from ..foundation import CancelledError, IntarsiaError, QualityError, lazy
+from ..foundation import CancelledError, IntarsiaError, QualityError
 from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
 from ..model.image import Kind, Plane, Transfer, dtype_of
-from ..model.sourcemap import SourceMap
-from ..request import FIELDS, Request, inputs_of, once_more, to_line
+from ..request import FIELDS, Json, Request, inputs_of, once_more, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
 from . import CANCEL, Meter, Report, Step, as_json, explain, judge, one_line
@@ -29,21 +28,17 @@ from .outputs import Staging, by_file, check_all, index_name, write_page
 from .plan import Order, materials_of, method_as_json, orders_of, shelves_of
 
 if TYPE_CHECKING:
-    from ..search import distance_map
-    from ..tasks import drawings, repair, report, scoring, tileable
-else:  # only --distance-map, --sheet, --repair, --report and tiling need them
-    distance_map, repair = lazy("intarsia.search.distance_map"), lazy("intarsia.tasks.repair")
-    drawings, tileable = lazy("intarsia.tasks.drawings"), lazy("intarsia.tasks.tileable")
-    report, scoring = lazy("intarsia.tasks.report"), lazy("intarsia.tasks.scoring")
+    from ..tasks.drawings import Pixels
+    from ..tasks.scoring import Outcome
 
 
 @dataclass
 class Batch:
     """Textures to grow, one after another; mostly one.
 
-    Of a folder every material is grown by itself, whole or not at all, and what goes wrong with one stops no other.
-    ``lots``: a material, or no name, and orders for the same exemplars. ``index`` is the one report on all outputs, if
-    there is one, and ``judged`` what it tells of.
+    Every material of a folder is grown by itself, atomically, and an error with one stops no other. ``lots``: name of a
+    material ("" for none) and orders of the same exemplars. ``index`` is the name of the one report on all outputs, if
+    there is one, and ``judged`` its entries.
     """
 
     request: Request
@@ -52,12 +47,12 @@ class Batch:
     lots: list[tuple[str, list[Order]]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
     index: str | None = None
-    thumbnails: list[drawings.Pixels] = field(default_factory=list)
-    judged: list[tuple[scoring.Outcome, drawings.Pixels]] = field(default_factory=list)
+    thumbnails: list[Pixels] = field(default_factory=list)
+    judged: list[tuple[Outcome, Pixels]] = field(default_factory=list)
     missed: list[str] = field(default_factory=list)
-    results: list[dict[str, Any]] = field(default_factory=list)
-    failed: list[dict[str, Any]] = field(default_factory=list)
-    made: list[tuple[str, dict[str, Any], tuple[str, ...]]] = field(default_factory=list)  # and not told of yet
+    results: list[Json] = field(default_factory=list)
+    failed: list[Json] = field(default_factory=list)
+    made: list[tuple[str, Json, tuple[str, ...]]] = field(default_factory=list)  # not printed yet
 
     @classmethod
     def plan(cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None) -> Batch:
@@ -76,10 +71,12 @@ class Batch:
         return batch
 
     def _plan(self, shelf: Shelf, name: str, check: Callable[[Scene], None] | None = None) -> None:
-        """Plan what is made of some exemplars; what cannot fit into memory is refused, unless nothing is to be made."""
+        """Plan the outputs of some exemplars; ResourceError if one does not fit into memory, except on a dry run."""
         request, orders = shelf.request, orders_of(shelf, self.index is None, check)
         if request.verb == "tile" and request.size is None:
-            self.report.warn(*tileable.remarks(shelf.scene))
+            from ..tasks.tileable import remarks
+
+            self.report.warn(*remarks(shelf.scene))
         check_all((p for order in orders for p, _ in order.files), request.force, self.named, bool(request.folder))
         for order in orders:
             if not request.dry_run:
@@ -87,9 +84,9 @@ class Batch:
         self.lots.append((name, orders))
 
     def _plan_materials(self, step: Step) -> None:
-        """Plan each material; what cannot be made is told of at once.
+        """Plan each material; those that cannot be made are reported at once.
 
-        Its planes go to the place in the folder that they have in their own. Each is read again when it is made.
+        Its planes keep their place relative to the folder. Each material is read again when it is made.
         """
         for number, material in enumerate(self.materials, 1):
             with self._minding(material.name):
@@ -103,7 +100,7 @@ class Batch:
             step(number, len(self.materials), None)
 
     def tell_plan(self) -> None:
-        """Say what would be made."""
+        """Report what would be made (a dry run)."""
         self._plan_materials(lambda *_: None)
         for name, orders in self.lots:
             with self._minding(name):
@@ -139,7 +136,7 @@ class Batch:
         self._end(beside)
 
     def _carry_out(self, order: Order, meter: Meter, whole: Staging) -> None:
-        """Make an output; of a gate and of one report on all the outputs appear together, as what one misses counts."""
+        """Make an output; with gates or one report on all, files appear together at the end, else one by one."""
         if not self.materials and (self.request.gates or self.index is not None):
             self._make(order, meter, whole)
             return
@@ -150,11 +147,11 @@ class Batch:
 
     @property
     def _refused(self) -> bool:
-        """Whether nothing is to be written."""
+        """Whether a gate was missed, so that nothing is written."""
         return bool(self.missed) and not self.request.keep
 
     def _check_missed(self) -> None:
-        """Raise QualityError where a gate was missed."""
+        """Raise QualityError if a gate was missed."""
         if self.missed:
             said = "all was kept" if self.request.keep else "nothing was written; --keep writes it all the same"
             missed, self.missed = "; ".join(self.missed), []
@@ -162,7 +159,7 @@ class Batch:
 
     @contextmanager
     def _minding(self, name: str) -> Iterator[None]:
-        """Tell in a line what goes wrong with a material, and go on; what is none goes wrong as a whole."""
+        """Report an error with a material in one line, and go on; without a name let it pass."""
         try:
             yield
         except (IntarsiaError, OSError, MemoryError) as e:
@@ -172,7 +169,7 @@ class Batch:
             self.failed.append({"material": name, "error": said, "exit_code": code})
             self.report.say(one_line(f"intarsia: {name}: {said}"))
 
-    def _end(self, more: dict[str, Any]) -> None:
+    def _end(self, more: Json) -> None:
         """Print the result, and leave with the exit code of the first failure."""
         alone = len(self.results) == 1 and not self.materials
         answer = self.results[0] if alone else {"results": self.results}
@@ -184,8 +181,8 @@ class Batch:
             raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
         self._check_missed()
 
-    def _planned(self, order: Order) -> dict[str, Any]:
-        """Tell a person what would be made, and return what JSON says of it."""
+    def _planned(self, order: Order) -> Json:
+        """Print what would be made, and return it as JSON."""
         plan, memory = order.shelf.plan, order.memory >> 20
         self.report.warn(*order.warnings)
         about = self._about(order, None) | {
@@ -198,20 +195,19 @@ class Batch:
         return about
 
     def _make(self, order: Order, meter: Meter, staging: Staging) -> None:
-        """Make one output and judge it; unless it is refused write its files, to appear when `staging` is committed."""
+        """Make one output and score it; unless it is refused write its files, to appear when `staging` is committed."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
-        plan, asked, times = shelf.plan, request.distance_map, request.magnify
+        plan, asked = shelf.plan, request.distance_map
         clock = {"read": time.perf_counter() - began}
-        probe = None if asked is None else Probe(asked[0][1] // times, asked[0][0] // times)
+        probe = None if asked is None else Probe(asked[0][1] // request.magnify, asked[0][0] // request.magnify)
         grown_at, share = 0.6 if request.repair else 0.9, 0.1 / len(order.pictures)
         run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL, probe=probe)
-        grown, seams = made_of(request, plan, order.seed, run), dict[str, Any]()
+        grown, seams = made_of(request, plan, order.seed, run), Json()
         if request.repair:
             step = meter.stage("repair", grown_at, 0.9, grown.exemplars)
             grown, seams = self._repaired(grown, replace(run, step=step))
-        more = {"inputs": inputs_of(request) or None, "depth": request.depth}
-        said = {**request.said, **{name: value for name, value in more.items() if value is not None}}
-        grown = replace(grown, recipe=grown.recipe | said)
+        said = {"inputs": inputs_of(request) or None, "depth": request.depth, **request.said}
+        grown = replace(grown, recipe=grown.recipe | {name: value for name, value in said.items() if value is not None})
         self.report.warn(*run.notes)
         clock["grow"] = time.perf_counter() - began - sum(clock.values())
         about = self._about(order, grown) | seams
@@ -232,6 +228,8 @@ class Batch:
             picture = planes if request.layers else planes[names[0]]
             write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
         if request.sheet is not None:
+            from ..tasks import drawings
+
             self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
         _write_more(order, grown, staging, found, probe)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
@@ -241,8 +239,10 @@ class Batch:
         line = f"{order.line(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s"
         self.made.append((line, about, order.warnings))
 
-    def _judged(self, order: Order, grown: Synthesis, drawn: Plane) -> scoring.Outcome:
-        """Judge an output whose base plane is `drawn`, and remember what it misses."""
+    def _judged(self, order: Order, grown: Synthesis, drawn: Plane) -> Outcome:
+        """Score an output whose base plane is `drawn`, and keep the gates that it misses."""
+        from ..tasks import report, scoring
+
         name = next(iter(order.pictures.values()))
         found = scoring.Outcome.of(grown, name, drawn)
         missed = scoring.misses(found.score, self.request.gates)
@@ -253,12 +253,14 @@ class Batch:
             self.judged.append(report.thumbnailed(found))
         return found
 
-    def _write_beside(self, staging: Staging) -> dict[str, Any]:
-        """Write what shows all outputs: a contact sheet, and a report; return their names."""
-        written: dict[str, Any] = {}
+    def _write_beside(self, staging: Staging) -> Json:
+        """Write what shows all outputs, a contact sheet and a report; return their names."""
+        written: Json = {}
         if self.request.sheet is not None and self.thumbnails:
+            from ..tasks.drawings import contact_sheet
+
             written["sheet"] = self.request.sheet
-            write(staging.place(self.request.sheet), drawings.contact_sheet(self.thumbnails))
+            write(staging.place(self.request.sheet), contact_sheet(self.thumbnails))
             self.made.append((f"{self.request.sheet}: contact sheet of {len(self.thumbnails)}", {}, ()))
         if self.index is not None and self.judged:
             written["report"] = self.index
@@ -266,15 +268,15 @@ class Batch:
         return written
 
     def _tell(self) -> None:
-        """Say that outputs are there."""
+        """Print the outputs that are written."""
         for line, about, warnings in self.made:
             self.report.warn(*warnings)
             self.report.note(line)
             explain(self.report, about, warnings)
         self.made = []
 
-    def _about(self, order: Order, grown: Synthesis | None) -> dict[str, Any]:
-        """What JSON says of a result, x before y, and of how its method was chosen."""
+    def _about(self, order: Order, grown: Synthesis | None) -> Json:
+        """Return a result as JSON, x before y, with how its method was chosen."""
         request, plan = order.shelf.request, order.shelf.plan
         method, seed = (plan.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
         files = [{"path": path, "holds": held} for path, held in order.files]
@@ -286,7 +288,8 @@ class Batch:
             about["magnify"] = request.magnify
         if grown is not None:
             about |= {"exemplars": grown.recipe["exemplars"], "energy": grown.energy}
-            about |= {name: grown.recipe[name] for name in ("overlaps",) if name in grown.recipe}
+            if "overlaps" in grown.recipe:
+                about["overlaps"] = grown.recipe["overlaps"]
         if plan.choice is None:
             return about
         auto = as_json(plan.choice if grown is None or grown.choice is None else grown.choice, request.explain)
@@ -294,12 +297,14 @@ class Batch:
             auto["scores"] = [score.as_dict() for score in grown.trials]
         return about | {"auto": auto | {"command": _again(order, method, seed)}}
 
-    def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, dict[str, Any]]:
-        """Cover the worst seams; what JSON says of it."""
+    def _repaired(self, grown: Synthesis, run: Run) -> tuple[Synthesis, Json]:
+        """Repair the worst seams; return the result, and what JSON reports of the repair."""
         if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
-        grown, done = repair.mended(grown, self.request.repair, run)
+        from ..tasks.repair import mended
+
+        grown, done = mended(grown, self.request.repair, run)
         share = done.after / done.before if done.before else 1.0
         said = {"passes": self.request.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")
@@ -307,7 +312,7 @@ class Batch:
 
 
 def _again(order: Order, method: Method, seed: int) -> str:
-    """The command that makes an output again; a map that was continued is known to its recipe alone."""
+    """Return the command that makes an output again; one that continued a map is made again from its recipe."""
     request, sets, picture = order.shelf.request, order.shelf.sets, next(iter(order.pictures.values()))
     if request.start is not None:
         kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
@@ -317,7 +322,7 @@ def _again(order: Order, method: Method, seed: int) -> str:
             "replay", picture=picture, out="again.png", files=files, maps=again.maps, masks=again.masks,
             pictures=again.pictures, start=request.start, **kept,
         ))  # fmt: skip
-    more: dict[str, Any] = {
+    more: Json = {
         "several": not request.begun and len(sets) > 1,
         "size": order.shelf.size if request.verb == "grow" else request.size,
         "out": picture,
@@ -330,7 +335,7 @@ def _again(order: Order, method: Method, seed: int) -> str:
 
 
 def _bytes(order: Order) -> int:
-    """How many bytes the pixels of an order take, as they are written."""
+    """Return the bytes of the pixels of an order in the depth that is written."""
     request, exemplar, (width, height) = order.shelf.request, order.shelf.scene.exemplars[0], order.shelf.size
     area, total = exemplar.height * exemplar.width * request.magnify**2, 0
     for plane in filter(None, map(exemplar.picture, order.pictures)):
@@ -340,18 +345,25 @@ def _bytes(order: Order) -> int:
 
 
 def _write_more(
-    order: Order, grown: Synthesis, staging: Staging, found: scoring.Outcome | None, probe: Probe | None
+    order: Order, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
 ) -> None:
-    """Write what an output has beside its pictures."""
+    """Write the other files of an output: map, report, preview and the like."""
+    from ..search import distance_map
+    from ..tasks import tileable
+
     request, run = order.shelf.request, Run(order.shelf.request.threads)
     for what, path in order.beside.items():
         if what == "map":
             smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
             write_bytes(staging.place(path), smap.to_bytes())
         elif what == "st map":
-            write(staging.place(path), _st_plane(grown.map), run=run)
+            # Red and green; blue is 0, so that every program opens it as colour.
+            pixels = np.pad(grown.map.st_map(), ((0, 0), (0, 0), (0, 1)))
+            write(staging.place(path), Plane(pixels, Kind.DATA, Transfer.LINEAR), run=run)
         elif what == "distances" and probe is not None and probe.maps is not None:
-            write(staging.place(path), distance_plane(probe.maps, path))
+            distances = distance_map.side_by_side(probe.maps)  # which PNG does not hold as they are
+            made = distance_map.as_16_bit(distances) if path.lower().endswith(".png") else distances
+            write(staging.place(path), Plane(made, Kind.DATA, Transfer.LINEAR))
         elif what == "report" and found is not None:
             write_page(staging, path, found)
         elif what == "preview":
@@ -361,23 +373,11 @@ def _write_more(
             write(staging.place(path), tileable.half_shifted(order.shelf.scene), depth=request.depth, run=run)
 
 
-def _laid(about: dict[str, Any]) -> str:
-    """What patches really share, where it is more than was said."""
+def _laid(about: Json) -> str:
+    """Return words for the overlaps of patches, if they are larger than the method's."""
     found = about.get("overlaps", {})
     said = {name: about["footprint"][n] - about["pitch"][n] for n, name in enumerate("xy")} if found else {}
     if all(found[name] == [px, px] for name, px in said.items()):
         return ""
     low, high = min(v[0] for v in found.values()), max(v[1] for v in found.values())
     return f", overlaps of {low} px" if low == high else f", overlaps of {low} to {high} px"
-
-
-def _st_plane(smap: SourceMap) -> Plane:
-    """An ST map as red and green; blue is 0, so that every program opens it as colour."""
-    return Plane(np.pad(smap.st_map(), ((0, 0), (0, 0), (0, 1))), Kind.DATA, Transfer.LINEAR)
-
-
-def distance_plane(maps: list[Any], path: str) -> Plane:
-    """Distances as a picture: as they are, or stretched to 16 bits where the format holds no others."""
-    whole = distance_map.side_by_side(maps)
-    pixels = distance_map.as_16_bit(whole) if path.lower().endswith(".png") else whole
-    return Plane(pixels, Kind.DATA, Transfer.LINEAR)

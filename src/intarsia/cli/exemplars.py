@@ -1,19 +1,18 @@
-"""From files on the command line to exemplars: which belong together, what they are called, reading them once."""
+"""Files of a command line as exemplars: grouped into sets of planes, read once, cropped, reduced and evenly lit."""
 
 from __future__ import annotations
 
 import os
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import files
-from ..foundation import InputError, ParameterError, lazy
+from ..foundation import InputError, ParameterError
 from ..foundation.arrays import Mask, Pair
 from ..foundation.geometry import Wrap
 from ..model import Exemplar
@@ -25,21 +24,15 @@ from ..synthesis import Plan, Scene
 from ..tasks import plan_of, scene_of
 from . import Report
 
-if TYPE_CHECKING:
-    from ..analysis import light
-    from ..rendering import magnification
-    from ..tasks import completion
-else:
-    light, magnification = lazy("intarsia.analysis.light"), lazy("intarsia.rendering.magnification")
-    completion = lazy("intarsia.tasks.completion")
-
 Warn = Callable[[str], None]
 
 MUCH = 0.01  # of the pixels
 
 
 def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
-    """Return the exemplar as it is to be used: without the avoided colour, cropped, reduced, evenly lit, magnified."""
+    """Return the exemplar as a request uses it: without the avoided colour, cropped, reduced, evenly lit, magnified."""
+    from ..rendering.magnification import magnified, reduced
+
     exemplar = replace(exemplar, toroidal=asked.toroidal)
     if asked.avoid is not None:
         exemplar = avoiding(exemplar, asked.avoid, warn)
@@ -47,10 +40,12 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
         exemplar = cropped(exemplar, asked.crop)
     if asked.scale != 1:
         said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
-        exemplar = magnification.reduced(exemplar, asked.scale, *said)
+        exemplar = reduced(exemplar, asked.scale, *said)
     if asked.flatten:
-        lit, exemplar = exemplar, light.flattened(exemplar)
-        share = light.clipped(lit.base, exemplar.base)
+        from ..analysis.light import clipped, flattened
+
+        lit, exemplar = exemplar, flattened(exemplar)
+        share = clipped(lit.base, exemplar.base)
         if share > MUCH:
             warn(
                 f"--flatten: {100 * share:.0f} % of {exemplar.name} became brighter than white and was cut off there; "
@@ -59,7 +54,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     n = asked.magnify
     if n == 1:
         return exemplar
-    made = magnification.magnified(exemplar, n)
+    made = magnified(exemplar, n)
     width, height = made.width * n, made.height * n
     if (width, height) != (exemplar.width, exemplar.height):
         warn(f"--magnify {n}: {_named(exemplar)} was cut to {width}x{height} px, which {n} divides.")
@@ -67,7 +62,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
 
 
 def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Exemplar:
-    """Make the pixels of exactly this colour unusable."""
+    """Return the exemplar with the pixels of exactly this colour unusable."""
     base = exemplar.base
     if base.is_float:
         raise ParameterError(f"--avoid: {exemplar.name} has float pixels; mark what to avoid in a --mask instead.")
@@ -87,7 +82,7 @@ def avoiding(exemplar: Exemplar, colour: tuple[int, int, int], warn: Warn) -> Ex
 
 
 def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
-    """Cut out x, y, width, height, in px of the base plane."""
+    """Return the part at x, y, width, height of an exemplar, in px of the base plane."""
     x, y, width, height = crop
     if min(x, y) < 0 or x + width > exemplar.width or y + height > exemplar.height:
         raise ParameterError(
@@ -96,7 +91,9 @@ def cropped(exemplar: Exemplar, crop: tuple[int, int, int, int]) -> Exemplar:
     for name, plane in exemplar.planes.items():
         if any(v * plane.width % exemplar.width for v in crop):
             raise ParameterError(f"--crop cuts pixels of the smaller plane {name}; use multiples of its pixels.")
-    return magnification.cut_out(exemplar, x, y, width, height)
+    from ..rendering.magnification import cut_out
+
+    return cut_out(exemplar, x, y, width, height)
 
 
 def _named(exemplar: Exemplar) -> str:
@@ -104,14 +101,14 @@ def _named(exemplar: Exemplar) -> str:
 
 
 NO_NORMALS = 0.15
-"""Vectors of normal maps are less off length 1 on average, even if they were reduced or strongly compressed."""
+"""Mean deviation of vectors from length 1 that normal maps stay below, even reduced or strongly compressed."""
 
 Set = dict[str, str]
-"""The files of one exemplar: plane -> path, the base first; ``mask`` says which pixels are usable."""
+"""The files of one exemplar or output: plane -> path, the base first; ``mask`` says which pixels are usable."""
 
 
 def sets_of(request: Request, report: Report) -> list[Set]:
-    """Sort the files into exemplars, add what --map and --mask name, and tell how they were read."""
+    """Group the files of a request into exemplars, add those of --map and --mask, and report the groups."""
     sets = grouped(request.files, request.how)
     by_name: dict[str, list[str]] = {}
     for name, path in [*request.maps, *(("mask", path) for path in request.masks)]:
@@ -124,130 +121,132 @@ def sets_of(request: Request, report: Report) -> list[Set]:
                 raise ParameterError(f"{option}: {found[name]} already is the plane {name}; drop one of the two.")
             found[name] = path
     if len(request.files) > 1 or os.path.isdir(request.files[0]):
-        for line in files.describe([{**found} for found in sets]).splitlines():
+        for line in files.describe(sets).splitlines():
             report.note(line)
     return sets
 
 
 def check_each(option: str, given: int, several: int) -> None:
-    """Refuse an option that is not given once for each exemplar."""
+    """Raise ParameterError if an option is not given once for each exemplar."""
     if given != several:
         number = f"{given} given for {several} exemplar{'s' * (several > 1)}"
         raise ParameterError(f"{option}: {number}; give it once for each, in the same order.")
 
 
 def grouped(paths: tuple[str, ...], how: str = "auto") -> list[Set]:
-    """Sort files into exemplars."""
+    """Group files into exemplars."""
     return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(paths, how)]
 
 
 def stem_of(found: Set) -> str:
-    """Return what {stem} stands for: the file name, or what the files of a set share, be it only their folder."""
+    """Return the value of {stem}: the stem of the file, or of the set, or the name of the folder."""
     pictures = [path for name, path in found.items() if name != "mask"]
     first = pictures[0]
     if first == "-":
         return "stdin"
     if first.startswith("sample:"):
         return first.removeprefix("sample:").partition(files.formats.LAYER)[0]
-    if len(pictures) == 1:
-        return Path(files.formats.split_layer(first)[0]).stem
-    first_file = Path(files.formats.split_layer(first)[0])
-    return files.sets.name_of(first)[0] or first_file.parent.name or first_file.stem
+    file = Path(files.formats.split_layer(first)[0])
+    return file.stem if len(pictures) == 1 else files.sets.name_of(first)[0] or file.parent.name or file.stem
 
 
+@dataclass
 class Held:
-    """Exemplars that the commands of one process share: what was found in one is not looked for again.
+    """An LRU cache of exemplars, with what was measured of them, for several commands in one process.
 
-    They are a few, of so many pixels together, each for so many commands, as what is known of it grows by them. One is
-    read anew when a file of it has changed.
+    It holds `most` exemplars of `pixels` px together; one is read anew after so many `uses`, as its memory grows, and
+    when one of its files has changed.
     """
 
-    def __init__(self, most: int = 4, pixels: int = 1 << 23, uses: int = 64) -> None:
-        self._most, self._pixels, self._uses = most, pixels, uses
-        self._known: OrderedDict[tuple[Any, ...], tuple[Exemplar, list[str], int]] = OrderedDict()
+    most: int = 4
+    pixels: int = 1 << 23
+    uses: int = 64
+    known: dict[object, tuple[Exemplar, list[str], int]] = field(default_factory=dict)
 
-    def get(self, key: tuple[Any, ...], read: Callable[[Warn], Exemplar], warn: Warn) -> Exemplar:
-        """Return the exemplar that is known by a key, or read it; what it warns of is told either way."""
-        exemplar, told, uses = self._known.pop(key, (None, list[str](), 0))
-        if exemplar is None or uses >= self._uses:
+    def get(self, key: object, read: Callable[[Warn], Exemplar], warn: Warn) -> Exemplar:
+        """Return the exemplar of a key, or read it; its warnings are repeated either way."""
+        exemplar, told, uses = self.known.pop(key, (None, list[str](), 0))
+        if exemplar is None or uses >= self.uses:
             told, uses = [], 0
             exemplar = read(told.append)
-        self._known[key] = exemplar, told, uses + 1
-        while len(self._known) > self._most or (self._known and self._sum() > self._pixels):
-            self._known.popitem(last=False)
+        self.known[key] = exemplar, told, uses + 1
+        while len(self.known) > self.most or sum(e.height * e.width for e, _, _ in self.known.values()) > self.pixels:
+            del self.known[next(iter(self.known))]
         for line in told:
             warn(line)
         return exemplar
-
-    def _sum(self) -> int:
-        return sum(e.height * e.width for e, _, _ in self._known.values())
 
 
 _held: Held | None = None
 
 
 def hold(held: Held | None) -> None:
-    """Have the commands of this process share exemplars from now on; None: each reads its own."""
+    """Set the cache of exemplars of this process; None: each command reads its own."""
     global _held
     _held = held
 
 
 def _signs(found: Set) -> tuple[Any, ...] | None:
-    """What tells whether the files of an exemplar are still the same; None where that cannot be told."""
-    signs = []
-    for path in found.values():
-        if path.startswith("sample:"):
-            continue
-        try:
-            stat = os.stat(path)
-        except OSError:  # the standard input, a layer of a file
-            return None
-        signs.append((stat.st_dev, stat.st_ino, stat.st_size, stat.st_mtime_ns))
-    return tuple(signs)
+    """Return a key that changes with the files of an exemplar; None if there is none."""
+    try:
+        states = [os.stat(path) for path in found.values() if not path.startswith("sample:")]
+    except OSError:  # the standard input, a layer of a file
+        return None
+    return tuple((s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for s in states)
 
 
 class Shelf:
-    """The exemplars of a request, and what is planned with them: read when asked for, known until it is forgotten.
+    """The exemplars, scene and plan of a request, made when needed and kept until :meth:`forget`.
 
-    ``sets`` are their files, those of donors behind the others.
+    ``sets`` are the files of exemplars, those of donors last.
     """
 
     def __init__(self, sets: Sequence[Set], request: Request, report: Report) -> None:
         self.sets, self.request, self._report = sets, request, report
 
     def forget(self) -> None:
-        """Forget all that was read, so that a long batch does not fill memory."""
+        """Drop what was read and planned, so that a long batch does not fill memory."""
         for name in ("exemplars", "scene", "plan"):
             self.__dict__.pop(name, None)
 
     @cached_property
     def exemplars(self) -> tuple[Exemplar, ...]:
-        """The exemplars, cropped and reduced as asked."""
+        """The exemplars as the request uses them."""
         return tuple(self._read(found, n) for n, found in enumerate(self.sets))
 
     @cached_property
     def scene(self) -> Scene:
-        """The exemplars, and the canvas with what is on it."""
+        """The exemplars and the canvas."""
         hole = self.hole(self.exemplars[0].base, self.exemplars[0].name) if self.request.verb == "heal" else None
         return scene_of(self.request, self.exemplars, hole, self.guide() if self.request.verb == "paint" else None)
 
     @cached_property
     def plan(self) -> Plan:
-        """By which method the scene is filled."""
+        """The method that fills the scene, with its parameters."""
         return plan_of(self.request, self.scene)
 
     @property
     def size(self) -> Pair:
-        """Width and height of what is made of them."""
+        """Width and height of the output."""
         canvas, times = self.scene.canvas, self.request.magnify
         return canvas.width * times, canvas.height * times
 
     def hole(self, base: Plane, name: str) -> Mask:
-        """Read the hole of the picture, whose base plane is `base`."""
-        return hole_of(self.request.holes[0], self.sets[0], base, name)
+        """Return which pixels (H, W) of the picture `name`, with the base plane `base`, are to be healed."""
+        mask, files_of = self.request.holes[0], self.sets[0]
+        if mask == "alpha":
+            first = next(n for n in files_of if n != "mask")
+            opaque = files.read_set({first: files_of[first]}, alpha="mask").usable
+            return np.zeros((base.height, base.width), bool) if opaque is None else ~opaque
+        hole = files.read_mask(mask, base, name)
+        if not hole.any() or hole.all():
+            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
+            size = f"{base.width}x{base.height} px"
+            raise InputError(f"the hole {mask} {what} of {name} ({size}); {remedy}: white is healed.")
+        return hole
 
     def guide(self) -> Guide:
-        """Read the label pictures and the target; those are as large as the exemplars, and cut as they are."""
+        """Read the labels of the exemplars, which are cropped and reduced like them, and the target."""
         labels, target_path = self.request.labels, self.request.target
         assert target_path is not None
         check_each("--labels", len(labels), len(self.sets))
@@ -267,8 +266,10 @@ class Shelf:
 
     def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> Mask:
-            """What of a picture is filled anew, so that it does not matter what is there."""
-            return completion.grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
+            """Return the pixels of a picture that are filled anew, and may hold anything."""
+            from ..tasks.completion import grown_hole
+
+            return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
         healed = self.request.holes and not n
 
@@ -287,17 +288,3 @@ class Shelf:
         if _held is None or signs is None:
             return read(self._report.warn)
         return _held.get((repr(inputs_of(self.request)), repr(found), signs), read, self._report.warn)
-
-
-def hole_of(mask: str, found: dict[str, str], base: Plane, name: str) -> Mask:
-    """Read which pixels (H, W) of the set `found` are to be healed; `mask` is a file, or ``alpha``."""
-    if mask != "alpha":
-        hole = files.read_mask(mask, base, name)
-        if not hole.any() or hole.all():
-            what, remedy = ("covers all", "leave some of it") if hole.all() else ("marks nothing", "mark what is to go")
-            size = f"{base.width}x{base.height} px"
-            raise InputError(f"the hole {mask} {what} of {name} ({size}); {remedy}: white is healed.")
-        return hole
-    first = next(n for n in found if n != "mask")
-    opaque = files.read_set({first: found[first]}, alpha="mask").usable
-    return np.zeros((base.height, base.width), bool) if opaque is None else ~opaque

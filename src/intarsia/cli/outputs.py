@@ -1,36 +1,33 @@
-"""Where results go: names from templates, checks before the work, and all files of a result at once or none."""
+"""Output files: names from templates, checks before the work, and a staging area that commits atomically."""
 
 from __future__ import annotations
 
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
-from types import TracebackType
+from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
 from typing import TYPE_CHECKING, Any
 
 from .. import files
-from ..disk import whole
-from ..foundation import ParameterError, ResourceError, lazy, printable
+from ..disk import reason_of, whole
+from ..foundation import ParameterError, ResourceError, printable
 from ..foundation.arrays import Pair
 from ..model import Exemplar
 from ..model.image import Plane
 from ..request import Request
-from . import reason_of, unbroken
+from . import unbroken
 from .exemplars import Set, stem_of
 
 if TYPE_CHECKING:
-    from ..tasks import report, scoring
-else:  # only --report needs it
-    report = lazy("intarsia.tasks.report")
+    from ..tasks.scoring import Outcome
 
 FIELDS = ("stem", "seed", "method", "w", "h")
 
 
 def filled_name(template: str, values: Mapping[str, object]) -> str:
-    """Put values into {stem}, {seed}, {method}, {w} and {h} of a file name, nothing where there is none."""
+    """Fill {stem}, {seed}, {method}, {w} and {h} of a file name; with nothing if there is no value."""
 
     def value(match: re.Match[str]) -> str:
         if match[1] not in FIELDS:
@@ -40,36 +37,28 @@ def filled_name(template: str, values: Mapping[str, object]) -> str:
     return re.sub(r"\{([^{}]*)\}", value, template)
 
 
-def plane_files(out: str, planes: Mapping[str, str]) -> dict[str, str]:
-    """Name the file of each plane: the base is `out`, the others lie beside it, in the format they came in."""
+def plane_files(out: str, planes: Set) -> Set:
+    """Return the file of each plane: `out` for the base, OUT_NAME in the format of the input for the others."""
     names = [name for name in planes if name != "mask"]
     if out == "-":
         if len(names) > 1:
             raise ParameterError(f"-o - holds one picture, here are {len(names)} planes; name a file.")
         return {names[0]: out}
-    stem, own = os.path.splitext(out)
-    return {name: f"{stem}_{name}{_ending(planes[name], own)}" if n else out for n, name in enumerate(names)}
+    stem, own = splitext(out)
+    return {name: f"{stem}_{name}{_ending(planes[name]) or own}" if n else out for n, name in enumerate(names)}
 
 
-def _ending(path: str, otherwise: str) -> str:
-    ending = _own_ending(path)
-    try:
-        files.format_of("x" + ending)
-    except ParameterError:  # a format that is read but not written
-        return otherwise
-    return ending
-
-
-def _own_ending(path: str) -> str:
-    """The ending of a file that was read; a built-in sample has none."""
-    return "" if path.startswith("sample:") else os.path.splitext(files.formats.split_layer(path)[0])[1]
+def _ending(path: str) -> str:
+    """Return the ending of an input file, if files of that format are written; else "", as for built-in samples."""
+    ending = "" if path.startswith("sample:") else splitext(files.formats.split_layer(path)[0])[1]
+    return ending if ending.lower() in files.formats.SUFFIXES else ""
 
 
 def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
-    """Name what is made of exemplars and stands in the working folder, without an ending: stones_grown.
+    """Return the default name of an output, without ending: stones_grown.
 
-    Of several exemplars each gives its name, of more than three the first; the standard input has none. `seed` is said
-    where there are several.
+    It has the names of all exemplars, or of the first of more than three; the standard input has none. `seed` is added
+    if there are several.
     """
     stems = [stem_of(found) for found in sets if next(iter(found.values())) != "-"]
     if len(stems) > 3:
@@ -77,19 +66,9 @@ def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
     return "_".join([*stems, done, *([] if seed is None else [str(seed)])])
 
 
-def fitting_files(
-    found: Mapping[str, str], exemplar: Exemplar, times: float, depth: str | None, called: Callable[[str], str]
-) -> dict[str, str]:
-    """Name the file of each plane of the set `found` in a format that holds it, drawn so many times longer."""
-    return {
-        n: called(n) + usual_ending(p, plane, times, depth)
-        for n, p in found.items() if (plane := exemplar.picture(n)) is not None
-    }  # fmt: skip
-
-
 def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> str:
-    """The ending of the exemplar, if its format loses nothing and holds the result; else one of which that is true."""
-    for ending in (_own_ending(path).lower(), ".png", ".exr"):
+    """Return the ending of the input if its format is lossless and holds the result, `times` longer; else another."""
+    for ending in (_ending(path).lower(), ".png", ".exr"):
         kept = files.formats.SUFFIXES.get(ending)
         if kept is not None and kept.lossless and max(plane.height, plane.width) * times <= kept.side:
             with suppress(ParameterError):
@@ -98,15 +77,15 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
     return ".tif"
 
 
-def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> dict[str, str]:
-    """Name one file for all planes, or refuse what cannot be layers of it."""
+def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> Set:
+    """Return one file for all planes; ParameterError if they cannot be its layers."""
     planes = {name: exemplar.planes[name] for name in exemplar.drawn}
     files.check_layered(out, planes, depth)
     return dict.fromkeys(planes, out)
 
 
-def check_depths(pictures: Mapping[str, str], exemplar: Exemplar, size: Pair, request: Request) -> None:
-    """Refuse depths, channels and sides that the files cannot hold; `size`: width and height of the base plane."""
+def check_depths(pictures: Set, exemplar: Exemplar, size: Pair, request: Request) -> None:
+    """Raise ParameterError for depths, channels and sides that files cannot hold; `size`: width, height of the base."""
     for name, path in pictures.items():
         plane = exemplar.picture(name)
         assert plane is not None
@@ -114,16 +93,16 @@ def check_depths(pictures: Mapping[str, str], exemplar: Exemplar, size: Pair, re
         files.check_depth(path, plane, request.depth, (width, height))
 
 
-def by_file(pictures: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return which planes each file holds."""
+def by_file(pictures: Set) -> dict[str, list[str]]:
+    """Return the planes of each file."""
     found: dict[str, list[str]] = {}
     for name, path in pictures.items():
         found.setdefault(path, []).append(name)
     return found
 
 
-def check_apart(pictures: Mapping[str, str]) -> None:
-    """Refuse planes that would be written into one file, one over the other."""
+def check_apart(pictures: Set) -> None:
+    """Raise ParameterError if two planes would be written to one file."""
     for path, names in by_file(pictures).items():
         if len(names) > 1 and path != "-":
             raise _twice(path)
@@ -136,12 +115,12 @@ def _twice(path: str) -> ParameterError:
 
 
 def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = False) -> None:
-    """Refuse files that cannot be written, and any that would be written twice; `seen` remembers the places.
+    """Raise an error if a file cannot be written, or would be written twice; `seen` collects the places.
 
-    `making`: folders that are missing will be made.
+    `making`: missing folders will be made.
     """
     for path in paths:
-        place = os.path.realpath(path)
+        place = realpath(path)
         if path != "-" and place in seen:
             raise _twice(path)
         seen.add(place)
@@ -149,32 +128,32 @@ def check_all(paths: Iterable[str], force: bool, seen: set[str], making: bool = 
 
 
 def check_place(path: str, force: bool, making: bool) -> None:
-    """Refuse a file that cannot be written; with `making` its folder need not be there, but that it can be made."""
-    folder = os.path.dirname(os.path.realpath(path))
-    if not making or os.path.lexists(folder):
+    """Raise an error if a file cannot be written; with `making` its folder may be missing if it can be made."""
+    folder = dirname(realpath(path))
+    if not making or lexists(folder):
         files.check_writable(path, force)
         return
-    while not os.path.lexists(folder):
-        folder = os.path.dirname(folder)
-    if not os.path.isdir(folder):
+    while not lexists(folder):
+        folder = dirname(folder)
+    if not isdir(folder):
         raise ParameterError(f"{printable(folder)} is no folder; name another place.")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ResourceError(f"the folder {printable(folder)} cannot be written; name another one.")
 
 
 class Staging:
-    """Files under way: written beside their places under a hidden folder, then moved there all at once."""
+    """Files written to hidden folders beside their places, and moved there together by :meth:`commit`."""
 
     def __init__(self, force: bool, making: bool = False) -> None:
         self._force, self._making = force, making
         self._made: list[str] = []
-        self._folders: dict[str, str] = {}
+        self._folders: Set = {}
         self._moves: list[tuple[str, str]] = []
 
     def __enter__(self) -> Staging:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, e: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *error: object) -> None:
         with unbroken():
             for folder in self._folders.values():
                 whole.take_away(folder)
@@ -185,11 +164,11 @@ class Staging:
                     os.rmdir(folder)  # only where nothing lies in it
 
     def place(self, path: str) -> str:
-        """Return where to write the file that will be `path`; the standard output (-) is written at once."""
+        """Return the path at which to write the file `path`; the standard output (-) is written at once."""
         if path == "-":
             return path
-        target = os.path.realpath(path)
-        folder = os.path.dirname(target)
+        target = realpath(path)
+        folder = dirname(target)
         if folder not in self._folders:
             if self._making:
                 self._make(folder)
@@ -200,16 +179,16 @@ class Staging:
             except OSError as e:
                 del self._folders[folder]
                 raise ResourceError(f"{folder} cannot be written ({reason_of(e)}); name another folder.") from None
-        staged = os.path.join(self._folders[folder], os.path.basename(target))
+        staged = join(self._folders[folder], basename(target))
         self._moves.append((staged, target))
         whole.asked_for(staged, path)
         return staged
 
     def _make(self, folder: str) -> None:
-        """Make a folder and those above it, as far as they are missing."""
-        if os.path.isdir(folder):
+        """Make a folder and its missing parents; they are removed again if nothing is written there."""
+        if isdir(folder):
             return
-        self._make(os.path.dirname(folder))
+        self._make(dirname(folder))
         self._made.append(folder)
         try:
             os.mkdir(folder)
@@ -219,23 +198,23 @@ class Staging:
             raise ResourceError(f"{printable(folder)} cannot be made ({reason_of(e)}); name another folder.") from None
 
     def commit(self) -> None:
-        """Move all files to their places; if one cannot be moved, take the others away again."""
-        moves = [m for staged, target in self._moves for m in _with_recipe(staged, target)]
+        """Move all files to their places; if one cannot be moved, remove the others again."""
+        moves = [(f"{s}{own}", f"{target}{own}") for s, target in self._moves for own in ("", files.RECIPE)]
         for staged, target in moves:
-            if os.path.exists(staged):
+            if exists(staged):
                 files.check_writable(target, self._force)
         done: list[str] = []
         with unbroken():
             try:
                 for staged, target in moves:
-                    if not os.path.exists(staged):  # no recipe lies beside the new file: that of the old is wrong
+                    if not exists(staged):  # no recipe lies beside the new file: that of the old is wrong
                         if self._force:
                             with suppress(OSError):
                                 os.unlink(target)
                         continue
                     with suppress(OSError):
                         shutil.copymode(target, staged)
-                    new = not os.path.lexists(target)
+                    new = not lexists(target)
                     os.replace(staged, target)
                     done += [target] * new
             except OSError as e:
@@ -245,15 +224,8 @@ class Staging:
                 raise ResourceError(f"{target} cannot be written ({reason_of(e)}); name another place.") from None
 
 
-def _with_recipe(staged: str, target: str) -> list[tuple[str, str]]:
-    pairs = [(staged, target)]
-    if not Path(target).name.endswith((".npz", ".json", ".html")):
-        pairs.append((str(files.recipe_path(staged)), str(files.recipe_path(target))))
-    return pairs
-
-
 def index_name(request: Request, many: bool) -> str | None:
-    """Return the name of the one report on several outputs; None where each has its own, or none is asked for."""
+    """Return the name of the one report on several outputs; None if each has its own, or none is asked for."""
     page = request.page
     if page is None or not many or "{stem}" in page or "{seed}" in page:
         return None
@@ -264,7 +236,9 @@ def index_name(request: Request, many: bool) -> str | None:
     return page
 
 
-def write_page(staging: Staging, path: str, found: scoring.Outcome | list[tuple[scoring.Outcome, Any]]) -> None:
+def write_page(staging: Staging, path: str, found: Outcome | list[tuple[Outcome, Any]]) -> None:
     """Write the report on one output, or on several with their thumbnails."""
+    from ..tasks import report
+
     page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
     files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))

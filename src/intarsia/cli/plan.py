@@ -1,12 +1,12 @@
-"""What will be made, checked in full before any work: sizes, methods, depths, names of files."""
+"""Orders: outputs planned and checked before any work: sizes, methods, depths, file names, memory."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from os.path import commonpath, dirname, isdir, join, realpath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ..disk import taken
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.sets import Material
-from ..foundation import ParameterError, lazy, printable
+from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
 from ..methods import Method, measures_distances, recipe_settings, traits
@@ -23,9 +23,9 @@ from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..model.image import dtype_of
 from ..rendering.render import check_alike, check_drawable
-from ..request import Request
+from ..request import Json, Request
 from ..request.fields import DONE
-from ..synthesis import Plan, Scene
+from ..synthesis import Scene
 from ..tasks import small_of
 from . import Report
 from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of
@@ -35,35 +35,29 @@ from .outputs import (
     check_depths,
     check_place,
     filled_name,
-    fitting_files,
     layer_files,
     plane_files,
+    usual_ending,
     usual_name,
 )
 
-if TYPE_CHECKING:
-    from ..tasks import scoring
-else:  # only gates need it
-    scoring = lazy("intarsia.tasks.scoring")
-
 LIBRARIES, EACH = 64 << 20, 80
-"""Bytes that judging an output and drawing its report take at all, and for each of its pixels."""
+"""Bytes that scoring an output and drawing its report take: in any case, and for each of its pixels."""
 
 WORKING = 45 << 20
 """Bytes that the first kernels and the writer of files add to what planning took."""
 
 LEAST = 200 << 20
-"""Bytes of Python and its libraries at work, where planning needed few of them."""
+"""Least bytes of Python and its libraries at work."""
 
 MAP, FRAMES, FEATHER, LEVEL = 9, 161, 3, 10
-"""Bytes: of a px of the map, of frames and fractions and what they are made of, of feathering a px, of levelling a
-sample, of a px of a map that is gone over."""
+"""Bytes: of a px of the map, of frames and fractions of a px, of feathering a px, of tone correction of a sample."""
 
 ENCODED = 0.7
-"""What a picture shrinks to in a file, of a texture with much grain."""
+"""Size of an encoded picture of a grainy texture, as a share of its pixels."""
 
 SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
-"""Bytes that a method keeps of each px of the exemplars while it works; of the others, and around what is there:"""
+"""Bytes that a method keeps for each px of the exemplars while it works; of other methods, and around a start:"""
 SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
 KEPT = {
@@ -75,48 +69,62 @@ KEPT = {
 
 @dataclass(frozen=True)
 class Order:
-    """One texture to grow: of which exemplars, with which seed, and the files that it goes to."""
+    """One output: its exemplars, its seed, and its files."""
 
     shelf: Shelf
     seed: int
-    pictures: dict[str, str]  # plane -> file
-    beside: dict[str, str]  # what else is written, of `KEPT` -> file
+    pictures: Set  # plane -> file
+    beside: Set  # what else is written, of `KEPT` -> file
 
     @property
     def files(self) -> list[tuple[str, str]]:
-        """All files of the order, and what each holds."""
+        """All files, and what each holds."""
         pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
         return pictures + [(path, what) for what, path in self.beside.items()]
 
     @property
     def cut_from(self) -> Pair | None:
-        """Width and height of the picture of which less is tiled."""
+        """Width and height of the picture, if only a part of it is tiled."""
         picture = self.shelf.scene.exemplars[0]
         whole = picture.width, picture.height
         return whole if self.shelf.request.verb == "tile" and whole != self.shelf.size else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the exemplar, where the method was chosen."""
+        """Warnings about the exemplar, if the method was chosen."""
         choice = self.shelf.plan.choice
         return () if choice is None else choice.warnings
 
     @property
     def memory(self) -> int:
-        """Bytes that growing it takes, and judging it."""
-        request, (width, height) = self.shelf.request, self.shelf.size
-        judged = request.page is not None or bool(request.gates)
-        return memory_of(self.shelf.plan, request.depth) + (LIBRARIES + EACH * width * height) * judged
+        """Estimated peak memory of this process in bytes, right within 25 % if kernels are compiled.
+
+        What reading exemplars and resolving methods took is measured, not counted again.
+        """
+        request, (width, height), plan, drawn = self.shelf.request, self.shelf.size, self.shelf.plan, 0.0
+        exemplars, canvas, method, blend = plan.scene.exemplars, plan.scene.canvas, plan.method, plan.joined
+        area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
+        searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
+        each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
+        for plane in exemplars[0].planes.values():
+            samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)
+            held = plane.pixels.itemsize
+            made = held if request.depth is None else np.dtype(dtype_of(request.depth)).itemsize
+            swapped = made if made == 2 else 0  # bytes of 16 bits
+            written = (made if made != held else 0) + ENCODED * made + swapped
+            drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
+        judged = LIBRARIES + EACH * width * height if request.page is not None or request.gates else 0
+        return int(max(LEAST, taken() + WORKING) + own * searched + area * each + drawn) + judged
 
     def line(self, slug: str) -> str:
-        """What a person wants to know of it, once it is known which method leads to the end."""
+        """Return files, size, method `slug` and seed in one line."""
         (width, height), whole = self.shelf.size, self.cut_from
         cut = "" if whole is None else f" of {whole[0]}x{whole[1]} px"
         return f"{', '.join(path for path, _ in self.files)}: {width}x{height} px{cut}, {slug}, seed {self.seed}"
 
 
 def materials_of(request: Request, report: Report) -> list[Material]:
-    """Find the materials of folders, and of files that are named beside them; refuse what none could be made with."""
+    """Return the materials of the folders and files of a request; ParameterError for options of single pictures."""
     out, masks = request.out or "", "--usable" if request.holes else "--mask"
     filled_name(out, {})  # refuses unknown fields
     for option, given in (("--map", request.maps), (masks, request.masks)):
@@ -129,11 +137,10 @@ def materials_of(request: Request, report: Report) -> list[Material]:
     if "-" in request.read:
         raise ParameterError("the standard input (-) can be read once; name files where -o is a folder.")
     check_folder(out, request.files)
-    folders = [path for path in request.files if os.path.isdir(path)]
+    folders = [path for path in request.files if isdir(path)]
     found = [m for path in folders for m in files.materials(path, request.how)]
-    for one in files.group([path for path in request.files if path not in folders], request.how):
-        known = {name: os.fspath(path) for name, path in one.items()}
-        found.append(Material(stem_of(known), "", list(one.values())))
+    for one in grouped(tuple(path for path in request.files if path not in folders), request.how):
+        found.append(Material(stem_of(one), "", [*one.values()]))
     report.note(f"{len(found)} material{'s' * (len(found) > 1)}: {', '.join(m.name for m in found)}")
     used = {os.fspath(path) for material in found for path in material.files}
     every = [os.fspath(f) for p in folders for m in files.materials(p, "several") for f in m.files]
@@ -143,19 +150,19 @@ def materials_of(request: Request, report: Report) -> list[Material]:
 
 
 def check_folder(out: str, sources: tuple[str, ...]) -> None:
-    """Refuse a folder that cannot be made, and one that is read: the next run would take results for materials."""
-    inner = os.path.realpath(out)
-    if os.path.dirname(inner) == inner:
+    """Raise ParameterError if a folder cannot be made, or lies in one that is read, where results would be inputs."""
+    inner = realpath(out)
+    if dirname(inner) == inner:
         raise ParameterError(f"-o {printable(out)} is the root of all folders; name a folder in it.")
-    for folder in filter(os.path.isdir, sources):
-        if os.path.commonpath([inner, outer := os.path.realpath(folder)]) == outer:
+    for folder in filter(isdir, sources):
+        if commonpath([inner, outer := realpath(folder)]) == outer:
             raise ParameterError(f"-o {printable(out)} lies in {printable(folder)}, which is read; name another place.")
     if "{" not in out:
-        check_place(os.path.join(out, "o"), True, True)
+        check_place(join(out, "o"), True, True)
 
 
 def shelves_of(request: Request, report: Report) -> list[Shelf]:
-    """Return the exemplars of each output, or of one for each seed, with the request of that; nothing is read yet."""
+    """Return a shelf for each output, or one for the outputs of all seeds; nothing is read yet."""
     sets, donors, holes, labels = sets_of(request, report), grouped(request.donors), request.holes, request.labels
     each = "{stem}" in (request.out or "") or (not request.out and request.begun)
     if request.begun and len(sets) > 1 and not each:
@@ -172,15 +179,15 @@ def shelves_of(request: Request, report: Report) -> list[Shelf]:
         return [Shelf([*sets, *donors], request, report)]
     if request.verb == "paint":
         check_each("--labels", len(labels), len(sets))
-    mine = (
-        replace(request, holes=holes[n:][:1] if len(holes) > 1 else holes, labels=labels[n:][:1])
-        for n in range(len(sets))
-    )
-    return [Shelf([found, *donors], one, report) for found, one in zip(sets, mine, strict=True)]
+    shelves = []
+    for n, found in enumerate(sets):
+        mine = replace(request, holes=holes[n:][:1] if len(holes) > 1 else holes, labels=labels[n:][:1])
+        shelves.append(Shelf([found, *donors], mine, report))
+    return shelves
 
 
-def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None = None) -> list[Order]:
-    """Return the orders of some exemplars, one for each seed, or refuse what cannot work.
+def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) -> list[Order]:
+    """Return the orders of a shelf, one for each seed; an error if something cannot work.
 
     `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.
     """
@@ -188,7 +195,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     if request.size is not None and not request.begun:
         width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
-    fields: dict[str, Any] = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
+    fields: Json = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
     if request.out and not request.layers:
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
     if check is not None:
@@ -209,18 +216,19 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None =
     check_formats(orders[0])
     check_alike(exemplars)
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
-    check_distance_map(orders[0])
     if request.gates:
-        scoring.check_gates(request.gates)
+        from ..tasks.scoring import check_gates
+
+        check_gates(request.gates)
     return orders
 
 
-def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dict[str, Any]) -> dict[str, str]:
-    """Name the file of each plane as -o says, or after the exemplars, and after the seed where there are many."""
+def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Json) -> Set:
+    """Return the file of each plane: as -o names it, or by the exemplars, and by the seed if there are several."""
     usual = usual_name(sets, DONE[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
     if request.layers:
         if request.folder:
-            out = os.path.join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
+            out = join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
         else:
             out = filled_name(request.out, fields) if request.out else usual + ".exr"
         return layer_files(out, exemplar, request.depth)
@@ -229,75 +237,49 @@ def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: dic
     found, longer = sets[0], max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)
 
     def called(plane: str) -> str:
-        """In a folder as the plane's own file; else as the exemplar, but for what was done."""
+        """Return the name of a plane: that of its own file in a folder, else of the exemplar and what was done."""
         if not request.folder:
             return usual if plane == next(iter(found)) else f"{usual}_{plane}"
         file, layer = split_layer(found[plane])
         alone = sum(exemplar.picture(name) is not None for name in found) == 1
         own = stem_of(found) if alone else Path(file).stem + (f"_{plane}" if layer is not None else "")
-        return os.path.join(filled_name(request.folder, fields), own)
+        return join(filled_name(request.folder, fields), own)
 
-    return fitting_files(found, exemplar, longer, request.depth, called)
+    return {
+        name: called(name) + usual_ending(path, plane, longer, request.depth)
+        for name, path in found.items() if (plane := exemplar.picture(name)) is not None
+    }  # fmt: skip
 
 
-def method_as_json(method: Method, blend: Blend) -> dict[str, Any]:
-    """What JSON says of a method, x before y, and of how it joins its pieces."""
+def method_as_json(method: Method, blend: Blend) -> Json:
+    """Return a method and its blending as JSON, x before y."""
     its = {"method": method.slug, "parameters": recipe_settings(method)}
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
 def check_formats(order: Order) -> None:
-    """Refuse depths, channels and sizes that the formats of the files cannot hold."""
+    """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
     request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
     first = exemplars[0]
     check_depths(order.pictures, first, size, request)
     for path in order.pictures.values():
         if path != "-" and not format_of(path).text:
             check_place(str(recipe_path(path)), request.force, bool(request.folder))
-    if "map" in beside and _ending(beside["map"]) != ".npz":
+    if "map" in beside and Path(beside["map"]).suffix.lower() != ".npz":
         raise ParameterError(f"--save-map {beside['map']}: a map is saved as .npz; end the name in it.")
     if "st map" in beside:
-        if _ending(beside["st map"]) != ".exr":
+        if Path(beside["st map"]).suffix.lower() != ".exr":
             raise ParameterError(f"--st-map {beside['st map']}: an ST map is saved as .exr; end the name in it.")
         if len(exemplars) > 1:
             raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
     for what, times in (("preview", request.tiles), ("offset", 1)):
         if what in beside:
             check_depth(beside[what], first.planes[first.drawn[0]], request.depth, (size[0] * times, size[1] * times))
-
-
-def check_distance_map(order: Order) -> None:
-    """Refuse places outside the output, formats without distances, and methods that measure none."""
-    asked, (width, height), method = order.shelf.request.distance_map, order.shelf.size, order.shelf.plan.method
-    if asked is None:
-        return
-    (x, y), path = asked[0], order.beside["distances"]
-    if not (x < width and y < height):
-        raise ParameterError(f"--distance-map {x},{y} lies outside the output of {width}x{height} px.")
-    if _ending(path) not in (".exr", ".tif", ".tiff", ".png"):
-        raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-    if not measures_distances(method):
-        raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")
-
-
-def _ending(path: str) -> str:
-    return os.path.splitext(path)[1].lower()
-
-
-def memory_of(plan: Plan, depth: str | None) -> int:
-    """Estimate the peak of this process's memory in bytes, within 25 % where kernels are compiled already.
-
-    Exemplars must be read and methods resolved: what that took is measured, not counted again.
-    """
-    exemplars, canvas, method, blend = plan.scene.exemplars, plan.scene.canvas, plan.method, plan.joined
-    area, own = canvas.height * canvas.width, sum(e.height * e.width for e in exemplars)
-    searched = SEARCHED.get(method.slug, SEARCHED_USUALLY) if canvas.start is None else SEARCHED_AROUND
-    each = MAP + (FEATHER if blend.feather else 0) + (0 if traits(method).exact else FRAMES)
-    drawn = 0.0
-    for plane in exemplars[0].planes.values():
-        samples = plane.pixels.size * area / (exemplars[0].height * exemplars[0].width)
-        held = plane.pixels.itemsize
-        made = held if depth is None else np.dtype(dtype_of(depth)).itemsize
-        written = (made if made != held else 0) + ENCODED * made + (made if made == 2 else 0)  # 16 bits: bytes swapped
-        drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
-    return int(max(LEAST, taken() + WORKING) + own * searched + area * each + drawn)
+    if request.distance_map is not None:
+        (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
+        if not (x < size[0] and y < size[1]):
+            raise ParameterError(f"--distance-map {x},{y} lies outside the output of {size[0]}x{size[1]} px.")
+        if Path(path).suffix.lower() not in (".exr", ".tif", ".tiff", ".png"):
+            raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
+        if not measures_distances(method):
+            raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")

@@ -1,7 +1,7 @@
-"""Commands made of the table of what may be asked for: their options, the request that these say, and their help.
+"""Click commands built from the table of fields: their options, the request that they make, and their help.
 
-``grow``, ``extend``, ``heal``, ``paint`` and ``tile`` are made here, and do alike. Help fits a screen: the options that
-most need, in groups; --help-all tells of all. Imports nothing heavy.
+``grow``, ``extend``, ``heal``, ``paint`` and ``tile`` are made here. Help fits a screen: the usual options, in
+groups; --help-all lists all. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from ..disk import allowing
 from ..foundation import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
 from ..foundation.params import KINDS, Parameter, parameters
 from ..methods import METHODS, method_class, preset
-from ..request import FIELDS, Request, fields_of_verb, parameter_values, parameters_of_verb
-from ..request.field import FLAG, HEADINGS, Field, File, Kind, Number, Pair, Whole
+from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
+from ..request.field import FLAG, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import able
 from . import Report, begun
 
@@ -28,8 +28,8 @@ else:  # older versions of click do not take the bracket
     ParamType = click.ParamType
 
 
-def entries(*slugs: str) -> list[dict[str, Any]]:
-    """What ``intarsia methods --json`` prints of these methods, or of all."""
+def entries(*slugs: str) -> list[Json]:
+    """Return these methods, or all, as ``intarsia methods --json`` prints them."""
     return [
         {
             "slug": cls.slug,
@@ -47,7 +47,7 @@ class ParameterOption(click.Option):
 
 
 class FileName(click.Path):
-    """The name of a file, or - ; whoever opens it says what is wrong with it."""
+    """The name of a file, or - ; it is checked when it is opened."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         return File().read(str(value))
@@ -57,7 +57,7 @@ FILE = FileName()
 
 
 class InRange(click.FloatRange):
-    """A number in a range, which NaN is not."""
+    """A number in a range; NaN is refused."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         found = super().convert(value, param, ctx)
@@ -67,7 +67,7 @@ class InRange(click.FloatRange):
 
 
 class Typed(ParamType):
-    """A kind of value, as click asks for it."""
+    """A kind of values as a type of click."""
 
     def __init__(self, kind: Kind) -> None:
         self.kind, self.name = kind, kind.shown
@@ -82,7 +82,7 @@ class Typed(ParamType):
 
 
 def type_of(kind: Kind) -> Any:
-    """What click reads a kind of value with; its own types where it has one, as their messages are known."""
+    """Return the type of click for a kind of values; click's own types, with their messages, if there is one."""
     if isinstance(kind, File):
         return FILE
     if isinstance(kind, Pair):
@@ -97,8 +97,8 @@ def type_of(kind: Kind) -> Any:
 
 
 def option_of(field: Field) -> click.Parameter:
-    """Make the option of a field, or its argument."""
-    facts: dict[str, Any] = {"required": field.required}
+    """Return the option or argument of a field."""
+    facts: Json = {"required": field.required}
     if field.kind is FLAG:
         facts |= {"is_flag": True}
     else:
@@ -114,7 +114,7 @@ def option_of(field: Field) -> click.Parameter:
 
 
 def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOption:
-    """Make the option of a method's parameter, as text that the method's own rules read later."""
+    """Return the option of a method's parameter; its text is parsed later by the method."""
     unit = f" {p.unit}" if p.unit and p.kind == "int" else ""
     default = "" if p.default is None else f" Default: {p.default}{unit}."
     only = "" if every else f" ({', '.join(owners)})"
@@ -124,36 +124,31 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOpti
 
 
 def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
-    """Make all that a command takes, or all that goes with a method: arguments first, as what misses one says so."""
+    """Return arguments and options of a verb, or those of one method; arguments first, to be reported missing first."""
     fields, number = fields_of_verb(verb), len(able(verb))
-    own = [method_option(p, owners, len(owners) == number) for p, owners in parameters_of_verb(verb, slug).values()]
+    offered = parameters_of_verb(verb, slug).values()
+    own = [method_option(p, owners, slug is not None or len(owners) == number) for p, owners in offered]
     debug = click.Option(["--debug"], is_flag=True, expose_value=False, hidden=True)
     return [*map(option_of, sorted(fields, key=lambda f: bool(f.flags))), *own, debug]
 
 
-def request_of(verb: str, given: dict[str, Any]) -> Request:
-    """Understand the values of all options of a verb."""
-    if given.get("document") is not None:
-        given = as_published(given["document"], given)
+def request_of(verb: str, given: Json) -> Request:
+    """Return the request of the values of all options of a verb."""
+    if (document := given.get("document")) is not None:  # what it sets where nothing else is given
+        settings, usual = preset(document), {"method": AUTO_METHOD}
+        if given["method"] not in (AUTO_METHOD, settings["method"]):
+            raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
+        given = given | {name: text for name, text in settings.items() if given.get(name) == usual.get(name)}
     values = parameter_values(verb, given.get("method", AUTO_METHOD), given)
     fields = {f.name: given[f.name] for f in fields_of_verb(verb) if f.name in given}
     return Request(verb, **fields, parameters=values)
 
 
-def as_published(document: str, given: dict[str, Any]) -> dict[str, Any]:
-    """Return the values of options with those that a document sets where nothing else is given."""
-    settings = preset(document)
-    if given["method"] not in (AUTO_METHOD, settings["method"]):
-        raise ParameterError(f"--as {document} sets --method {settings['method']}; drop one of them.")
-    usual = {"method": AUTO_METHOD}
-    return given | {name: text for name, text in settings.items() if given.get(name) == usual.get(name)}
-
-
 MOST_USED = ("patch",)
-"""Parameters of methods that stand beside the method; the others have a group of their own."""
+"""Parameters of methods that help lists beside the method; the others have a group of their own."""
 
 MEANT = dict.fromkeys(("--tileable", "--seamless", "--tiling", "--tile"), "--wrap both")
-"""What people call an option that has another name here."""
+"""Usual words for an option -> its name here."""
 
 WIDEST = 26  # characters: a longer list of values gives way to a name
 WHOLE, METHOD = f"{__name__}.whole", f"{__name__}.method"
@@ -166,16 +161,18 @@ Does = Callable[[Request, Report], None]
 
 
 class HelpfulCommand(click.Command):
-    """A command of the fields that a verb has, which `does` what a request asks for; `told` is what help says of it.
+    """A command with the fields of a verb, which calls `does` with the request; `told` is its help text.
 
-    Its help is short; -m METHOD --help tells of a method's parameters, --help-all of everything.
+    Its help is short; -m METHOD --help lists the parameters of a method, --help-all everything.
     """
 
     def __init__(self, verb: str, does: Does, told: str | None = None, epilog: str | None = None) -> None:
         def carry_out(**given: Any) -> None:
             request = request_of(verb, given)
+            report = Report(request.as_json, request.progress, request.quiet)
             with allowing(request.max_pixels):
-                does(request, Report(request.as_json, request.progress, request.quiet))
+                check_stdout(request, report)
+                does(request, report)
 
         super().__init__(verb, callback=carry_out, help=told or does.__doc__, epilog=epilog)
 
@@ -187,7 +184,7 @@ class HelpfulCommand(click.Command):
         return [*super().get_params(ctx), whole]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Take what goes with the method that is named, else all there is; lead from usual words to options."""
+        """Parse with the options of the named method, else with all; suggest the option for usual words."""
         slug, known = _named(args), self.params
         self.params = parameters_of(str(self.name), slug)
         if slug and set(args) & set(ctx.help_option_names) and not ctx.resilient_parsing:
@@ -219,8 +216,10 @@ class HelpfulCommand(click.Command):
             formatter.write_text(f"{cls.slug}: {cls.summary} ({cls.paper}).{none}")
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        slug = ctx.meta.get(METHOD)
-        sections = [self._of_method(slug)] if slug is not None else self._sections(ctx, WHOLE in ctx.meta)
+        sections = self._sections(ctx, WHOLE in ctx.meta)
+        if METHOD in ctx.meta:
+            own = [(f"{p.opts[0]} {p.metavar}", p.help or "") for p in self.params if isinstance(p, ParameterOption)]
+            sections = [(f"Parameters of {ctx.meta[METHOD]}", own)]
         wide = max((len(names) for _, rows in sections for names, _ in rows if len(names) <= WIDEST), default=0)
         for heading, rows in sections:
             if rows:
@@ -239,7 +238,7 @@ class HelpfulCommand(click.Command):
         formatter.write_text(said.format(name))
 
     def _sections(self, ctx: click.Context, whole: bool) -> list[tuple[str, Rows]]:
-        """The options under their headings: the usual ones with a sentence each, or all of them."""
+        """Return the options under their headings: the usual ones with a sentence each, or all."""
         options = {str(p.name): p for p in self.params if isinstance(p, click.Option) and not p.hidden}
         of_methods = [n for n, o in options.items() if isinstance(o, ParameterOption)]
         sections = []
@@ -253,20 +252,15 @@ class HelpfulCommand(click.Command):
         helps = [record for p in self.get_params(ctx)[len(self.params) :] if (record := p.get_help_record(ctx))]
         return [*sections, ("Parameters of methods", rows), ("Help", helps if whole else [])]
 
-    def _of_method(self, slug: str) -> tuple[str, Rows]:
-        known = {p.name for p in self.params if isinstance(p, ParameterOption)}
-        found = [method_option(p, [slug], every=True) for p in parameters(method_class(slug)) if p.name in known]
-        return f"Parameters of {slug}", [(f"{o.opts[0]} {o.metavar}", o.help or "") for o in found]
-
 
 def _named(args: list[str]) -> str | None:
-    """The method that the words of a command name, but for `auto`, unless they ask for all there is."""
+    """Return the method that the words of a command name; None for `auto` and with --help-all."""
     found = re.findall(r"^(?:-m\n?|--method[\n=])(.*)$", "\n".join(args), re.MULTILINE)
     return found[0] if len(found) == 1 and found != [AUTO_METHOD] and "--help-all" not in args else None
 
 
 def read_argv(words: list[str]) -> Request:
-    """Return the request that the words of a command say, without doing anything of it."""
+    """Return the request of the words of a command, without carrying it out."""
     verb, *rest = words
     command = click.Command(verb, params=parameters_of(verb))
     with command.make_context(verb, rest) as ctx:
@@ -274,7 +268,7 @@ def read_argv(words: list[str]) -> Request:
 
 
 def _row(ctx: click.Context, option: click.Option, whole: bool) -> tuple[str, str]:
-    """An option and what it does: all of it, or the first sentence alone."""
+    """Return an option and its help: all of it, or the first sentence."""
     record = option.get_help_record(ctx)
     assert record is not None
     names, said = record
@@ -286,7 +280,7 @@ def _row(ctx: click.Context, option: click.Option, whole: bool) -> tuple[str, st
 
 
 def _tell_all(ctx: click.Context, param: click.Parameter, value: Any) -> None:
-    """Tell of all options, and end."""
+    """Print the help of all options, and exit."""
     if value and not ctx.resilient_parsing:
         ctx.meta[WHOLE] = True
         click.echo(ctx.get_help(), color=ctx.color)
@@ -348,7 +342,7 @@ TOLD = {
         EACH,
     ),
 }
-"""Verb -> its help, and what stands below the options."""
+"""Verb -> its help, and the text below the options."""
 
 
 def command_of(verb: str) -> click.Command:
@@ -357,9 +351,8 @@ def command_of(verb: str) -> click.Command:
 
 
 def carry_out(request: Request, report: Report) -> None:
-    """Do what was asked for, or only plan it."""
+    """Carry out a request, or only plan it."""
     _ = request.chosen  # a method that cannot be is refused before anything is read
-    check_stdout(request, report)
     if request.many is not None and request.out and "{seed}" not in request.out:
         raise ParameterError(f"-o {request.out}: all seeds would write one file; put {{seed}} into the name.")
 
@@ -371,7 +364,7 @@ def carry_out(request: Request, report: Report) -> None:
 
 
 def check_stdout(request: Request, report: Report) -> None:
-    """Refuse what would mix a picture with other things on the standard output."""
+    """Raise an error if a picture cannot go to the standard output."""
     if not request.to_stdout:
         return
     if report.as_json:

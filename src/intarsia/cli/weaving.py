@@ -1,11 +1,10 @@
-"""The work behind ``weave``: every store planned and checked, then streamed one after another."""
+"""The work of ``weave``: the stores of all planes planned and checked, then streamed one after another."""
 
 from __future__ import annotations
 
 import os
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..disk import check_fits
 from ..files.formats import SUFFIXES
@@ -15,7 +14,7 @@ from ..foundation.run import Run
 from ..giant import Weave, planned_windows, woven
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
-from ..request import Request, once_more, to_line
+from ..request import Json, Request, once_more, to_line
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins
 from . import CANCEL, Interrupted, Report, as_json, explain, unbroken
@@ -25,7 +24,7 @@ from .plan import method_as_json
 
 ENDINGS = dict.fromkeys(SUFFIXES, "picture") | {".zarr": "zarr", ".tif": "tiff", ".tiff": "tiff", "": "tiles"}
 USUAL = ".tif"
-"""How the name ends that is given where none is: one file, however large."""
+"""Ending of the default name: one file of any size."""
 
 
 @dataclass
@@ -38,7 +37,7 @@ class Weaving:
     request: Request
     report: Report
     stores: dict[str, Store]
-    auto: dict[str, Any] = field(default_factory=dict)  # how the method was chosen, where it was not named
+    auto: Json = field(default_factory=dict)  # how the method was chosen, where it was not named
     warnings: tuple[str, ...] = ()
     read: float = 0.0  # seconds
 
@@ -89,7 +88,7 @@ class Weaving:
         return cls(names, texture, (width, height), request, report, stores, auto, warnings, spent)
 
     def tell_plan(self) -> None:
-        """Say what would be made, how much memory it takes, and how long; one cell is drawn to know it."""
+        """Report what would be made, its memory and time, which drawing one cell measures."""
         workers, seconds, memory, raw = Run(self.request.threads).workers, 0.0, 0, 0
         for store in self.stores.values():
             spent, needed = estimated(store, workers)
@@ -108,7 +107,7 @@ class Weaving:
         self.report.result({"dry_run": True, **about})
 
     def carry_out(self) -> None:
-        """Stream every plane, and report it; what cannot fit into memory is refused before anything is made."""
+        """Stream every plane, and report it; ResourceError before any work if something does not fit into memory."""
         workers = Run(self.request.threads).workers
         for name, store in self.stores.items():
             instead = "name a .zarr or a .tif, which need not fit" if store.held else "use fewer --threads"
@@ -123,7 +122,7 @@ class Weaving:
         self.report.result(self._about() | {"timings": {k: round(v, 3) for k, v in timings.items()}})
 
     def _make(self) -> None:
-        """Fill the stores of all planes; when all of them are whole, they take their names together."""
+        """Fill the stores of all planes; they are renamed together when all are complete."""
         stores, who = self.stores.values(), self.request.executor or self.request.dask
         try:
             with self.report.watching(len(stores)) as meter:
@@ -145,8 +144,8 @@ class Weaving:
     def _line(self) -> str:
         return f"{self.size[0]}x{self.size[1]} px, {self.texture.method.slug}, seed {self.texture.seed}"
 
-    def _about(self) -> dict[str, Any]:
-        """What JSON says of it, x before y."""
+    def _about(self) -> Json:
+        """Return the result as JSON, x before y."""
         return {
             "files": [{"path": path, "holds": name} for name, path in self.names.items()],
             "size": list(self.size),
@@ -161,7 +160,7 @@ class Weaving:
 
 
 def _span(seconds: float) -> str:
-    """A time in words."""
+    """Return a time in words."""
     for unit, length in (("h", 3600), ("min", 60)):
         if seconds >= 1.5 * length:
             return f"{seconds / length:.1f} {unit}"

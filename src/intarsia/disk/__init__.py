@@ -1,8 +1,7 @@
-"""Files as bytes: written whole or not at all, checked before they are read; what they, and any work, may cost.
+"""Limits on pixels and memory, checked before any work begins; whole.py writes files atomically.
 
-What a picture, or any work, may cost: pixels, memory against the bytes that really are there, and whether it fits.
-
-Asked before any of it begins. Imports nothing heavy.
+A picture is refused by the size that its header states, or if unpacking it takes much memory for few bytes of file; any
+work is refused if its estimated memory does not fit. Imports nothing heavy.
 """
 
 from __future__ import annotations
@@ -11,23 +10,17 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from typing import TYPE_CHECKING
 
-from ..foundation import InputError, ParameterError, ResourceError, lazy
-
-if TYPE_CHECKING:
-    import pathlib
-else:
-    pathlib = lazy("pathlib")
+from ..foundation import InputError, ParameterError, ResourceError
 
 MAX_PIXELS = 1 << 28
-"""Nobody can ask for more."""
+"""The largest limit that can be set."""
 
 DEFAULT_PIXELS = 1 << 26
-"""What a picture may have where nobody says otherwise: 8192x8192."""
+"""Default limit of the pixels of a picture: 8192x8192."""
 
 VARIABLE = "INTARSIA_MAX_PIXELS"
-"""The environment variable that sets another default, above which nobody can ask."""
+"""The environment variable that sets another default, which is then the largest limit, too."""
 
 SIDE = 1 << 20
 MAX_CHANNELS = 64
@@ -42,7 +35,7 @@ _asked: ContextVar[int | None] = ContextVar("max_pixels", default=None)
 
 @contextmanager
 def allowing(pixels: int | None) -> Iterator[None]:
-    """Let pictures of so many pixels be read in the meantime; None: as the environment says.
+    """Set the most pixels of a picture that is read in this context; None: the default of the environment.
 
     Raises ParameterError where the environment variable allows less, or that is more than 2**28.
     """
@@ -58,12 +51,12 @@ def allowing(pixels: int | None) -> Iterator[None]:
 
 
 def most_pixels() -> int:
-    """How many pixels a picture may have just now."""
+    """Return how many pixels a picture may have in this context."""
     return _asked.get() or _of_environment() or DEFAULT_PIXELS
 
 
 def check_size(name: str, width: int, height: int, channels: int = 1, side: int = SIDE) -> None:
-    """Refuse a picture by the size that its header states, before anything is unpacked."""
+    """Raise InputError if the size that a header states is not allowed; asked before anything is unpacked."""
     if width < 1 or height < 1:
         raise InputError(f"{name} has no pixels ({width}x{height}); save it again.")
     if max(width, height) > side:
@@ -78,7 +71,7 @@ def check_size(name: str, width: int, height: int, channels: int = 1, side: int 
 
 
 def check_cost(name: str, cost: float, held: int) -> None:
-    """Refuse a file of `held` bytes that takes `cost` bytes of memory, or as much time, for next to nothing in it."""
+    """Raise InputError if a file of `held` bytes needs out of proportion much memory (`cost` bytes) to decode."""
     most = most_pixels()
     if cost <= max(FREE * most, HELD * held) or most >= MAX_PIXELS:
         return
@@ -88,8 +81,13 @@ def check_cost(name: str, cost: float, held: int) -> None:
     )
 
 
+def reason_of(e: OSError | ValueError) -> str:
+    """Return the message of the operating system for an error, in lower case."""
+    return str(getattr(e, "strerror", None) or e).lower()
+
+
 def no_room(name: str) -> ResourceError:
-    """Say that a file does not fit into memory."""
+    """Return the error for a file that does not fit into memory."""
     return ResourceError(f"{name} does not fit into memory; crop it first, or free some.")
 
 
@@ -120,7 +118,7 @@ def _words(count: float) -> str:
 
 
 FLOOR = 720 << 20
-"""Bytes of address space without which no command can work: of Python and its libraries, and of compiling.
+"""Least bytes of address space for any command: Python, its libraries, and compiling.
 
 With less, LLVM crashes, and OpenBLAS (in numpy and scipy) asks for its buffers of 32 MiB a thread again and again.
 """
@@ -129,7 +127,7 @@ RESERVED = 240 << 20
 """Bytes of address space that are taken and never filled: the code of the libraries, and room for their heaps."""
 
 SURE = 0.8
-"""A work of which this share does not fit is refused: what it takes is told within 25 %."""
+"""Work is refused if this share of its estimated memory does not fit: the estimate is right within 25 %."""
 
 
 BLAS = "OPENBLAS_NUM_THREADS"
@@ -145,7 +143,7 @@ thousand of 107 thousand for a picture of 512 px, which took 0.15 s of 2.5.
 
 
 def make_room() -> None:
-    """Refuse to work in an address space where libraries crash or hang; take little of one that is limited."""
+    """Raise ResourceError if the address space is too small for the libraries; set up the heap for its limit."""
     os.environ.setdefault(BLAS, "1")  # its threads cost each start 0.2 s of CPU, and shorten nothing that is done here
     limit = address_space()
     if limit is None:
@@ -161,7 +159,7 @@ def make_room() -> None:
 
 
 def _set_heap(options: tuple[tuple[int, int], ...]) -> None:
-    """Set options of glibc's heap, where it is there."""
+    """Set options of glibc's heap, if there is one."""
     with suppress(OSError, AttributeError):
         import ctypes
 
@@ -181,7 +179,7 @@ def address_space() -> int | None:
 
 
 def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, or weave it") -> None:
-    """Refuse a work for which there is not enough memory; `needed` is what the whole process will take, in bytes."""
+    """Raise ResourceError if `needed` bytes, the peak of the whole process, do not fit into memory."""
     for there, whose in _limits():
         if needed * SURE > there:
             raise ResourceError(
@@ -190,7 +188,7 @@ def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, 
 
 
 def free_memory() -> int | None:
-    """Return how many bytes this process may still take, as far as the system tells."""
+    """Return how many bytes of memory this process may still take; None if the system does not report it."""
     found = [max(most - used, 0) for most, used in _groups()]
     memory = _numbers("/proc/meminfo")
     if "MemAvailable" in memory:
@@ -202,12 +200,12 @@ def free_memory() -> int | None:
 
 
 def taken() -> int:
-    """Return the most that this process has taken of memory so far, in bytes; 0 where the system does not tell."""
+    """Return the peak memory of this process so far in bytes; 0 if the system does not report it."""
     return _numbers("/proc/self/status").get("VmHWM", 0)
 
 
 def _limits() -> Iterator[tuple[int, str]]:
-    """Yield what this process may grow to in bytes, and what sets that bound."""
+    """Yield each bound on the memory of this process in bytes, and words for what sets it."""
     limit = address_space()
     if limit is not None:
         yield limit - RESERVED, "the limit of the address space (ulimit -v) leaves"
@@ -220,10 +218,10 @@ def _limits() -> Iterator[tuple[int, str]]:
 
 
 def _numbers(path: str) -> dict[str, int]:
-    """Read a list of `Name: N kB` in bytes; lines of another form are left out."""
+    """Return the entries of a file of lines `Name: N kB` in bytes; other lines are ignored."""
     found = {}
-    with suppress(OSError):
-        for line in pathlib.Path(path).read_text().splitlines():
+    with suppress(OSError), open(path, errors="replace") as lines:
+        for line in lines:
             words = line.split()
             if len(words) == 3 and words[2] == "kB":
                 found[words[0].rstrip(":")] = int(words[1]) << 10
@@ -231,20 +229,19 @@ def _numbers(path: str) -> dict[str, int]:
 
 
 def _groups(mounted: str = "/sys/fs/cgroup", own: str = "/proc/self/cgroup") -> Iterator[tuple[int, int]]:
-    """Yield limit and use in bytes of every control group that this process is in; what can be freed is not used."""
-    root = pathlib.Path(mounted)
+    """Yield limit and use in bytes of every control group of this process; reclaimable pages do not count as used."""
+    from pathlib import Path
+
     with suppress(OSError):
-        for line in pathlib.Path(own).read_text().splitlines():
+        for line in Path(own).read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if kinds not in ("", "memory"):
                 continue
             names = ("max", "current", "inactive_file") if not kinds else (
                 "limit_in_bytes", "usage_in_bytes", "total_inactive_file")  # fmt: skip
-            place = root / kinds / name.strip("/")
+            place = Path(mounted, kinds, name.strip("/"))
             for folder in (place, *place.parents):
                 with suppress(OSError, ValueError):
                     most, used = (int((folder / f"memory.{n}").read_text()) for n in names[:2])
                     stat = dict(line.split() for line in (folder / "memory.stat").read_text().splitlines())
                     yield most, used - int(stat.get(names[2], 0))
-                if folder == root:
-                    break

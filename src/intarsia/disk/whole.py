@@ -1,9 +1,9 @@
-"""Files appear whole or not at all, over others only if asked; what lies at a path is known before it is opened.
+"""Atomic writing of files: written under a temporary name, then renamed; existing files are replaced only on request.
 
-This is the one place for temporary files, and what killed runs left is swept.
+All temporary files are made here, and those that killed runs left are removed.
 
-A temporary name says who writes there: ``.intarsia-HOST-PID-CHANCE`` beside an output, ``intarsia-HOST-PID-CHANCE``
-below TMPDIR. So the next run sees which writers are dead. A name is chosen before anything is made under it, and the
+A temporary name identifies its writer: ``.intarsia-HOST-PID-CHANCE`` beside an output, ``intarsia-HOST-PID-CHANCE``
+below TMPDIR. So the next run knows which writers are dead. A name is chosen before anything is made under it, and the
 ``try`` that takes it away again begins before that, too: a signal finds no moment in between.
 """
 
@@ -12,6 +12,7 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
+import platform
 import re
 import shutil
 import stat
@@ -20,16 +21,18 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
+from os.path import abspath, basename, dirname, isdir, isfile, islink, join, lexists, realpath
 from pathlib import Path
 from typing import BinaryIO, cast
 
 from ..foundation import InputError, ParameterError, ResourceError, printable
+from . import reason_of
 
 PathLike = str | os.PathLike[str]
 
 
 HIDDEN, PLAIN = ".intarsia-", "intarsia-"
-"""How temporary names begin: beside outputs, and below TMPDIR."""
+"""Prefixes of temporary names: beside outputs, and below TMPDIR."""
 
 _NAME = re.compile(r"(\.?intarsia-)([0-9a-f]{8})-([1-9][0-9]{0,8})-[0-9a-f]{16}")
 _FOLLOW_NOTHING = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -39,29 +42,22 @@ _asked: dict[str, str] = {}  # file under way -> the name that was asked for
 
 @cache
 def host() -> str:
-    """Name this machine and its space of process ids, in 8 digits: where it is equal, a pid means the same process."""
-    space, node = "", getattr(os, "uname", lambda: None)()
+    """Return 8 digits that identify this machine and its pid namespace: if equal, a pid means the same process."""
+    space = ""
     with suppress(OSError):
         space = os.readlink("/proc/self/ns/pid")
-    place = f"{getattr(node, 'nodename', '')} {space}".encode(errors="replace")
-    return hashlib.blake2b(place, digest_size=4).hexdigest()
+    return hashlib.blake2b(f"{platform.node()} {space}".encode(errors="replace"), digest_size=4).hexdigest()
 
 
 def name_in(folder: PathLike, mark: str = HIDDEN) -> str:
-    """Choose a new temporary name in a folder, that nobody can guess; nothing is made yet."""
-    return os.path.join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
-
-
-def create(path: PathLike) -> BinaryIO:
-    """Make a new file and open it for writing; FileExistsError where anything lies, even a link that leads nowhere."""
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FOLLOW_NOTHING
-    return os.fdopen(os.open(path, flags, 0o666), "wb")
+    """Return a new, unguessable temporary name in a folder; nothing is made yet."""
+    return join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
 
 
 def is_file(path: PathLike) -> bool:
-    """Tell whether an ordinary file lies here, False for nothing; ParameterError for links, folders, pipes and devices.
+    """Return whether a regular file exists here; ParameterError for links, folders, pipes and devices.
 
-    For files whose names are ours: whoever put something else there is not followed, and loses nothing.
+    For files whose names are chosen by intarsia: a link that somebody planted there is not followed.
     """
     try:
         mode = os.lstat(path).st_mode
@@ -73,11 +69,10 @@ def is_file(path: PathLike) -> bool:
     raise ParameterError(f"{printable(path)} is {found}, no ordinary file; move it elsewhere, or name another place.")
 
 
-def open_again(path: PathLike, mode: str = "r+b", new: bool = False) -> BinaryIO:
-    """Open an ordinary file to read and change it, or to append ("ab"); follows no link, waits for no pipe."""
-    kind = os.O_WRONLY | os.O_APPEND if mode == "ab" else os.O_RDONLY if mode == "rb" else os.O_RDWR
+def open_again(path: PathLike, mode: str = "r+b") -> BinaryIO:
+    """Open a regular file to read and change it, or only to read it ("rb"); follows no link, never blocks on a pipe."""
     is_file(path)
-    number = os.open(path, kind | (os.O_CREAT if new else 0) | _FOLLOW_NOTHING, 0o666)
+    number = os.open(path, (os.O_RDONLY if mode == "rb" else os.O_RDWR) | _FOLLOW_NOTHING)
     file = cast(BinaryIO, os.fdopen(number, mode))
     if not stat.S_ISREG(os.fstat(number).st_mode):  # put there since it was looked at
         file.close()
@@ -86,12 +81,12 @@ def open_again(path: PathLike, mode: str = "r+b", new: bool = False) -> BinaryIO
 
 
 def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None = None) -> None:
-    """Write a file whole or not at all, in the place of the ordinary file that may be there.
+    """Write a file atomically, replacing a regular file of that name.
 
-    `durable`: on return it has survived a loss of power, name and content. `by`: the folder to prepare it in, of the
-    same file system. OSError where that fails, ParameterError where no ordinary file lies; what was there is untouched.
+    `durable`: name and content have reached the disk on return. `by`: the folder to prepare it in, of the
+    same file system. OSError where that fails, ParameterError where no regular file lies; what was there is untouched.
     """
-    folder = os.path.dirname(os.path.abspath(path))
+    folder = dirname(abspath(path))
     draft = name_in(folder if by is None else by)
     try:
         fill(draft, data, durable)
@@ -105,21 +100,25 @@ def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None 
 
 
 def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
-    """Write a new file; with `durable`, its content has reached the disk."""
-    with create(path) as file:
+    """Write a new file; with `durable`, its content has reached the disk on return.
+
+    FileExistsError if the name is taken, even by a dangling link.
+    """
+    number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FOLLOW_NOTHING, 0o666)
+    with os.fdopen(number, "wb") as file:
         file.write(data)
         if durable:
             sync(file)
 
 
 def sync(file: BinaryIO) -> None:
-    """Wait until what was written lies on the disk."""
+    """Flush what was written to the disk (fsync)."""
     file.flush()
     os.fsync(file.fileno())
 
 
 def settle(folder: PathLike) -> None:
-    """Wait until the names in a folder lie on the disk, where the system can do that."""
+    """Flush the names in a folder to the disk (fsync), where the system can do that."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
         try:
@@ -129,7 +128,7 @@ def settle(folder: PathLike) -> None:
 
 
 def take_away(path: PathLike) -> None:
-    """Remove a temporary file or folder, if it is there; never fails, follows no link."""
+    """Remove a temporary file or folder if it exists; never fails, follows no link."""
     try:
         _remove(path)
     except BaseException:  # a signal, just now: once more, so that nothing stays
@@ -139,7 +138,7 @@ def take_away(path: PathLike) -> None:
 
 @contextmanager
 def working_folder() -> Iterator[str]:
-    """Lend an empty folder below TMPDIR; it is gone afterwards, however the work ends."""
+    """Make an empty folder below TMPDIR for this context; it is removed however the work ends."""
     parent = tempfile.gettempdir()
     sweep(parent, PLAIN)
     name = name_in(parent, PLAIN)
@@ -147,31 +146,30 @@ def working_folder() -> Iterator[str]:
         try:
             os.mkdir(name, 0o700)
         except OSError as e:
-            reason = (e.strerror or str(e)).lower()
-            raise ResourceError(f"no folder can be made in {printable(parent)} ({reason}); set TMPDIR.") from None
+            raise ResourceError(f"no folder can be made in {printable(parent)} ({reason_of(e)}); set TMPDIR.") from None
         yield name
     finally:
         take_away(name)
 
 
 def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
-    """Take away what runs of this user and machine left that were killed; once for each folder and process.
+    """Remove temporary files that killed runs of this user on this machine left; once for each folder and process.
 
-    Only what bears exactly such a name, belongs to us, and whose process is gone; never a link, never anything else.
+    Only what has exactly such a name, belongs to this user, and whose process is gone; never a link.
     """
-    place = os.path.join(os.path.abspath(folder), mark)
-    if not hasattr(os, "getuid") or (os.getpid(), place) in _swept:
+    place = join(abspath(folder), mark)
+    if (os.getpid(), place) in _swept:
         return
     _swept.add((os.getpid(), place))
     with suppress(OSError), os.scandir(folder) as found:
         for name in [e.name for e in found if e.name.startswith(mark)]:
-            if left_over(os.path.join(folder, name)):
-                take_away(os.path.join(folder, name))
+            if left_over(join(folder, name)):
+                take_away(join(folder, name))
 
 
 def left_over(path: PathLike) -> bool:
-    """Say whether a run left this that does not live any more: by its name, its owner, and what it is."""
-    match = _NAME.fullmatch(os.path.basename(path))
+    """Return whether a run that is gone left this, judged by its name, its owner and its type."""
+    match = _NAME.fullmatch(basename(path))
     if match is None or match[2] != host() or not hasattr(os, "getuid"):
         return False
     try:
@@ -183,12 +181,12 @@ def left_over(path: PathLike) -> bool:
 
 
 def is_temporary(name: str) -> bool:
-    """Say whether a file name is one of those that are given here."""
+    """Return whether a file name is a temporary one."""
     return _NAME.fullmatch(name) is not None
 
 
 def asked_for(path: PathLike, name: PathLike | None = None) -> str:
-    """The name that messages give to a file: the one that was asked for, which `name` tells beforehand."""
+    """Return the name of a file for messages: that of its output, registered by an earlier call with `name`."""
     text = os.fspath(path)
     if name is not None:
         _asked[text] = os.fspath(name)
@@ -199,17 +197,15 @@ def asked_for(path: PathLike, name: PathLike | None = None) -> str:
 
 
 def forget(path: PathLike) -> None:
-    """A file under way is done; its name means itself again."""
+    """Remove the registration of :func:`asked_for` of a temporary file."""
     _asked.pop(os.fspath(path), None)
 
 
 def _lives(pid: int) -> bool:
     try:
         os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # it is another user's, or no number of a process here
-        return True
+    except OSError as e:  # otherwise it is another user's
+        return not isinstance(e, ProcessLookupError)
     return True
 
 
@@ -222,7 +218,7 @@ def _remove(path: PathLike) -> None:
 
 
 def write_bytes(path: PathLike, data: bytes, force: bool = False) -> None:
-    """Write a file whole or not at all; "-" is the standard output."""
+    """Write a file atomically; "-" is the standard output."""
     if os.fspath(path) == "-":
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
@@ -231,25 +227,25 @@ def write_bytes(path: PathLike, data: bytes, force: bool = False) -> None:
 
 
 def check_writable(path: PathLike, force: bool = False) -> None:
-    """Refuse, before any work, a place where a file cannot be written."""
+    """Raise an error, before any work, if a file cannot be written at this path."""
     name, text = printable(asked_for(path)), os.fspath(path)
     if text == "-":
         return
     if not text:
         raise ParameterError("an empty file name was given; name the file to write.")
     try:
-        target = os.path.realpath(path)
-        folder = os.path.dirname(target)
-        exists = os.path.lexists(target)
-        if os.path.isdir(target):
+        target = realpath(path)
+        folder = dirname(target)
+        exists = lexists(target)
+        if isdir(target):
             raise ParameterError(f"{name} is a folder; name a file in it.")
-        if exists and not os.path.isfile(target):
+        if exists and not isfile(target):
             raise ParameterError(f"{name} is no ordinary file; name another, or - for the standard output.")
         if exists and not force:
             raise ParameterError(f"{name} exists; name another file, or allow to replace it with --force (force=True).")
-        if not os.path.isdir(folder):
+        if not isdir(folder):
             raise InputError(f"the folder {printable(folder)} does not exist; make it first, or name another.")
-        if len(os.fsencode(os.path.basename(target))) > 255:
+        if len(os.fsencode(basename(target))) > 255:
             raise InputError(f"{name} is too long a name; give at most 255 bytes.")
         if not os.access(folder, os.W_OK | os.X_OK):
             raise ResourceError(f"the folder {printable(folder)} cannot be written; name another one.")
@@ -260,21 +256,21 @@ def check_writable(path: PathLike, force: bool = False) -> None:
 
 
 def put_all(files: list[tuple[PathLike, bytes]], force: bool) -> None:
-    """Write files under temporary names beside their targets; only when all are whole, they take their places."""
+    """Write files under temporary names beside their targets; rename them when all are complete."""
     temporary: dict[str, str] = {}
     path: PathLike = ""
     try:
         for path, data in files:
             check_writable(path, force)
-            target = os.path.realpath(path)
-            sweep(os.path.dirname(target))
-            temporary[target] = name_in(os.path.dirname(target))
+            target = realpath(path)
+            sweep(dirname(target))
+            temporary[target] = name_in(dirname(target))
             fill(temporary[target], data)
             with suppress(OSError):
                 os.chmod(temporary[target], os.stat(target).st_mode & 0o777)
         for path, _ in files:
             check_writable(path, force)
-            os.replace(temporary[os.path.realpath(path)], os.path.realpath(path))
+            os.replace(temporary[realpath(path)], realpath(path))
     except OSError as e:
         raise _failed(path, e) from None
     finally:
@@ -286,20 +282,19 @@ def _failed(path: PathLike, e: OSError) -> ResourceError:
     path = asked_for(path)
     if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return ResourceError(f"there is no room for {printable(path)}; free some space, or name another folder.")
-    return ResourceError(f"{printable(path)} cannot be written ({(e.strerror or str(e)).lower()}); name another place.")
+    return ResourceError(f"{printable(path)} cannot be written ({reason_of(e)}); name another place.")
 
 
 def ordinary(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
-    """Return the size of an ordinary file, and refuse all else without opening it; `instead` is what may be given."""
+    """Return the size of a regular file; InputError for all else, without opening it. `instead`: what may be given."""
     try:
         state = os.stat(path)
     except FileNotFoundError:
-        if os.path.islink(path):
+        if islink(path):
             raise InputError(f"{name} is a link to a file that does not exist; mend the link.") from None
         raise InputError(f"{name} does not exist; check the name, or give {instead}.") from None
     except (OSError, ValueError) as e:
-        reason = getattr(e, "strerror", None) or str(e)
-        raise InputError(f"{name} cannot be opened ({reason.lower()}); check the name and the permissions.") from None
+        raise InputError(f"{name} cannot be opened ({reason_of(e)}); check the name and the permissions.") from None
     if stat.S_ISDIR(state.st_mode):
         raise InputError(f"{name} is a folder; name a file in it.")
     if not stat.S_ISREG(state.st_mode):

@@ -1,4 +1,4 @@
-"""Pictures in and out: the only place that knows file formats, OpenImageIO and what Pillow reads.
+"""Reading and writing of pictures and material sets; only this room knows file formats and their libraries.
 
 Files become planes and exemplars; so do the built-in ones. Those are three CC0 photographs that scikit-image carries,
 and four surfaces and a material painted by formula, which lie in the folder `painted`, wrap around, and are made by
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..disk import DEFAULT_PIXELS, MAX_PIXELS, allowing
+from ..disk import allowing
 from ..disk.whole import PathLike, check_writable, write_bytes
 from ..foundation import (
     ALPHAS,
@@ -36,14 +36,12 @@ from ..foundation.arrays import Mask
 from ..model import KIND_OF_NAME, Exemplar, check_size, finite
 from ..model.image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
 from .decode import decoded
-from .formats import LAYER, Format, format_of, look, split_layer
+from .formats import LAYER, format_of, look, split_layer
 from .sets import describe, group, layered, materials, name_of, uses_directx
-from .write import check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
+from .write import RECIPE, check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
 
 __all__ = [
-    "DEFAULT_PIXELS",
-    "MAX_PIXELS",
-    "Format",
+    "RECIPE",
     "allowing",
     "check_depth",
     "check_layered",
@@ -144,10 +142,10 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
         expect_path(path)
     if isinstance(path, str) and path.startswith(PREFIX):
         made = sample(path)
-        return made if kind is None else Plane(made.pixels, chosen(Kind, "kind", kind), made.transfer, made.meta)
+        return made if kind is None else replace(made, kind=chosen(Kind, "kind", kind))
     file, layer = (path, None) if isinstance(path, bytes) else split_layer(path)
     picture = look(file)
-    if layer is not None and not isinstance(path, bytes):
+    if layer is not None:
         picture = replace(picture, name=printable(path))
     found = decoded(picture, layer)
     pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
@@ -164,10 +162,10 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
 
 
 def _planes(paths: Mapping[str, PathLike], channels: str | None) -> dict[str, Plane]:
-    """Read the planes of a set; of a packed map each channel is one. Whatever would be there twice is refused."""
+    """Read the planes of a set; each channel of a packed map is one. InputError if two files hold the same plane."""
     order, mixed = None if channels is None else channels_of(channels), [n for n in paths if n in (*PACKINGS, PACKED)]
     if order is not None and len(mixed) != 1:
-        held = ", ".join(printable(Path(os.fspath(paths[n])).name) for n in mixed or paths)
+        held = ", ".join(printable(Path(paths[n]).name) for n in mixed or paths)
         raise ParameterError(
             f"--packed {channels} says what one packed map holds, and here {'are several' if mixed else 'is none'} "
             f"({held}); give one, as NAME_orm or --map packed=FILE."
@@ -201,7 +199,7 @@ def _exemplar_name(path: PathLike, files: Mapping[str, PathLike]) -> str:
 
 
 def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generic]:
-    """A normal map has three channels; an alpha that says nothing is dropped."""
+    """Return the three channels of a normal map; a constant alpha is dropped, InputError for any other number."""
     if pixels.ndim == 3 and pixels.shape[2] == 4 and (pixels[:, :, 3] == pixels[0, 0, 3]).all():
         return pixels[:, :, :3]
     if pixels.ndim != 3 or pixels.shape[2] != 3:
@@ -211,7 +209,7 @@ def _three_channels(pixels: NDArray[np.generic], name: str) -> NDArray[np.generi
 
 
 def _split_alpha(plane: Plane, alpha: str, name: str) -> tuple[Plane, Mask | None]:
-    """Decide whether alpha is a channel or a mask; return the plane and its usable pixels."""
+    """Decide whether alpha is a channel or a mask; return the plane and its usable pixels (None: all)."""
     if not plane.alpha:
         if alpha == "mask":
             raise InputError(f"{name} has no alpha to serve as a mask; give a mask of its own, or leave --alpha away.")
@@ -285,5 +283,5 @@ def sample(name: str) -> Plane:
 
 
 def _painted(stem: str, kind: Kind) -> Plane:
-    """Read a file of the folder."""
+    """Read a file of the folder `painted`."""
     return Plane(decoded(look(FOLDER / f"{stem}.png")).pixels, kind, meta={"name": "sample"})

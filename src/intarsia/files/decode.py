@@ -1,6 +1,6 @@
-"""Bytes become an array: OpenImageIO for pixels, Pillow where it alone can.
+"""Decoding of picture files into arrays, by OpenImageIO, and by Pillow for JPEG, GIF and most PNGs.
 
-Pillow unpacks straight into the memory of an array; what must be converted is, band by band.
+Pillow decodes straight into the memory of an array; conversions are made band by band.
 """
 
 from __future__ import annotations
@@ -12,62 +12,57 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..disk import check_cost, check_size, most_pixels, no_room
-from ..foundation import InputError, IntarsiaError, lazy
+from ..foundation import InputError, IntarsiaError
 from ..foundation.arrays import Array
-from . import png
+from . import netpbm, png
 from .formats import PictureFile, channels_in, damaged
-
-if TYPE_CHECKING:
-    from . import netpbm
-else:  # few pictures are of its formats
-    netpbm = lazy("intarsia.files.netpbm")
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
 
 COSTS = {"exr": 1.5, "tiff": 1.5, "png": 2.0, "hdr": 1.5, "tga": 2.0}
-"""What unpacking takes of time and memory, in times the memory of the pixels, where that is more than 1."""
+"""Format -> cost of decoding in time and memory, as a multiple of the memory of the pixels, if it is more than 1."""
 
 DTYPES = {"uint8": 1, "uint16": 2, "uint": 4, "uint32": 4, "half": 2, "float": 4, "double": 8}
-"""What OpenImageIO calls the types of pixels that are read -> bytes."""
+"""OpenImageIO's names of the pixel types that are read -> bytes."""
 
 MOST_SCANS = 500
-"""A progressive JPEG may have as many scans; each of them goes over the whole picture again."""
+"""Most scans of a progressive JPEG; each of them goes over the whole picture again."""
 
 WEBP = 10
-"""Bytes that libwebp takes for a pixel."""
+"""Bytes per pixel that libwebp takes to decode."""
 
 SCANS = 16
-"""As many may go over the largest picture that is allowed, and more over smaller ones."""
+"""Most scans of a JPEG of the largest size that is allowed; smaller ones may have more."""
 
 BAND = 1 << 20
 """Pixels that are converted at a time."""
 
 UNSEEN = 0xA5
-"""What stands in the last row until something is unpacked there."""
+"""Value of the last row before it is decoded."""
 
 _STORED = {"L": 1, "P": 1, "LA": 4, "RGB": 4, "RGBA": 4, "CMYK": 4, "I;16": 2}
 """Mode -> bytes that Pillow stores a pixel in."""
 
 _DENSE = ("L", "RGBA")
-"""Modes that lie in memory as they lie in an array."""
+"""Modes whose memory layout is that of an array."""
 
 
 @dataclass
 class Decoded:
-    """The pixels of a file as it stores them, upright, and its colour profile."""
+    """The pixels of a file, upright, and its colour profile."""
 
     pixels: Array
     icc: bytes | None = None
 
 
 def decoded(picture: PictureFile, layer: str | None = None) -> Decoded:
-    """Read the pixels of a file exactly as stored, turned upright; everything that fails is an InputError.
+    """Return the pixels of a file exactly as stored, turned upright; InputError for whatever fails.
 
     Of an EXR `layer` may be read, by default one that looks like a picture. Nobody else can write to the pixels.
     """
@@ -84,8 +79,6 @@ def decoded(picture: PictureFile, layer: str | None = None) -> Decoded:
     pixels = decoded.pixels
     if pixels.ndim == 3 and pixels.shape[2] == 1:
         pixels = pixels[:, :, 0]
-    if pixels.dtype == bool:
-        pixels = pixels.astype(np.uint8) * np.uint8(255)
     pixels = np.ascontiguousarray(pixels)
     for array in (pixels, pixels.base):
         if isinstance(array, np.ndarray):
@@ -103,7 +96,7 @@ def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
     if picture.format in ("jpeg", "gif"):
         return _by_pillow(picture, picture.data())
     if picture.format == "webp":
-        _check_webp(picture.head(), picture.name, picture.size)
+        _check_webp(picture)
     return _by_oiio(picture, layer=layer)
 
 
@@ -124,14 +117,11 @@ def _png(picture: PictureFile) -> Decoded:
         check_cost(picture.name, cost, len(data))
         png.check_rows(facts, picture.name)
         found = _by_oiio(picture, facts.clean())
-    found.icc = facts.icc
-    if facts.exif:
-        found.pixels = upright(found.pixels, _exif_orientation(facts.exif))
-    return found
+    return Decoded(upright(found.pixels, _exif_orientation(facts.exif)), facts.icc)
 
 
 def pillow_opened(format: str, data: bytes) -> Any:
-    """Open a picture by the class of its format, which alone is imported; not by Image.open: nothing else is tried."""
+    """Open a picture by Pillow's plugin of its format, which alone is imported; unlike Image.open it tries no other."""
     name = {"webp": "WebP"}.get(format, format.capitalize())
     return getattr(import_module(f"PIL.{name}ImagePlugin"), f"{name}ImageFile")(io.BytesIO(data))
 
@@ -153,13 +143,13 @@ def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | No
     except Image.DecompressionBombError:
         most = 2 * (Image.MAX_IMAGE_PIXELS or 0)
         raise InputError(f"{picture.name} has more pixels than Pillow reads ({most}); save it as TIFF.") from None
-    return Decoded(upright(pixels, _exif_orientation(exif) if exif else 1), icc)
+    return Decoded(upright(pixels, _exif_orientation(exif)), icc)
 
 
 def _check_jpeg(image: Any, data: bytes, name: str) -> None:
-    """Check what a JPEG that Pillow has opened will cost, and that its picture has an end.
+    """Raise InputError if a JPEG that Pillow has opened costs too much to decode, or has no end.
 
-    Refuse more passes over a picture than any encoder makes: each takes time however little it holds.
+    More scans than any encoder makes are refused: each takes time however few bytes it has.
     """
     start = image.fp.tell()  # behind the header of the first scan
     if data.rfind(b"\xff\xd9") < start:
@@ -175,14 +165,14 @@ def _check_jpeg(image: Any, data: bytes, name: str) -> None:
         )
 
 
-def _check_webp(data: bytes, name: str, held: int) -> None:
-    """Check the size that a WebP states, and what it will cost; `data` is the start of a file of `held` bytes.
+def _check_webp(picture: PictureFile) -> None:
+    """Raise InputError if a WebP is too large or costs too much, by its header (RFC 9649).
 
-    Whoever opens one makes room for two pictures of its size at once, so it is looked at before.
+    Decoders allocate two pictures of its size when they open one, so it is checked before.
     """
-    kind, body = data[12:16], data[20:30]
+    kind, body = picture.head[12:16], picture.head[20:30]
     if len(body) < 10 or kind not in (b"VP8X", b"VP8L", b"VP8 "):
-        raise damaged(name, "it has no header")
+        raise damaged(picture.name, "it has no header")
     if kind == b"VP8X":
         width, height = (1 + int.from_bytes(body[k : k + 3], "little") for k in (4, 7))
     elif kind == b"VP8L":
@@ -190,16 +180,16 @@ def _check_webp(data: bytes, name: str, held: int) -> None:
         width, height = (1 + (bits >> k & 0x3FFF) for k in (0, 14))
     else:
         width, height = (int.from_bytes(body[k : k + 2], "little") & 0x3FFF for k in (6, 8))
-    check_size(name, width, height)
-    check_cost(name, WEBP * width * height, held)
+    check_size(picture.name, width, height)
+    check_cost(picture.name, WEBP * width * height, picture.size)
 
 
 def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
-    """Return the pixels of an image that is opened, but not loaded: (H, W, C) of 8 bit, or (H, W) of 16.
+    """Return the pixels of an image that Pillow has opened, but not loaded: (H, W, C) of 8 bit, or (H, W) of 16.
 
     Palettes become colours, with opacity where they have some, CMYK becomes RGB, and a colour that stands for
-    transparency an alpha. What is returned is all that is left in memory. Pillow takes a PNG without its last rows:
-    where none seems to have come, `doubt` is called, and may raise an error.
+    transparency an alpha. Only the returned array stays in memory. Pillow accepts a PNG without its last rows: if the
+    last row seems not to be decoded, `doubt` is called, and may raise an error.
     """
     from PIL import Image
 
@@ -232,7 +222,7 @@ def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
 
 
 def _full_mode(image: Any) -> str:
-    """The mode that says all that an image does, a letter for each channel."""
+    """Return the mode that holds all channels of an image, a letter for each."""
     mode, clear = str(image.mode), "transparency" in image.info
     if mode in ("1", "L", "RGB"):
         return {"1": "L"}.get(mode, mode) + "A" * clear
@@ -241,7 +231,7 @@ def _full_mode(image: Any) -> str:
 
 @contextmanager
 def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[Any, str]]:
-    """Open a picture by OpenImageIO, or `data` in its place; also tell by which path, which errors hold."""
+    """Open a picture, or `data` in its place, by OpenImageIO; yield it and its path, which error messages contain."""
     import OpenImageIO as oiio
 
     with picture.plain_path(data) as path:
@@ -272,7 +262,7 @@ def _by_oiio(picture: PictureFile, data: bytes | None = None, layer: str | None 
 
 
 def _bands(file: Any, spec: Any, first: int, stop: int, dtype: str) -> Array | None:
-    """Read band by band: a whole picture at once would take its memory twice. None where pixels are missing."""
+    """Read pixels band by band, as a whole picture at once takes its memory twice; None if pixels are missing."""
     width, height, channels = spec.width, spec.height, stop - first
     if spec.tile_width or width * height * channels * 8 <= READ:
         found = file.read_image(0, 0, first, stop, dtype)
@@ -290,7 +280,7 @@ def _bands(file: Any, spec: Any, first: int, stop: int, dtype: str) -> Array | N
 
 
 def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[int, int, list[int], str]:
-    """Choose what to read of a file: first and last channel, which of these, and as which type."""
+    """Return what to read of a file: first channel, end of channels, which of these, and as which type."""
     name = picture.name
     if spec.deep or spec.depth > 1:
         raise InputError(f"{name} holds deep or volume data; save a flat picture.")
@@ -302,11 +292,9 @@ def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[i
     if spec.tile_width:  # one of which is unpacked, however small the picture is
         check_size(name, spec.tile_width, spec.tile_height)
     formats = {str(spec.channelformat(c)) for c in chosen}
-    if len(formats) > 1:
-        formats = {"uint"} if "uint" in formats else {"float"}
-        if "uint" in formats:
-            raise InputError(f"{name} mixes whole numbers and floats in one layer; save them as separate files.")
-    dtype = formats.pop()
+    if len(formats) > 1 and "uint" in formats:
+        raise InputError(f"{name} mixes whole numbers and floats in one layer; save them as separate files.")
+    dtype = formats.pop() if len(formats) == 1 else "float"
     if dtype not in DTYPES:
         raise InputError(f"{name} holds {dtype} pixels; save it with 8 or 16 bit, half or float.")
     first = min(chosen)
@@ -316,7 +304,7 @@ def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[i
 
 
 def _exr_layer(names: list[str]) -> list[int]:
-    """Choose one layer of an EXR: RGB(A), else Y(A), else the first named layer, else all channels."""
+    """Return the channels of the default layer of an EXR: RGB(A), else Y(A), else XYZ, else the first layer."""
     index = {n.upper(): i for i, n in reversed(list(enumerate(names)))}
     prefixes = dict.fromkeys([""] + [n.rpartition(".")[0] + "." for n in index if "." in n])
     for prefix in prefixes:
@@ -324,11 +312,8 @@ def _exr_layer(names: list[str]) -> list[int]:
             keys = [prefix + letter for letter in wanted]
             if all(k in index for k in keys):
                 return [index[k] for k in keys]
-    layers = {n.rpartition(".")[0] for n in names}
-    if len(layers) > 1:
-        first = names[0].rpartition(".")[0]
-        return [i for i, n in enumerate(names) if n.rpartition(".")[0] == first]
-    return list(range(len(names)))
+    first = names[0].rpartition(".")[0]
+    return [i for i, n in enumerate(names) if n.rpartition(".")[0] == first]
 
 
 def upright(pixels: Array, orientation: int) -> Array:
@@ -342,8 +327,8 @@ def upright(pixels: Array, orientation: int) -> Array:
     return pixels
 
 
-def _exif_orientation(exif: bytes) -> int:
-    if b"\x01\x12" not in exif and b"\x12\x01" not in exif:  # the tag, in either order of bytes
+def _exif_orientation(exif: bytes | None) -> int:
+    if not exif or (b"\x01\x12" not in exif and b"\x12\x01" not in exif):  # the tag, in either order of bytes
         return 1
     from PIL import Image
 
@@ -356,8 +341,8 @@ def _exif_orientation(exif: bytes) -> int:
 
 
 def _profile(icc: bytes | None, pixels: Array) -> bytes | None:
-    """Keep a colour profile that is one, and that belongs to this number of channels."""
+    """Return an ICC profile if it is valid and fits the number of channels, else None."""
     if not icc or len(icc) < 132 or icc[36:40] != b"acsp" or int.from_bytes(icc[:4], "big") > len(icc):
         return None
-    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-    return icc if icc[16:20] == (b"GRAY" if channels <= 2 else b"RGB ") else None
+    gray = pixels.ndim == 2 or pixels.shape[2] == 2
+    return icc if icc[16:20] == (b"GRAY" if gray else b"RGB ") else None

@@ -1,4 +1,4 @@
-"""Which picture formats there are, how their first bytes look, and what each can hold; files, looked at with care.
+"""Picture formats: what each can hold, how it is recognised by its first bytes, and files opened safely.
 
 An EXR file may hold several planes as layers, each in channels such as normal.X; FILE.exr::normal is one of them.
 """
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..disk import MAX_CHANNELS, no_room
+from ..disk import MAX_CHANNELS, no_room, reason_of
 from ..disk.whole import PathLike, ordinary, working_folder
 from ..foundation import InputError, ParameterError, ResourceError, printable
 from ..model.image import DTYPE_OF_DEPTH
@@ -28,7 +28,7 @@ READABLE = "PNG, JPEG, TIFF, EXR, Radiance HDR, WebP, TGA, BMP, GIF, PPM, PGM, P
 
 @dataclass(frozen=True)
 class Format:
-    """What a file format can hold, and where it keeps a recipe."""
+    """What a file format can hold: types of pixels, numbers of channels, longest side, a recipe (text), a profile."""
 
     name: str
     suffixes: tuple[str, ...]
@@ -41,7 +41,7 @@ class Format:
 
     @property
     def depths(self) -> str:
-        """The depths it holds, in words."""
+        """The depths that it holds, in words."""
         held = [depth for depth, dtype in DTYPE_OF_DEPTH.items() if dtype in self.dtypes]
         unit = " bit" if held[-1] in ("8", "16") else ""
         return " or ".join(held) + unit
@@ -65,7 +65,7 @@ SUFFIXES = {suffix: f for f in FORMATS for suffix in f.suffixes}
 
 
 def format_of(path: PathLike) -> Format:
-    """Tell by its ending which format a file will be written in."""
+    """Return the format that the ending of a name means; ParameterError for others."""
     text = os.fspath(path)
     suffix = os.path.splitext(text)[1].lower()
     if suffix not in SUFFIXES:
@@ -81,8 +81,6 @@ _MAGIC: dict[str, bytes | tuple[bytes, ...]] = {
     "exr": b"v/1\x01",
     "hdr": (b"#?RADIANCE", b"#?RGBE"),
     "gif": (b"GIF87a", b"GIF89a"),
-}
-_REFUSED: dict[str, bytes | tuple[bytes, ...]] = {
     "a zip archive": (b"PK\x03\x04", b"PK\x05\x06"),
     "a PDF": b"%PDF",
     "PostScript": (b"%!PS", b"\xc5\xd0\xd3\xc6"),
@@ -108,37 +106,35 @@ _REFUSED: dict[str, bytes | tuple[bytes, ...]] = {
     "IFF": b"FORM",
     "a Blender file": b"BLENDER",
 }
+_READ = frozenset({"png", "jpeg", "tiff", "exr", "hdr", "gif", "webp", "pnm", "bmp", "tga"})
+"""What :func:`sniff` returns for files that can be read."""
 
 
-def sniff(head: bytes, size: int) -> tuple[str | None, str]:
-    """Tell a format by the first bytes of a file: its name or None, and what the file seems to be in words."""
-    for name, magic in _MAGIC.items():
+def sniff(head: bytes, size: int) -> str:
+    """Return what a file is by its first bytes: the name of a format that is read, or words for anything else."""
+    for words, magic in _MAGIC.items():
         if head.startswith(magic):
-            return name, name
+            return words
     if head[:4] == b"RIFF" and head[8:12] == b"WEBP":
-        return "webp", "webp"
+        return "webp"
     if len(head) > 2 and head[:1] == b"P" and (head[1:2] in b"123456Ff") and (head[2:3].isspace() or head[2:3] == b"#"):
-        return "pnm", "pnm"
+        return "pnm"
     if head[:2] == b"BM" and head[14:18] in (n.to_bytes(4, "little") for n in (12, 16, 40, 52, 56, 64, 108, 124)):
-        return "bmp", "bmp"
-    for words, magic in _REFUSED.items():
-        if head.startswith(magic):
-            return None, words
+        return "bmp"
     if head[4:8] == b"ftyp":
-        return None, "AVIF or HEIC" if head[8:12] in (b"avif", b"avis", b"heic", b"mif1", b"heix") else "a video"
+        return "AVIF or HEIC" if head[8:12] in (b"avif", b"avis", b"heic", b"mif1", b"heix") else "a video"
     text = head.lstrip(b"\xef\xbb\xbf \t\r\n").lower()
     if text.startswith((b"<svg", b"<?xml", b"<!doctype svg")):
-        return None, "SVG or other XML"
+        return "SVG or other XML"
     if text.startswith((b"<html", b"<!doctype html")):
-        return None, "a web page"
+        return "a web page"
     if _is_tga(head, size):
-        return "tga", "tga"
-    printable = sum(32 <= b < 127 or b in b"\t\r\n" or b > 127 for b in head[:256])
-    return None, "text" if head and printable == len(head[:256]) else "no picture that is known"
+        return "tga"
+    return "text" if all(32 <= b < 127 or b in b"\t\r\n" or b > 127 for b in head[:256]) else "no picture that is known"
 
 
 def _is_tga(head: bytes, size: int) -> bool:
-    """Targa has no magic bytes: accept only a header in which every field is possible."""
+    """Return whether this is a Targa header; without magic bytes, every field must be possible."""
     if len(head) < 18 or size < 19:
         return False
     mapped, kind, depth, flags = head[1], head[2], head[16], head[17]
@@ -161,79 +157,71 @@ MAX_WHOLE = 1 << 32
 
 _RECEIVED: dict[str, Any] = {}  # what came of the standard input, and which object that was
 
-_SUFFIX = {"jpeg": ".jpg", "tiff": ".tif"}
-
 
 @dataclass(frozen=True)
 class PictureFile:
-    """A picture file that may be opened: what to call it, its format, where its bytes are, and how many."""
+    """A picture file or its bytes: the name for messages, the format, where the bytes are, and how many.
+
+    ``head`` are the first 64 KiB.
+    """
 
     name: str
     format: str
-    path: Path | None
-    held: bytes | None
+    source: Path | bytes
     size: int
-
-    def head(self) -> bytes:
-        """The first 64 KiB."""
-        if self.held is not None:
-            return self.held[:HEAD]
-        assert self.path is not None
-        return _first_bytes(self.path, self.name, HEAD)
+    head: bytes
 
     def data(self) -> bytes:
-        """All bytes."""
-        if self.held is not None:
-            return self.held
-        assert self.path is not None
-        data = _first_bytes(self.path, self.name, MAX_WHOLE + 1)
+        """Return all bytes."""
+        data = _first_bytes(self.source, self.name, MAX_WHOLE + 1)
         if len(data) > MAX_WHOLE:
             raise InputError(f"{self.name} is larger than {MAX_WHOLE >> 30} GiB; crop it, or save it as TIFF or EXR.")
         return data
 
     @contextmanager
     def plain_path(self, data: bytes | None = None) -> Iterator[str]:
-        """Lend a path with the true ending and no surprising characters, for libraries that judge by name."""
-        held = self.held if data is None else data
+        """Make a temporary link or copy with the true ending and a plain name, for libraries that go by the name."""
+        source = data or self.source
         with working_folder() as folder:
-            target = os.path.join(folder, "picture" + _SUFFIX.get(self.format, "." + self.format))
-            if held is not None:
+            target = Path(folder, "picture" + {"jpeg": ".jpg", "tiff": ".tif"}.get(self.format, "." + self.format))
+            if isinstance(source, Path):
                 try:
-                    Path(target).write_bytes(held)
-                except OSError as e:
-                    reason = (e.strerror or str(e)).lower()
-                    raise ResourceError(
-                        f"there is no room for a copy of {self.name} in {folder} ({reason}); free some, or set TMPDIR."
-                    ) from None
+                    target.symlink_to(source.absolute())
+                except OSError:  # no links here, as on some Windows machines
+                    shutil.copyfile(source, target)
             else:
-                assert self.path is not None
-                _lend(os.path.abspath(self.path), target)
-            yield target
+                try:
+                    target.write_bytes(source)
+                except OSError as e:
+                    raise ResourceError(
+                        f"there is no room for a copy of {self.name} in {folder} ({reason_of(e)}); free some, or set "
+                        "TMPDIR."
+                    ) from None
+            yield str(target)
 
 
 def damaged(name: str, why: str) -> InputError:
-    """Say in one line that a file cannot be decoded."""
+    """Return the error for a file that cannot be decoded."""
     why = " ".join(str(why).split())[:160].rstrip(".")
     return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
 
 
 def look(source: PathLike | bytes) -> PictureFile:
-    """Find out what a path or some bytes hold; never waits, whatever lies there."""
+    """Return the picture file at a path or of some bytes; InputError if it is none. Never blocks on a pipe."""
     if isinstance(source, bytes | bytearray | memoryview):
-        return _known_picture("the data", None, bytes(source), len(source))
+        return _known_picture("the data", bytes(source), len(source))
     text = os.fspath(source)
     if text == "-":
         data = _standard_input()
-        return _known_picture("the standard input", None, data, len(data))
-    path, name = Path(text), printable(text)
+        return _known_picture("the standard input", data, len(data))
     if not text:
         raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
-    size = ordinary(path, name)
-    return _known_picture(name, path, None, size)
+    path, name = Path(text), printable(text)
+    return _known_picture(name, path, ordinary(path, name))
 
 
 def _standard_input() -> bytes:
-    """Read the standard input, or return again what came of it: who plans and then works asks for it twice."""
+    """Return the bytes of the standard input; they are read once and kept, as planning and work both need them."""
     if sys.stdin is None:
         raise InputError("the standard input is closed; name a file.")
     if _RECEIVED.get("from") is not sys.stdin:
@@ -244,35 +232,30 @@ def _standard_input() -> bytes:
     return data
 
 
-def _known_picture(name: str, path: Path | None, held: bytes | None, size: int) -> PictureFile:
+def _known_picture(name: str, source: Path | bytes, size: int) -> PictureFile:
     if size == 0:
         raise InputError(f"{name} is empty (0 bytes); copy or save it again.")
-    head = held[:HEAD] if held is not None else _first_bytes(path or Path(), name, HEAD)
-    kind, seems = sniff(head[:4096], size)
-    if kind is None:
-        raise InputError(f"{name} seems to be {seems}; only {READABLE} are read, so convert it first.")
-    return PictureFile(name, kind, path, held, size)
+    head = _first_bytes(source, name, HEAD)
+    kind = sniff(head[:4096], size)
+    if kind not in _READ:
+        raise InputError(f"{name} seems to be {kind}; only {READABLE} are read, so convert it first.")
+    return PictureFile(name, kind, source, size, head)
 
 
-def _first_bytes(path: Path, name: str, limit: int) -> bytes:
+def _first_bytes(source: Path | bytes, name: str, limit: int) -> bytes:
+    if isinstance(source, bytes):
+        return source[:limit]
     try:
         # Not blocking: should the file have become a pipe since it was looked at, this returns at once.
-        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        number = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(number, "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            if not stat.S_ISREG(os.fstat(number).st_mode):
                 raise InputError(f"{name} is no ordinary file; name a picture file.")
-            return file.read(min(limit, os.fstat(file.fileno()).st_size))
+            return file.read(min(limit, os.fstat(number).st_size))
     except MemoryError:
         raise no_room(name) from None
     except OSError as e:
-        raise InputError(f"{name} cannot be read ({(e.strerror or str(e)).lower()}); check the permissions.") from None
-
-
-def _lend(path: str, target: str) -> None:
-    try:
-        os.symlink(path, target)
-    except OSError:  # no links here, as on some Windows machines
-        shutil.copyfile(path, target)
+        raise InputError(f"{name} cannot be read ({reason_of(e)}); check the permissions.") from None
 
 
 LAYER = "::"
@@ -283,13 +266,13 @@ _PLAIN = "RGBAXYZ"
 
 
 def split_layer(path: PathLike) -> tuple[PathLike, str | None]:
-    """Return the file that a path names, and the layer in it, None where none is named."""
+    """Split FILE.exr::LAYER into file and layer; the layer is None if none is named."""
     file, mark, layer = os.fspath(path).rpartition(LAYER)
     return (file, layer) if mark and file.lower().endswith(".exr") else (path, None)
 
 
 def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
-    """Return which channels of these names are a layer, red before green, x before y; InputError where none is."""
+    """Return the indices of the channels of a layer, red before green, x before y; InputError if there are none."""
     own = [i for i, name in enumerate(names) if layer_of(name) == layer]
     if not own:
         known = ", ".join(dict.fromkeys(filter(None, map(layer_of, names)))) or "none"
@@ -303,13 +286,13 @@ def channels_in(names: Sequence[str], layer: str, file: str) -> list[int]:
 
 
 def channel_names(channels: int) -> list[str]:
-    """Name the channels of a picture; EXR sorts them by name, so more than four must sort as they count."""
+    """Return names of the channels of a picture; EXR sorts by name, so more than four are numbered with two digits."""
     if channels > 4:
         return [f"c{i:02d}" for i in range(channels)]
     return [["Y"], ["Y", "A"], ["R", "G", "B"], ["R", "G", "B", "A"]][channels - 1]
 
 
 def layer_of(channel: str) -> str:
-    """The layer of a channel; one that has more than a letter for a name is a layer of its own."""
+    """Return the layer of a channel; a channel without a dot is a layer of its own if its name is a word."""
     layer, dot, own = channel.rpartition(".")
     return layer if dot else "" if len(own) == 1 else own

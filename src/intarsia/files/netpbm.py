@@ -1,7 +1,7 @@
-"""PPM, PGM, PBM and PFM, read strictly.
+"""A strict reader of PPM, PGM, PBM and PFM.
 
-OpenImageIO writes them, but reads them otherwise: it rounds down where a maximum is neither 255 nor 65535, takes the LF
-of a CR LF for a pixel and the scale of a PFM for a factor, and knows no plain bits without blanks between them.
+OpenImageIO reads them wrongly: it rounds down if the maximum is neither 255 nor 65535, takes the LF of a CR LF for a
+pixel and the scale of a PFM for a factor, and cannot read plain bits without blanks between them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from ..disk import check_size
 from ..foundation import InputError
-from ..foundation.arrays import Array, Pair
+from ..foundation.arrays import Array
 
 _TOKEN = re.compile(rb"(?:[ \t\r\n\v\f]|#[^\r\n]*(?:[\r\n]|\Z))*([^ \t\r\n\v\f#]+)")
 _COMMENT = re.compile(rb"#[^\r\n]*")
@@ -25,20 +25,22 @@ HEADER = 1 << 20
 
 
 def decode_netpbm(data: bytes, name: str) -> Array:
-    """Read any netpbm picture; grey is (H, W), colour (H, W, 3), pixels are scaled to the full range."""
-    kind = data[1:2]
-    channels = 3 if kind in b"36F" else 1
-    width, pos = _header_number(data, 2, name, "width")
-    height, pos = _header_number(data, pos, name, "height")
+    """Decode a netpbm picture; grey is (H, W), colour (H, W, 3), values are scaled to the full range of 8 or 16 bit."""
+    kind, header, pos = data[1:2], list[int](), 2
+    for what in ("width", "height", "maximum")[: 3 if kind in b"2356" else 2]:
+        found = _TOKEN.match(data, pos, pos + HEADER)
+        if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
+            raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")
+        pos = found.end()
+        header.append(int(found[1]))
+    width, height, maxval = (*header, 1)[:3]
     check_size(name, width, height)
-    shape = (height, width) if channels == 1 else (height, width, 3)
+    if not 1 <= maxval <= 65535:
+        raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
+    channels = 3 if kind in b"36F" else 1
+    shape = (height, width, 3)[: 2 + channels // 3]
     if kind in b"Ff":
         return _float(data, pos, name, shape)
-    maxval = 1
-    if kind not in b"14":
-        maxval, pos = _header_number(data, pos, name, "maximum")
-        if not 1 <= maxval <= 65535:
-            raise InputError(f"{name} has the maximum value {maxval}; allowed are 1 to 65535, so save it again.")
     if kind in b"123":
         values = _written_out(data[pos:], height * width * channels, name, bits=kind == b"1")
     elif kind == b"4":
@@ -51,18 +53,14 @@ def decode_netpbm(data: bytes, name: str) -> Array:
         raise InputError(f"{name} holds values above its maximum of {maxval}; it is damaged, save it again.")
     if kind in b"14":
         values = 1 - values  # netpbm: 1 is black
-    return _full_range(values, maxval).reshape(shape)
-
-
-def _header_number(data: bytes, pos: int, name: str, what: str) -> Pair:
-    found = _TOKEN.match(data, pos, pos + HEADER)
-    if not found or not re.fullmatch(rb"\+?[0-9]{1,10}", found[1]):
-        raise InputError(f"{name} states no {what} in its header; it is damaged, save it again.")
-    return int(found[1]), found.end()
+    top = 255 if maxval < 256 else 65535
+    if maxval != top:
+        values = (values.astype(np.uint32) * np.uint32(top) + np.uint32(maxval // 2)) // np.uint32(maxval)
+    return values.astype(np.uint8 if top == 255 else np.uint16).reshape(shape)
 
 
 def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> Array:
-    """Read the pixels that follow the header: after one blank, where CR LF counts as one."""
+    """Return the binary pixels that follow the header after one blank; CR LF counts as one."""
     need = count * dtype.itemsize
     if comment := _LAST_COMMENT.match(data, pos, pos + HEADER):
         # "255 #..." may also be a pixel of value 35: the length of the file decides.
@@ -81,7 +79,7 @@ def _raw(data: bytes, pos: int, count: int, dtype: np.dtype[Any], name: str) -> 
 
 
 def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
-    """Read numbers written out; room is made for as many as there are, not for as many as there should be."""
+    """Return the values of a plain (ASCII) picture; memory is taken for those that are there, not for those stated."""
     text = _COMMENT.sub(b" ", text) if b"#" in text else text
     if bits:
         text = text.translate(None, b" \t\r\n\v\f")
@@ -100,17 +98,8 @@ def _written_out(text: bytes, count: int, name: str, bits: bool) -> Array:
     return values[:count]
 
 
-def _full_range(values: Array, maxval: int) -> Array:
-    top = 255 if maxval < 256 else 65535
-    dtype = np.uint8 if top == 255 else np.uint16
-    if maxval == top:
-        return values.astype(dtype)
-    table = (np.arange(maxval + 1, dtype=np.int64) * top + maxval // 2) // maxval
-    return np.asarray(table.astype(dtype)[values])
-
-
 def _float(data: bytes, pos: int, name: str, shape: tuple[int, ...]) -> Array:
-    """PFM: rows from the bottom up; the sign of the scale tells the byte order, its size is ignored."""
+    """Return the pixels of a PFM, stored bottom up; the sign of the scale is the byte order, its size is ignored."""
     found = _TOKEN.match(data, pos, pos + HEADER)
     try:
         scale = float(found[1]) if found else 0.0

@@ -1,6 +1,6 @@
-"""What a PNG states and holds, checked part by part: whoever unpacks it afterwards finds nothing to complain of.
+"""PNG (ISO/IEC 15948): a strict check of every chunk before decoding, and a parallel encoder.
 
-And tiles as PNG, made in memory: a kill leaves no temporary file. PNG (ISO/IEC 15948).
+After the check libpng has nothing to complain of on the terminal. The encoder works in memory: a kill leaves no file.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ BAND = 1 << 18
 """Bytes of pixels that are packed together: threads share even 512 x 512 px, and files of photographs grow by 1 %."""
 
 ADLER, LAST = 65521, 0x0300
-"""What sums of bytes are taken by (RFC 1950), and an empty block that ends what is packed (RFC 1951, 3.2.6)."""
+"""Modulus of Adler-32 (RFC 1950), and an empty block that ends a deflate stream (RFC 1951, 3.2.6)."""
 
 SLICE = 1 << 16
-"""Packed bytes that are looked at together."""
+"""Packed bytes that are unpacked together."""
 
 GRAY, RGB, PALETTE, GRAY_ALPHA, RGBA = 0, 2, 3, 4, 6
 CHANNELS = {GRAY: 1, RGB: 3, PALETTE: 1, GRAY_ALPHA: 2, RGBA: 4}
 _DEPTHS = {GRAY: (1, 2, 4, 8, 16), RGB: (8, 16), PALETTE: (1, 2, 4, 8), GRAY_ALPHA: (8, 16), RGBA: (8, 16)}
 _KEYS = {GRAY: 2, RGB: 6}
-"""How long the colour is that counts as clear; palettes have a list of opacities."""
+"""Bytes of the transparent colour (tRNS); palettes have a list of opacities instead."""
 
 _PASSES = ((0, 0, 8, 8), (0, 4, 8, 8), (4, 0, 8, 4), (0, 2, 4, 4), (2, 0, 4, 2), (0, 1, 2, 2), (1, 0, 2, 1))
 """Adam7: first row and column, steps between rows and between columns."""
@@ -48,7 +48,7 @@ _PASSES = ((0, 0, 8, 8), (0, 4, 8, 8), (4, 0, 8, 4), (0, 2, 4, 4), (2, 0, 4, 2),
 
 @dataclass
 class PngFacts:
-    """What a PNG states, its pixels as they are packed, and the same file without texts and profiles."""
+    """Header, profile, texts and packed pixels of a PNG."""
 
     width: int = 0
     height: int = 0
@@ -64,22 +64,21 @@ class PngFacts:
 
     @property
     def channels(self) -> int:
-        """Channels that the pixels will have."""
+        """Number of channels of the decoded pixels."""
         return (3 if self.colour == PALETTE else CHANNELS[self.colour]) + self.key
 
     def clean(self) -> bytes:
-        """The file, with nothing in it but the pixels and what they mean."""
-        body = [bytes(part) for part in self.packed]
-        return b"".join([PNG_START, *self.head, *(chunk(b"IDAT", part) for part in body), PNG_END])
+        """Return the file without texts and profiles: header, palette, transparency and pixels."""
+        return b"".join([PNG_START, *self.head, *(chunk(b"IDAT", bytes(part)) for part in self.packed), PNG_END])
 
 
 def chunk(kind: bytes, body: bytes) -> bytes:
-    """Return a part of a PNG with its length and its checksum."""
+    """Return a chunk of a PNG with its length and its checksum."""
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(body, zlib.crc32(kind)))
 
 
 def png(data: bytes, name: str) -> PngFacts:
-    """Check every part of a PNG by its checksum, and that the file has an end."""
+    """Parse a PNG; InputError if a checksum is wrong, or a chunk is missing, misplaced or invalid."""
     facts, pos, budget, last = PngFacts(), 8, MAX_UNPACKED, b""
     view = memoryview(data)
     while last != b"IEND":
@@ -91,7 +90,14 @@ def png(data: bytes, name: str) -> PngFacts:
         if zlib.crc32(view[pos + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
             raise damaged(name, f"the checksum of its part {kind.decode('latin-1')!r} is wrong")
         if pos == 8:
-            _ihdr(facts, kind, bytes(body), name)
+            if kind != b"IHDR" or len(body) != 13:
+                raise damaged(name, "it has no header")
+            facts.width, facts.height, facts.depth, facts.colour, *ways = struct.unpack(">IIBBBBB", body)
+            check_size(name, facts.width, facts.height, side=PNG_SIDE)
+            if facts.depth not in _DEPTHS.get(facts.colour, ()) or ways not in ([0, 0, 0], [0, 0, 1]):
+                raise damaged(name, "its header states what no PNG can be")
+            facts.interlaced = ways[2] == 1
+            facts.head = [chunk(kind, bytes(body))]
         if kind == b"IDAT":
             if facts.packed and last != b"IDAT":
                 raise damaged(name, "its pixels are torn apart")
@@ -110,41 +116,30 @@ def png(data: bytes, name: str) -> PngFacts:
     return facts
 
 
-def _ihdr(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
-    if kind != b"IHDR" or len(body) != 13:
-        raise damaged(name, "it has no header")
-    facts.width, facts.height, facts.depth, facts.colour, *ways = struct.unpack(">IIBBBBB", body)
-    check_size(name, facts.width, facts.height, side=PNG_SIDE)
-    if facts.depth not in _DEPTHS.get(facts.colour, ()) or ways not in ([0, 0, 0], [0, 0, 1]):
-        raise damaged(name, "its header states what no PNG can be")
-    facts.interlaced = ways[2] == 1
-    facts.head = [chunk(kind, body)]
-
-
 def _meaning(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
-    """Keep a palette or a clear colour where it says something, and nothing else."""
+    """Keep a chunk if it is a palette or a transparent colour that bears on the pixels."""
     known = [part[4:8] for part in facts.head]
     if kind == b"IHDR":
         raise damaged(name, "it has two headers")
-    fits = not facts.packed and kind not in known
-    if kind == b"PLTE" and fits and facts.colour == PALETTE:
+    if facts.packed or kind in known:
+        return
+    if kind == b"PLTE" and facts.colour == PALETTE:
         if not body or len(body) % 3 or len(body) > 3 << facts.depth:
             raise damaged(name, "its palette is broken")
-    elif kind == b"tRNS" and fits and _says_what_is_clear(facts, len(body)):
-        facts.key = True
+    elif kind == b"tRNS":
+        if facts.colour == PALETTE:  # an opacity for each colour, the last may be left out
+            facts.key = len(facts.head) == 2 and 0 < len(body) <= (len(facts.head[1]) - 12) // 3
+        else:
+            facts.key = len(body) == _KEYS.get(facts.colour)
+        if not facts.key:
+            return
     else:
         return
     facts.head.append(chunk(kind, body))
 
 
-def _says_what_is_clear(facts: PngFacts, length: int) -> bool:
-    if facts.colour == PALETTE:  # an opacity for each colour, the last may be left out
-        return len(facts.head) == 2 and 0 < length <= (len(facts.head[1]) - 12) // 3
-    return length == _KEYS.get(facts.colour)
-
-
 def check_rows(facts: PngFacts, name: str) -> None:
-    """Unpack the pixels, keeping none, and refuse what libpng would complain of on the terminal."""
+    """Unpack the pixels, keeping none; InputError for what libpng would complain of on the terminal."""
     unpacker, rows = zlib.decompressobj(), _packed_rows(facts)
     count, size = next(rows)  # rows that are left of a pass, and their bytes
     at = done = 0  # where the next row begins, and how much has come
@@ -165,10 +160,6 @@ def check_rows(facts: PngFacts, name: str) -> None:
                         if not count:
                             count, size = next(rows, (0, 1))
                     done = stop
-                if unpacker.eof:
-                    break
-            if unpacker.eof:
-                break
     except zlib.error:
         raise damaged(name, "its pixels cannot be unpacked") from None
     if count or at != done or not unpacker.eof:
@@ -176,7 +167,7 @@ def check_rows(facts: PngFacts, name: str) -> None:
 
 
 def _packed_rows(facts: PngFacts) -> Iterator[Pair]:
-    """How many rows of how many bytes are packed, one pass after another; each begins with its filter."""
+    """Yield number and bytes of the packed rows of each pass; a row begins with its filter type."""
     bits = CHANNELS[facts.colour] * facts.depth
     for y, x, dy, dx in _PASSES if facts.interlaced else ((0, 0, 1, 1),):
         height, width = -(-(facts.height - y) // dy), -(-(facts.width - x) // dx)
@@ -185,7 +176,7 @@ def _packed_rows(facts: PngFacts) -> Iterator[Pair]:
 
 
 def _keep_text(facts: PngFacts, kind: bytes, body: bytes, name: str, budget: int) -> int:
-    """Keep a text or a profile; return how many bytes it unpacked to."""
+    """Keep a text or a profile; return how many bytes it unpacks to."""
     key, _, rest = body.partition(b"\0")
     word = key.decode("latin-1")
     if kind == b"tEXt":
@@ -215,7 +206,7 @@ def encode_png(
 ) -> bytes:
     """Return a picture (H, W, C) of uint8 or uint16 as PNG; the threads of `run` share its bands of rows.
 
-    A band is as long whoever packs it, and begins anew: the same bytes from any number of threads.
+    Bands have a fixed length and are compressed independently: the same bytes on any number of threads.
     """
     height, width, channels = pixels.shape
     rows = max(1, BAND // pixels[0].nbytes)
@@ -240,7 +231,7 @@ def encode_png(
 
 
 def _band(pixels: Array, rows: int, level: int, top: int) -> tuple[bytes, int, int]:
-    """Pack rows as what differs from the pixel before, or from that above if that is less: bytes, checksum, length."""
+    """Compress a band filtered by Sub or Up, whichever sums to less; return bytes, Adler-32 and length."""
     some = pixels[max(top - 1, 0) : top + rows]
     raw = np.ascontiguousarray(some.astype(some.dtype.newbyteorder(">"), copy=False)).view(np.uint8)
     raw = raw.reshape(len(some), -1)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from ..disk import reason_of
 from ..disk.whole import PathLike
 from ..foundation import MATERIALS, InputError, ParameterError, printable
 from .decode import opened
 from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
+
+Files = dict[str, PathLike]
+"""The files of one exemplar: plane -> path."""
 
 WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",
@@ -38,13 +42,13 @@ _CLEAR = frozenset(_NAME) - frozenset(
     [w for n in ("albedo", "arm", "packed", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
     + ["norm", "rough", "metal", "height", "disp", "bump", "occlusion"]
 )
-"""Words that tell a map even where a file stands alone; "old_metal.png" is a picture of metal."""
+"""Words that mean a map even if the file is given alone; "old_metal.png" is a picture of metal."""
 _DIRECTX = frozenset(["nor_dx", "normaldx", "normal_dx", "normal_directx", "nrm_dx"])
 _TAG = re.compile(r"\d{1,2}k|\d{3,5}(x\d{3,5})?|(8|16|32)bit|png|jpg|jpeg|exr|tif", re.IGNORECASE)
 READABLE = frozenset([*SUFFIXES, ".gif", ".pbm", ".pnm"])
 
 
-def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLike]]:
+def group(paths: Iterable[PathLike], how: str = "auto") -> list[Files]:
     """Sort files into exemplars: one dict of plane name to path for each, the albedo first.
 
     ``auto``: files that share a stem are one set, different stems are several exemplars, a folder is one set.
@@ -57,7 +61,7 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
     """
     if how not in ("auto", "set", "several"):
         raise ParameterError(f"how={how} is not allowed; choose auto, set or several.")
-    found: list[dict[str, PathLike]] = []
+    found: list[Files] = []
     loose: list[PathLike] = []
     for path in paths:
         if _is_folder(path) and how == "auto":
@@ -76,7 +80,7 @@ def group(paths: Iterable[PathLike], how: str = "auto") -> list[dict[str, PathLi
 
 
 class Material(NamedTuple):
-    """The files of one material: what it is called, its place in the folder that was searched, "" at the top."""
+    """The files of a material, its name, and its subfolder of the folder that was searched ("" at the top)."""
 
     name: str
     place: str
@@ -92,33 +96,29 @@ def materials(folder: PathLike, how: str = "auto") -> list[Material]:
     """
     if how not in ("auto", "several"):
         raise ParameterError(f"how={how} is not allowed; choose auto or several.")
-    found = _materials(folder, "", how)
+    found = []
+    for at, below, names in os.walk(folder, onerror=_unlisted):
+        below[:] = sorted(n for n in below if not n.startswith("."))
+        place = "" if at == os.fspath(folder) else os.path.relpath(at, folder)
+        paths = _readable(at, names)
+        paths = paths if how == "several" else _without_previews(paths)
+        lots: dict[str, list[PathLike]] = {}
+        for path in paths:
+            key = os.fspath(path) if how == "several" else name_of(path)[0].lower()
+            lots.setdefault(key, []).append(path)
+        planes = [{name_of(path)[1] or "albedo" for path in lot} for lot in lots.values()]
+        if how == "auto" and len(lots) > 1 and sum(map(len, planes)) == len(set[str]().union(*planes)):
+            lots = {"": paths}
+        for lot in lots.values():
+            own = name_of(lot[0])[0] if len(lot) > 1 else Path(lot[0]).stem
+            name = place if place and len(lots) == 1 else "/".join(filter(None, (place, own)))
+            found.append(Material(printable(name or Path(folder).name), place, lot))
     if not found:
         raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
     return found
 
 
-def _materials(folder: PathLike, place: str, how: str) -> list[Material]:
-    paths, below = _readable_in(folder), [n for n in _names_in(folder) if _is_below(folder, n)]
-    paths = paths if how == "several" else _without_previews(paths)
-    lots: dict[str, list[PathLike]] = {}
-    for path in paths:
-        key = os.fspath(path) if how == "several" else name_of(path)[0].lower()
-        lots.setdefault(key, []).append(path)
-    planes = [{name_of(path)[1] or "albedo" for path in lot} for lot in lots.values()]
-    if how == "auto" and len(lots) > 1 and sum(map(len, planes)) == len(set[str]().union(*planes)):
-        lots = {"": paths}
-    found = []
-    for lot in lots.values():
-        own = name_of(lot[0])[0] if len(lot) > 1 else Path(os.fspath(lot[0])).stem
-        name = place if place and len(lots) == 1 else "/".join(filter(None, (place, own)))
-        found.append(Material(printable(name or Path(os.fspath(folder)).name), place, lot))
-    for name in below:
-        found += _materials(Path(folder) / name, os.path.join(place, name), how)
-    return found
-
-
-def layered(path: PathLike) -> dict[str, PathLike]:
+def layered(path: PathLike) -> Files:
     """Return the set that the layers of an EXR file are, as FILE.exr::LAYER; so are a built-in material's maps.
 
     Empty for all other files.
@@ -148,11 +148,11 @@ def layered(path: PathLike) -> dict[str, PathLike]:
     return {name: f"{os.fspath(path)}{LAYER}{found[name]}" for name in WORDS if name in found}
 
 
-def describe(sets: Iterable[dict[str, PathLike]]) -> str:
-    """Say in words how the files were read, one line for each exemplar."""
+def describe(sets: Iterable[Mapping[str, PathLike]]) -> str:
+    """Describe in words how files were grouped, one line for each exemplar."""
     lines = []
     for number, files in enumerate(sets, 1):
-        parts = [f"{name} {printable(Path(os.fspath(p)).name)}" for name, p in files.items()]
+        parts = [f"{name} {printable(Path(p).name)}" for name, p in files.items()]
         dx = any(name == "normal" and uses_directx(p) for name, p in files.items())
         what = f"one set of {len(parts)} maps" if len(parts) > 1 else "one picture"
         lines.append(f"exemplar {number}: {what}: {', '.join(parts)}{' (DirectX normals)' if dx else ''}")
@@ -160,19 +160,19 @@ def describe(sets: Iterable[dict[str, PathLike]]) -> str:
 
 
 def name_of(path: PathLike) -> tuple[str, str | None]:
-    """Split a file name: what it shares with its set, and the plane that it holds (None: it does not say)."""
+    """Split a file name into the stem that it shares with its set, and the name of its plane (None: not stated)."""
     tokens, word = _split(path)
     return "_".join(tokens), None if word is None else _NAME[word]
 
 
 def uses_directx(path: PathLike) -> bool:
-    """Tell by the name of a normal map whether its green axis points down, as in DirectX."""
+    """Return whether the green axis of a normal map points down, as in DirectX, by its name."""
     return _split(path)[1] in _DIRECTX
 
 
 def _split(path: PathLike) -> tuple[list[str], str | None]:
     """Return the tokens of the stem without resolution tags and plane word, and that word."""
-    stem = Path(os.fspath(split_layer(path)[0])).stem
+    stem = Path(split_layer(path)[0]).stem
     tokens = [t for t in re.split(r"[_\-. ]+", stem) if t]
     end = len(tokens)
     while end and _TAG.fullmatch(tokens[end - 1]):
@@ -184,14 +184,14 @@ def _split(path: PathLike) -> tuple[list[str], str | None]:
     return tokens, None
 
 
-def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several") -> dict[str, PathLike]:
+def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several") -> Files:
     if len(files) == 1:
         if found := layered(files[0]):
             return found
         word = _split(files[0])[1]
         clear = word is not None and word in _CLEAR and not _special(files[0])
         return {_NAME[word] if word is not None and clear else "albedo": files[0]}
-    named: dict[str, PathLike] = {}
+    named: Files = {}
     for path in files:
         name = name_of(path)[1] or "albedo"
         if name not in named:
@@ -199,13 +199,13 @@ def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several")
         elif name == "normal" and uses_directx(path) != uses_directx(named[name]):
             named[name] = named[name] if uses_directx(path) else path  # both are there: take OpenGL
         else:
-            first, second = printable(Path(os.fspath(named[name])).name), printable(Path(os.fspath(path)).name)
+            first, second = printable(Path(named[name]).name), printable(Path(path).name)
             raise InputError(
                 f"{first} and {second} both are the {name} of {printable(owner)}; give one, or {more}."
             )
     maps = [path for name, path in named.items() if name != "mask"]
     if "albedo" not in named and len(maps) > 1:
-        listed = " and ".join(printable(Path(os.fspath(path)).name) for path in maps)
+        listed = " and ".join(printable(Path(path).name) for path in maps)
         raise InputError(
             f"{listed} are maps without the picture that they belong to; add it, or give one of them alone and the "
             "others by --map NAME=FILE."
@@ -223,32 +223,25 @@ def _is_folder(path: PathLike) -> bool:
 
 
 def _pictures_in(folder: PathLike) -> list[PathLike]:
-    """The pictures in a folder, sorted; in a folder with maps, files without a known ending are left out."""
-    if not (paths := _readable_in(folder)):
+    """Return the pictures in a folder, sorted; beside maps, files without a known ending are left out."""
+    _, _, names = next(os.walk(folder, onerror=_unlisted))
+    if not (paths := _readable(folder, names)):
         raise InputError(f"{printable(folder)} holds no picture; name another folder, or a file.")
     return _without_previews(paths)
 
 
-def _names_in(folder: PathLike) -> list[str]:
-    """What lies in a folder and is not hidden, sorted."""
-    try:
-        return sorted(n for n in os.listdir(folder) if not n.startswith("."))
-    except OSError as e:
-        reason = (e.strerror or str(e)).lower()
-        raise InputError(f"{printable(folder)} cannot be listed ({reason}); check the permissions.") from None
+def _unlisted(e: OSError) -> None:
+    raise InputError(f"{printable(e.filename)} cannot be listed ({reason_of(e)}); check the permissions.")
 
 
-def _readable_in(folder: PathLike) -> list[PathLike]:
-    return [Path(folder) / n for n in _names_in(folder) if os.path.splitext(n)[1].lower() in READABLE]
-
-
-def _is_below(folder: PathLike, name: str) -> bool:
-    path = os.path.join(folder, name)
-    return os.path.isdir(path) and not os.path.islink(path)
+def _readable(folder: PathLike, names: Iterable[str]) -> list[PathLike]:
+    """Return the pictures among the names in a folder, sorted; hidden ones are left out."""
+    kept = (n for n in sorted(names) if not n.startswith(".") and os.path.splitext(n)[1].lower() in READABLE)
+    return [Path(folder, n) for n in kept]
 
 
 def _without_previews(paths: list[PathLike]) -> list[PathLike]:
-    """Leave out files without a known ending where others have one."""
+    """Leave out files without a known ending if others have one."""
     maps = [p for p in paths if name_of(p)[1] is not None]
     if not maps:
         return paths

@@ -1,6 +1,6 @@
-"""Planes become files, whole or not at all, in the depth that is asked for; the recipe of one is found again.
+"""Encoding and atomic writing of picture files with an embedded recipe; recipes read back from files.
 
-A plane becomes the bytes of a file; equal pixels and recipes give equal bytes. And short words become pixels.
+Equal pixels and recipes give equal bytes. Also: text rendered as pixels.
 """
 
 from __future__ import annotations
@@ -27,11 +27,17 @@ from . import png
 from .decode import opened, pillow_opened
 from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look
 
+Depth = int | str | None
+"""8, 16, "half" or "float"; None: as it is."""
+
 MARK = "intarsia recipe: "
-"""What an embedded recipe starts with."""
+"""Prefix of an embedded recipe."""
+
+RECIPE = ".recipe.json"
+"""Suffix of the file that holds the recipe of a picture."""
 
 LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
-"""Longer recipes lie beside; a TIFF holds more, but OpenImageIO reads only so much of it."""
+"""Format -> most bytes of an embedded recipe; longer ones lie beside. OpenImageIO reads no more of a TIFF."""
 
 _WORDS = {
     "uint8": "8 bit", "uint16": "16 bit", "uint32": "32 bit", "float16": "half", "float32": "float", "float64": "double"
@@ -48,9 +54,8 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
     if target is None:
         raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
     check_holds(target, plane)
-    bits = plane.pixels.dtype == bool
-    pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if bits else plane.samples)
-    text = MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
+    pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if plane.pixels.dtype == bool else plane.samples)
+    text = _text(target, recipe)
     icc = plane.meta.get("icc") if target.icc else None
     if target.name == "png":
         return png.encode_png(pixels, icc, text, run=run)
@@ -60,21 +65,20 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
 
 
 def holds_recipe(target: Format, recipe: str) -> bool:
-    """Tell whether a recipe of this length finds room inside the file."""
+    """Return whether a recipe fits into a file of this format."""
     return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
 
 
-def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: Pair | None = None) -> None:
-    """Refuse a plane that a format cannot hold, and say what to do; `size` (width, height) is that of the output."""
-    name, dtype = target.name, dtype or plane.pixels.dtype.name
+def check_holds(target: Format, plane: Plane, depth: Depth = None, size: Pair | None = None) -> None:
+    """Raise ParameterError if a format cannot hold a plane, in another depth or `size` (width, height) if given."""
+    name, dtype = target.name, _dtype(plane, depth)
     dtype = "uint8" if dtype == "bool" else dtype
+    choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
     if dtype not in target.dtypes:
-        choices = [f.suffixes[0] for f in FORMATS if dtype in f.dtypes and plane.channels in f.channels]
         remedy = f"write {_any_of(choices)}, or ask" if choices else "ask"
-        depth = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
-        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {depth}.")
+        other = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
+        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {other}.")
     if plane.channels not in target.channels:
-        choices = [f.suffixes[0] for f in FORMATS if plane.channels in f.channels and dtype in f.dtypes]
         alpha = " (alpha among them)" if plane.alpha else ""
         many = f"1 to {MAX_CHANNELS}" if len(target.channels) > 4 else _any_of([str(c) for c in target.channels])
         raise ParameterError(f"{name} holds {many} channels, not {plane.channels}{alpha}; write {_any_of(choices)}.")
@@ -88,8 +92,17 @@ def check_holds(target: Format, plane: Plane, dtype: str | None = None, size: Pa
 
 
 def _any_of(words: list[str]) -> str:
-    words = words[:4]
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
+    *others, last = words[:4]
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _dtype(plane: Plane, depth: Depth) -> str:
+    return plane.pixels.dtype.name if depth is None else dtype_of(depth)
+
+
+def _text(target: Format, recipe: str | None) -> str | None:
+    """Return the text that embeds a recipe; None if it does not fit."""
+    return MARK + recipe if recipe is not None and holds_recipe(target, recipe) else None
 
 
 def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | None) -> bytes:
@@ -120,38 +133,10 @@ def _bytes_by_pillow(name: str, pixels: Array, text: str | None, icc: bytes | No
 _OIIO = {"float16": "half", "float32": "float", "float64": "double", "uint32": "uint"}
 
 
-def encode_layers(planes: Mapping[str, Plane], recipe: str | None = None) -> bytes:
-    """Return the bytes of an EXR file whose layers are planes of one size, each half or float.
-
-    Raises ParameterError where they cannot be.
-    """
-    check_layers("the file", planes)
-    text = MARK + recipe if recipe is not None and holds_recipe(SUFFIXES[".exr"], recipe) else None
-    own = {n: "XYZ" if p.kind is Kind.NORMAL else channel_names(p.channels) for n, p in planes.items()}
-    names = [f"{name}.{letter}" for name, letters in own.items() for letter in letters]
-    types = [_OIIO[p.pixels.dtype.name] for p in planes.values() for _ in range(p.channels)]
-    pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in planes.values()], axis=2)
-    return _bytes_by_oiio("exr", pixels, text, None, (names, types))
-
-
-def check_layers(path: str, planes: Mapping[str, Plane], dtype: str | None = None) -> None:
-    """Refuse planes that cannot be layers of one file, in the pixels of type `dtype` where that is another."""
-    base = next(iter(planes.values()))
-    for name, plane in planes.items():
-        if (plane.height, plane.width) != (base.height, base.width):
-            size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
-            raise ParameterError(f"{path}: the layer {name} would have {size}, the first {other}; write files.")
-        held = dtype or plane.pixels.dtype.name
-        if held not in ("float16", "float32"):
-            raise ParameterError(
-                f"{path}: layers hold half or float, not {_WORDS.get(held, held)} as the {name}; ask for --depth half."
-            )
-
-
 def _bytes_by_oiio(
     name: str, pixels: Array, text: str | None, icc: bytes | None, layers: tuple[list[str], list[str]] | None = None
 ) -> bytes:
-    """Encode pixels (H, W, C); `layers` are the names and types of channels, where these are several planes."""
+    """Encode pixels (H, W, C); `layers` are the names and types of channels of several planes."""
     import OpenImageIO as oiio
 
     height, width, channels = pixels.shape
@@ -183,7 +168,7 @@ def _bytes_by_oiio(
 
 
 def lettered(text: str, size: int) -> UInt8:
-    """Return a line of text, letters about `size` px high, as coverage: (height, width), 255 where ink is."""
+    """Render a line of text about `size` px high as coverage (height, width), 255 for ink."""
     from PIL import Image, ImageDraw, ImageFont
 
     font, line = ImageFont.load_default(size), legible(text).encode("latin-1", "replace").decode("latin-1")
@@ -194,7 +179,7 @@ def lettered(text: str, size: int) -> UInt8:
 
 
 def write(
-    path: PathLike, picture: Any, *, depth: int | str | None = None, recipe: str | None = None, force: bool = False,
+    path: PathLike, picture: Any, *, depth: Depth = None, recipe: str | None = None, force: bool = False,
     run: Run | None = None,
 ) -> None:  # fmt: skip
     """Write a picture; its ending names the format, and its depth stays as it is unless another is asked for.
@@ -224,61 +209,66 @@ def write(
     if isinstance(picture, Mapping):
         _write_layers(path, picture, depth, recipe, force)
         return
-    plane = plane_of(picture)
-    if depth is not None:
-        plane = convert(plane, depth)
+    plane = convert(plane_of(picture), depth)
     if os.fspath(path) == "-":
-        data = encode(plane, "exr" if plane.is_float else "png", recipe, run)
-        write_bytes("-", data)
+        write_bytes("-", encode(plane, "exr" if plane.is_float else "png", recipe, run))
         return
-    target = format_of(path)
-    check_depth(path, plane)
-    check_writable(path, force)
-    beside = recipe_path(path)
-    inside = recipe is not None and holds_recipe(target, recipe)
-    if recipe is not None and not inside:
-        check_writable(beside, force)
-    files: list[tuple[PathLike, bytes]] = [(path, encode(plane, target.name, recipe, run))]
-    if recipe is not None and not inside:
-        files.append((beside, recipe.encode()))
-    put_all(files, force)
-    if force and (recipe is None or inside):
+    target, beside = format_of(path), recipe_path(path)
+    check_holds(target, plane)
+    aside = () if recipe is None or holds_recipe(target, recipe) else ((beside, recipe.encode()),)
+    for place in (path, *(place for place, _ in aside)):
+        check_writable(place, force)
+    put_all([(path, encode(plane, target.name, recipe, run)), *aside], force)
+    if force and not aside:
         with suppress(OSError):  # the recipe of what was here before
             os.unlink(beside)
 
 
 def _write_layers(
-    path: PathLike, pictures: Mapping[str, Any], depth: int | str | None, recipe: str | None, force: bool
+    path: PathLike, pictures: Mapping[str, Any], depth: Depth, recipe: str | None, force: bool
 ) -> None:
+    """Write planes as layers of an EXR file."""
     planes = {name: plane_of(picture) for name, picture in pictures.items()}
     check_layered(path, planes, depth)
-    if depth is not None:
-        planes = {name: convert(plane, depth) for name, plane in planes.items()}
     check_writable(path, force)
-    put_all([(path, encode_layers(planes, recipe))], force)
+    made = {name: convert(plane, depth) for name, plane in planes.items()}
+    own = {n: "XYZ" if p.kind is Kind.NORMAL else channel_names(p.channels) for n, p in made.items()}
+    names = [f"{name}.{letter}" for name, letters in own.items() for letter in letters]
+    types = [_OIIO[p.pixels.dtype.name] for p in made.values() for _ in range(p.channels)]
+    pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in made.values()], axis=2)
+    text = _text(SUFFIXES[".exr"], recipe)
+    put_all([(path, _bytes_by_oiio("exr", pixels, text, None, (names, types)))], force)
 
 
-def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: int | str | None = None) -> None:
-    """Refuse, before any work, planes that cannot be layers of one file."""
+def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: Depth = None) -> None:
+    """Raise ParameterError if planes cannot be layers of one file, in another `depth` if one is given."""
     text = printable(path)
     if os.path.splitext(path)[1].lower() != ".exr":
         raise ParameterError(f"{text}: layers are written as OpenEXR; end the name in .exr.")
     if not planes:
         raise ParameterError(f"{text}: no layer is given; name at least one plane.")
-    check_layers(text, planes, None if depth is None else dtype_of(depth))
+    base = next(iter(planes.values()))
+    for name, plane in planes.items():
+        if (plane.height, plane.width) != (base.height, base.width):
+            size, other = f"{plane.width}x{plane.height} px", f"{base.width}x{base.height}"
+            raise ParameterError(f"{text}: the layer {name} would have {size}, the first {other}; write files.")
+        held = _dtype(plane, depth)
+        if held not in ("float16", "float32"):
+            raise ParameterError(
+                f"{text}: layers hold half or float, not {_WORDS.get(held, held)} as the {name}; ask for --depth half."
+            )
 
 
 def check_depth(
-    path: PathLike, picture: Any, depth: int | str | None = None, size: Pair | None = None
+    path: PathLike, picture: Any, depth: Depth = None, size: Pair | None = None
 ) -> None:  # fmt: skip
-    """Refuse, before any work, a picture that the format of a file cannot hold, in that `size` (width, height)."""
-    if os.fspath(path) == "-":
-        return
-    check_holds(format_of(path), plane_of(picture), None if depth is None else dtype_of(depth), size)
+    """Raise ParameterError if the format of a file cannot hold a picture, in this `size` (width, height) if given."""
+    if os.fspath(path) != "-":
+        check_holds(format_of(path), plane_of(picture), depth, size)
 
 
 def plane_of(picture: Any) -> Plane:
-    """Take a plane, anything that renders one, or an array."""
+    """Return a plane, of anything that renders one, or of an array."""
     if isinstance(picture, Plane):
         return picture
     if hasattr(picture, "render") and not isinstance(picture, type):
@@ -289,13 +279,12 @@ def plane_of(picture: Any) -> Plane:
     return Plane(array, Kind.LABEL if array.dtype.name in ("bool", "uint32") else Kind.COLOUR)
 
 
-def convert(plane: Plane, depth: int | str) -> Plane:
+def convert(plane: Plane, depth: Depth) -> Plane:
     """Return a plane in another depth; colour keeps its look, so linear floats gain or lose the sRGB curve.
 
     Whole numbers clip to 0..1, NaN becomes 0. Labels keep their numbers, and are refused where these do not fit.
     """
-    dtype = np.dtype(dtype_of(depth))
-    if plane.pixels.dtype == dtype:
+    if depth is None or plane.pixels.dtype == (dtype := np.dtype(dtype_of(depth))):
         return plane
     pixels = converted(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR, dtype)
     if plane.kind is Kind.LABEL or plane.is_float == (dtype.kind == "f"):
@@ -313,21 +302,20 @@ MOST = 1 << 24  # bytes of a recipe that is read
 
 
 def recipe_path(path: PathLike) -> Path:
-    """Return where the recipe of a file lies if its format holds no text: ``out.bmp.recipe.json``."""
-    return Path(os.fspath(path) + ".recipe.json")
+    """Return the path of the recipe of a file whose format holds no text: ``out.bmp.recipe.json``."""
+    return Path(os.fspath(path) + RECIPE)
 
 
 def read_recipe(path: PathLike) -> dict[str, Any] | None:
-    """Find the recipe that a picture was made by; None where it has none.
+    """Return the recipe of a picture; None if it has none.
 
-    The file may be the picture, or a recipe saved as .json. Raises InputError where it cannot be read.
+    The file may be the picture, or a recipe saved as .json. Raises InputError if it cannot be read.
     """
     if os.fspath(path).lower().endswith(".json"):
         return _from_file(Path(path))
-    text = _description(look(path))
-    start = text.find(MARK)
-    if start >= 0:
-        return _parse(text[start + len(MARK) :], printable(path))
+    _, mark, text = _description(look(path)).partition(MARK)
+    if mark:
+        return _parse(text, printable(path))
     beside = recipe_path(path)
     return _from_file(beside) if os.path.isfile(beside) else None
 
@@ -359,7 +347,10 @@ def _description(picture: PictureFile) -> str:
         if picture.format == "png":
             return "\n".join(png.png(picture.data(), picture.name).texts.values())
         if picture.format in ("jpeg", "webp"):
-            return _text_by_pillow(picture)
+            with pillow_opened(picture.format, picture.data()) as image:
+                if picture.format == "jpeg":
+                    return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
+                return str(image.getexif().get(0x010E, ""))
         if picture.format in ("tiff", "exr"):
             with opened(picture) as (file, _):
                 return str(file.spec().get_string_attribute("ImageDescription"))
@@ -368,14 +359,3 @@ def _description(picture: PictureFile) -> str:
     except Exception as e:  # a damaged file can fail in any way
         raise damaged(picture.name, str(e) or type(e).__name__) from None
     return ""
-
-
-def _text_by_pillow(picture: PictureFile) -> str:
-    from PIL import Image
-
-    with pillow_opened(picture.format, picture.data()) as image:
-        if picture.format == "jpeg":
-            return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
-        facts = Image.Exif()
-        facts.load(image.info.get("exif", b""))
-        return str(facts.get(0x010E, ""))

@@ -1,8 +1,7 @@
-"""What a user asked for: one noun, its fields declared once, written as words of a command, JSON, recipe or Python.
+"""The request of a user, and its codecs: words of a command line, JSON of a job of the studio, and recipes.
 
-The request, and what cannot be asked for together; then the request as JSON, what the studio sends and a recipe holds,
-and as the words of a command. A recipe names no paths. Keys of a job are the options' names; a value is a number, a
-text, or a list. Of the words none says what is as the verb has it anyway; they stand in the order of the table.
+Fields are declared once (fields.py). A recipe holds no paths. Keys of a job are the names of options; a value is a
+number, a text or a list. Words of a command leave out defaults, and are in the order of the table.
 """
 
 from __future__ import annotations
@@ -30,13 +29,17 @@ else:  # where no method is named
     auto = lazy("intarsia.choosing.auto")
 
 
+Json = dict[str, Any]
+"""An object of JSON: a recipe, an answer, the options of a job."""
+
+
 @dataclass(frozen=True)
 class Request(Asked):
-    """What a user asked for.
+    """What a user asked for: a verb and the values of its options.
 
-    ``parameters`` are those of the method that were given: values, and names of files where they are pictures.
-    ``folder`` is where planes go under the names of their exemplar's files. What a recipe says beyond options are the
-    ``rim`` of ``start``, ``finish``, and ``said``, which the new recipe says, too.
+    ``parameters`` are the given parameters of the method: values, or file names of pictures. ``folder``: where planes
+    are written under the names of the exemplar's files. A recipe also sets the ``rim`` of ``start``, ``finish``, and
+    ``said``: entries that are copied into the new recipe.
     """
 
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
@@ -46,7 +49,7 @@ class Request(Asked):
     said: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse names that no such file can have, and what does not go together; the first that is wrong is told."""
+        """Raise ParameterError for the first wrong file name or contradiction between options."""
         drawn = [*(path for _, path in self.overlays), self.best_tile]
         maps = ("--map", self.saved if self.verb == "score" else None), ("--start", self.start)
         beside = (
@@ -88,25 +91,32 @@ class Request(Asked):
 
     @property
     def read(self) -> tuple[str, ...]:
-        """The names of all pictures that are read."""
+        """All pictures that are read, by name."""
         named = (path for _, path in self.maps)
         more = (*self.holes, *self.labels, *(p for p in (self.target, self.output) if p is not None))
         return (*self.files, *named, *self.masks, *self.usable, *self.donors, *more, *self.drawn.values())
 
     @property
     def drawn(self) -> dict[str, str]:
-        """The files of parameters that are pictures, by their names."""
+        """Parameter -> file, for parameters that are pictures."""
         known = known_parameters(self.method)
         named = {n: v for n, v in self.parameters.items() if n in known and names_a_picture(known[n][0], v)}
         return {**dict(self.pictures), **named}
 
+    def parameter(self, name: str) -> Parameter:
+        """Return the parameter of this name of the method, or, if it has none, of another method."""
+        return parameters_of(self.method).get(name) or known_parameters()[name][0]
+
+    def written(self, name: str) -> str:
+        """Return a given parameter as text of an option."""
+        return self.drawn.get(name) or KINDS[self.parameter(name).kind].text(self.parameters[name])
+
     @cached_property
     def chosen(self) -> Method | auto.Auto:
-        """The method that is named, or the choice among those that have the given parameters; pictures are read."""
-        own, values = parameters_of(self.method), dict(self.parameters)
+        """The named method, or the choice among methods that have the given parameters; pictures are read."""
+        values = dict(self.parameters)
         for name, value in values.items():
-            p = own.get(name) or known_parameters()[name][0]
-            if names_a_picture(p, value):
+            if names_a_picture(p := self.parameter(name), value):
                 values[name] = picture_of(p, value)
         if self.method == AUTO_METHOD:
             return auto.Auto(self.trials or 1, values)
@@ -114,12 +124,12 @@ class Request(Asked):
 
     @property
     def begun(self) -> bool:
-        """Whether the canvas begins with the picture: amid margins, with holes, or with a band along its borders."""
+        """Whether the canvas starts with the picture: with margins, with holes, or with a band along its borders."""
         return self.verb in BEGUN
 
     @property
     def margins(self) -> tuple[int, int, int, int]:
-        """Px on the left, right, top and bottom; with none named, as the source of the idea has it: to the right."""
+        """Px to add at the left, right, top and bottom; by default to the right only, as in the source of the idea."""
         sides = (self.left, self.right, self.top, self.bottom)
         if all(px is None for px in sides):
             return 0, MARGIN, 0, 0
@@ -128,34 +138,34 @@ class Request(Asked):
 
     @property
     def closing(self) -> str:
-        """The axes along which the result continues in itself."""
+        """The axes along which the result tiles."""
         return self.axes if self.verb == "tile" else self.wrap or Wrap.NONE.value
 
     @property
     def how(self) -> str:
-        """How several files are read: as one set of planes, as several exemplars, or by their names."""
+        """How several files are grouped: "set" (planes of one exemplar), "several" (exemplars), or "auto" (by name)."""
         return "set" if self.as_set else "several" if self.several else "auto"
 
     @property
     def finishing(self) -> tuple[Finish, ...] | None:
-        """What is done to the drawn picture; None leaves things as they are meant."""
+        """Corrections of the rendered picture; None: those that the method or the choice sets."""
         if self.finish is not None or self.level is None:
             return self.finish
         return (Levelling(self.level),) if self.level else ()
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """The seeds of all that is made."""
+        """The seeds of all outputs."""
         return (self.seed or 0,) if self.many is None else self.many
 
     @property
     def to_stdout(self) -> bool:
-        """True where a picture goes to the standard output."""
+        """Whether a picture is written to the standard output."""
         return "-" in (self.out, self.best_tile, *(path for _, path in self.overlays))
 
     @property
     def into_folder(self) -> bool:
-        """True where `out` is a folder, to hold a result for every material of `files`."""
+        """Whether `out` is a folder, for a result of every material of `files`."""
         out = self.out or ""
         if out.endswith(("/", os.sep)):
             return True
@@ -164,28 +174,26 @@ class Request(Asked):
 
 
 FIELDS = fields_of(Request)
-"""All that may be asked for, in the order in which help lists it."""
+"""All fields, in the order in which help lists them."""
+
+HEADINGS = tuple(dict.fromkeys(field.heading for field in FIELDS))
+"""Headings of the options in help, in this order."""
 
 
 def fields_of_verb(verb: str) -> tuple[Field, ...]:
-    """The fields that a verb has, as it has them."""
+    """Return the fields of a verb, with what is special to it."""
     return tuple(f.of(verb) for f in FIELDS if verb in f.verbs)
 
 
 def parameters_of_verb(verb: str, slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
-    """The parameters that a verb offers: those of its methods, or of one, that no field of the verb is called like."""
+    """Return the parameters of methods that a verb offers, or of one method; none has the name of a field."""
     taken, slugs = {f.name for f in fields_of_verb(verb)}, able(verb) if verb in MADE else ()
     kept = {name: (p, [s for s in owners if s in slugs]) for name, (p, owners) in known_parameters(slug).items()}
     return {name: (p, owners) for name, (p, owners) in kept.items() if owners and name not in taken}
 
 
-def value_of(p: Parameter, text: str) -> Any:
-    """Read a value behind an option; the name of a picture stays one."""
-    return text if names_a_picture(p, text) else parse(p, text)
-
-
 def names_a_picture(p: Parameter, text: Any) -> bool:
-    """Whether a value is the name of a file: whatever is neither a number nor a word of the parameter."""
+    """Return whether a value of a parameter is a file name: neither a number nor one of its words."""
     if p.kind not in OVER or not isinstance(text, str) or text in p.choices:
         return False
     try:
@@ -196,7 +204,7 @@ def names_a_picture(p: Parameter, text: Any) -> bool:
 
 
 def picture_of(p: Parameter, path: str) -> varying.Field:
-    """Read a gray picture of any depth as a field of a parameter; InputError where it is none."""
+    """Read a gray picture of any depth as the field of a parameter; InputError if it is none."""
     import numpy as np
 
     from .. import files
@@ -219,20 +227,20 @@ def picture_of(p: Parameter, path: str) -> varying.Field:
         raise InputError(f"{p.name}: of {name}, {e}") from None
 
 
-def asked_pictures(recipe: dict[str, Any]) -> dict[str, Any]:
-    """What a recipe says of parameters that were pictures, by their names: it knows them by their hashes."""
+def asked_pictures(recipe: Json) -> Json:
+    """Return the entries of a recipe for parameters that were pictures: it holds their hashes."""
     known, values = parameters_of(recipe.get("method")), recipe.get("parameters")
     recorded = {k: v for k, v in values.items() if isinstance(v, dict)} if isinstance(values, dict) else {}
     return {k: v for k, v in recorded.items() if k in known and known[k].kind in OVER}
 
 
-def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str) -> dict[str, Any]:
-    """Return the recipe of `name` with the pictures that it knows by their hashes, read again from their files."""
+def with_pictures(recipe: Json, pictures: Mapping[str, str], name: str) -> Json:
+    """Return the recipe of `name` with its pictures read from files; InputError if a hash differs."""
     values, asked, known = recipe.get("parameters"), asked_pictures(recipe), parameters_of(recipe.get("method"))
     for given in pictures:
         if given not in asked:
             raise ParameterError(f"{name} was made without a picture as {given}; drop --picture {given}=FILE.")
-    found: dict[str, Any] = {}
+    found: Json = {}
     for key, was in asked.items():
         if "function" in was:
             told_by = f"{key} of {name} is the function {was['function']}"
@@ -246,7 +254,7 @@ def with_pictures(recipe: dict[str, Any], pictures: Mapping[str, str], name: str
 
 
 def to_argv(request: Request, joined: bool = False) -> list[str]:
-    """Return the words after ``intarsia`` that say a request; `joined`: an option and its value are one word."""
+    """Return the words of the command line after ``intarsia``; `joined`: option and value as one word."""
     arguments: list[str] = []
     options: list[str] = []
     for field in fields_of_verb(request.verb):
@@ -258,18 +266,18 @@ def to_argv(request: Request, joined: bool = False) -> list[str]:
 
 
 def to_line(request: Request, joined: bool = False) -> str:
-    """Return the line for a shell that says a request."""
+    """Return the request as a command line, quoted for a shell."""
     return shlex.join(["intarsia", *to_argv(request, joined)])
 
 
 def once_more(request: Request, sets: Sequence[Mapping[str, str]], method: Method, seed: int, **more: Any) -> Request:
-    """Return the request for the same picture with method and seed named, from the planes and masks of `sets`.
+    """Return the request that makes the same picture with method and seed named, from the planes and masks of `sets`.
 
-    What bears on nothing in the picture is left out; `more` are fields that are another.
+    Fields that do not bear on the picture are left out; `more` replaces fields.
     """
     further = [plane for found in sets for plane in list(found.items())[1:]]
     finish = request.finishing
-    named: dict[str, Any] = {
+    named: Json = {
         "files": tuple(next(iter(found.values())) for found in sets),
         "maps": tuple(plane for plane in further if plane[0] != "mask"),
         "masks": tuple(path for name, path in further if name == "mask"),
@@ -286,7 +294,7 @@ def once_more(request: Request, sets: Sequence[Mapping[str, str]], method: Metho
 
 
 def _said(field: Field, value: Any, joined: bool) -> list[str]:
-    texts = [field.kind.text(one) for one in value] if field.many else [field.kind.text(value)]
+    texts = list(map(field.kind.text, value if field.many else [value]))
     if not field.flags or field.kind is FLAG:
         return [field.flag] if field.flags else texts
     if isinstance(field.kind, Pair):
@@ -301,36 +309,27 @@ def _option(flag: str, text: str, joined: bool) -> list[str]:
 
 
 def parameter_words(request: Request, joined: bool = False) -> list[str]:
-    """Return the options that give the method its parameters, but for those that are as the verb has them."""
-    own, drawn, said = parameters_of(request.method), request.drawn, list[str]()
-    usual = {name: p.default for name, p in own.items()} | usual_parameters(request.verb, request.method)
-    for name, value in request.parameters.items():
-        if name not in usual or value != usual[name]:
-            p = own.get(name) or known_parameters()[name][0]
-            text = drawn.get(name) or KINDS[p.kind].text(value)
-            said += _option("--" + name.replace("_", "-"), text, joined)
-    return said
+    """Return the options of the method's parameters that differ from the defaults of the verb."""
+    usual = {name: p.default for name, p in parameters_of(request.method).items()}
+    usual |= usual_parameters(request.verb, request.method)
+    told = [n for n, value in request.parameters.items() if n not in usual or value != usual[n]]
+    return [word for n in told for word in _option("--" + n.replace("_", "-"), request.written(n), joined)]
 
 
-def settings_of(method: Method) -> dict[str, Any]:
+def settings_of(method: Method) -> Json:
     """Return the parameters of a method by name."""
     return {p.name: getattr(method, p.name) for p in parameters(method)}
 
 
-if TYPE_CHECKING:
-    from ..model import canvas
-else:  # only recipes need it
-    canvas = lazy("intarsia.model.canvas")
-
 MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
-"""Parameters that parallel-controllable had before they were those of correction-2008, and what it does instead."""
+"""Former parameters of parallel-controllable, now of correction-2008, and the values that it now has fixed."""
 
 VERBS = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
-"""What a recipe holds -> the verb that it is of; `grow`, where it holds none of them."""
+"""Key of a recipe -> its verb; `grow` if it has none of them."""
 
 
-def inputs_of(request: Request) -> dict[str, Any]:
-    """Return what a recipe says of the exemplars: all in which they are not used as they are."""
+def inputs_of(request: Request) -> Json:
+    """Return what a recipe records of how the exemplars are used: the fields that are not default."""
     told = {}
     for field in FIELDS:
         value = getattr(request, field.name)
@@ -340,10 +339,9 @@ def inputs_of(request: Request) -> dict[str, Any]:
 
 
 def from_recipe(recipe: Mapping[str, Any], given: Request, called: str) -> Request:
-    """Return the request that made what carries a recipe; its files are those that are given.
+    """Return the request of a recipe, with the files of `given`, whose other fields override the recipe.
 
-    What is `given` otherwise goes before what the recipe says. InputError where the recipe is damaged: it is `called`
-    so then. ParameterError where files are given that it does not ask for.
+    InputError, with the name `called`, if the recipe is damaged. ParameterError if it needs none of the given files.
     """
     try:
         found = _filled(recipe, given)
@@ -384,15 +382,17 @@ def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
     if verb == "tile":
         told["axes"] = told["wrap"]
     if verb not in BEGUN:
-        canvas.Canvas(height, width)
+        from ..model.canvas import Canvas
+
+        Canvas(height, width)
         told["size"] = width * times, height * times
         if "start" in recipe and "rim" in recipe:
             told["rim"] = whole(recipe["rim"])
     return replace(given, verb=verb, picture=None, **told)
 
 
-def _fields(recipe: Mapping[str, Any], given: Request) -> dict[str, Any]:
-    """Read the fields that the table says a recipe holds, but for those that are given."""
+def _fields(recipe: Mapping[str, Any], given: Request) -> Json:
+    """Return the fields that a recipe holds, without those that are given."""
     told = {}
     for field in FIELDS:
         root, _, leaf = field.recipe.partition(".")
@@ -409,9 +409,9 @@ def _fields(recipe: Mapping[str, Any], given: Request) -> dict[str, Any]:
 
 
 def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
-    """Return the request that a verb and its options say; `more` are fields that are no options of a job.
+    """Return the request of a verb and the options of a job; `more` are fields that are no options of a job.
 
-    ParameterError where a value is none, said of the option by the name that it has here.
+    ParameterError, with the name of the option, if a value is invalid or missing.
     """
     values = dict(more)
     for field in fields_of_verb(verb):
@@ -419,33 +419,33 @@ def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
             if (value := given.get(field.key)) is not None:
                 values[field.name] = _read(field, value)
             elif field.required:
-                raise ParameterError(f"Missing option {_called(field)}.")
+                flags = " / ".join(f"'{flag}'" for flag in field.flags)
+                raise ParameterError(f"Missing option {flags}.")
     return Request(verb, **values, parameters=parameter_values(verb, values.get("method", AUTO_METHOD), given))
 
 
-def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Read the parameters of methods among the options that are given, as the method `slug` has them."""
-    own, fields = parameters_of(slug), {f.name for f in fields_of_verb(verb)}
+def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> Json:
+    """Return the parameters of methods among given options, read as those of the method `slug`."""
+    own, fields, found = parameters_of(slug), {f.name for f in fields_of_verb(verb)}, Json()
     others = any(value is not None for name, value in given.items() if name not in fields and name not in own)
-    return {
-        name: value_of(own.get(name, p), text_of(p.kind, given[name]))
-        for name, (p, _) in parameters_of_verb(verb, None if others else slug).items() if given.get(name) is not None
-    }  # fmt: skip
+    for name, (p, _) in parameters_of_verb(verb, None if others else slug).items():
+        if given.get(name) is not None:
+            p, text = own.get(name, p), text_of(p.kind, given[name])
+            found[name] = text if names_a_picture(p, text) else parse(p, text)
+    return found
 
 
-def to_json(request: Request) -> dict[str, Any]:
-    """Return the options of a job that says a request: what is not as the verb has it anyway."""
+def to_json(request: Request) -> Json:
+    """Return the options of a job: the fields and parameters that are not default."""
     told = {
         f.key: [f.kind.json(one) for one in value] if f.many else f.kind.json(value)
         for f in fields_of_verb(request.verb) if f.flags and (value := getattr(request, f.name)) != f.default
     }  # fmt: skip
-    known, drawn = known_parameters(), request.drawn
-    asked = {n: drawn.get(n) or KINDS[known[n][0].kind].text(v) for n, v in request.parameters.items()}
-    return told | asked
+    return told | {name: request.written(name) for name in request.parameters}
 
 
 def text_of(kind: str, value: Any) -> str:
-    """Write a value of JSON as an option reads it."""
+    """Return a value of JSON as text of an option."""
     if isinstance(value, list):
         return ("x" if kind in ("size", "extent") else ",").join(map(str, value))
     return str(value)
@@ -462,7 +462,3 @@ def _read(field: Field, value: Any) -> Any:
     except ValueError as e:
         raise ParameterError(f"{field.key}: {e}") from None
     return tuple(read) if field.many else read[0]
-
-
-def _called(field: Field) -> str:
-    return " / ".join(f"'{flag}'" for flag in field.flags)

@@ -1,6 +1,6 @@
-"""A field of a request, declared once for help, page, recipe and snippets, and the kinds of values; x before y.
+"""Fields of a request, declared once for command line, help, page and recipe, and the kinds of their values.
 
-A kind says how a value is read from a text, and written as one.
+A kind parses a value from text, and writes it as text and as JSON; x before y.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MAX_SEEDS = 10_000
 
 
 class Kind:
-    """Any text. `name` is what pages know the kind by, `shown` what help shows in place of a value.
+    """Any text. `name` identifies the kind for pages, `shown` is the placeholder in help.
 
     `between` stands between the numbers of a list. What is said otherwise of one holds for it alone.
     """
@@ -32,28 +32,28 @@ class Kind:
         vars(self).update(own)
 
     def read(self, text: str) -> Any:
-        """Read a value; ValueError says what is wrong, and what to give."""
+        """Parse a value; ValueError with what is wrong and what to give."""
         if self.choices and text not in self.choices:
             raise ValueError(f"{text!r} is not one of {', '.join(map(repr, self.choices))}.")
         return text
 
     def text(self, value: Any) -> str:
-        """Write a value as it is read."""
+        """Return a value as text, as it is parsed."""
         return self.between.join(map(str, value)) if isinstance(value, tuple) else str(value)
 
     def json(self, value: Any) -> Any:
-        """What a recipe says of a value: a number, a truth value, or a text."""
+        """Return a value for a recipe: a number, a truth value, or text."""
         return value if isinstance(value, (bool, int, float)) else self.text(value)
 
     def of_json(self, value: Any) -> Any:
-        """Read what JSON holds; ValueError or TypeError where it is damaged."""
+        """Parse a value of a recipe; ValueError or TypeError if it is damaged."""
         if self.name in ("int", "seed") and type(value) is not int:
             raise TypeError
         return self.read(self.between.join(map(str, value)) if isinstance(value, list) else str(value))
 
 
 class File(Kind):
-    """The name of a file, or - ; whoever opens it says what is wrong with it.
+    """The name of a file, or - ; it is checked when it is opened.
 
     ``name`` says what a file is: an "exemplar" or an "image" of numbers that is read, or another that is "written".
     """
@@ -66,25 +66,20 @@ class File(Kind):
         return text
 
 
-class Flag(Kind):
-    """Yes or no."""
+FLAG = Kind(name="flag", of_json=bool)
+"""Yes or no."""
 
-    def of_json(self, value: Any) -> Any:
-        return bool(value)
-
-
-FLAG = Flag(name="flag")
 
 
 def one_of(*choices: str) -> Kind:
-    """One of some words."""
+    """Return the kind of values that are one of some words."""
     return Kind(name="choice", choices=choices)
 
 
 class Whole(Kind):
-    """A whole number of a range; with `choices`, one of them stands for None, which is decided later."""
+    """A whole number of a range; one of `choices`, if any, stands for None, which is decided later."""
 
-    name, low = "int", 0
+    name, shown, low = "int", "N", 0
     high: int | None = None
 
     def read(self, text: str) -> Any:
@@ -105,9 +100,9 @@ class Whole(Kind):
 
 
 class Number(Kind):
-    """A number in a range, which NaN is not."""
+    """A number in a range; NaN is refused."""
 
-    name, low, high = "float", 0, 0
+    name, shown, low, high = "float", "F", 0, 0
 
     def read(self, text: str) -> Any:
         try:
@@ -120,7 +115,7 @@ class Number(Kind):
 
 
 def _within(kind: Whole | Number, number: float) -> float:
-    """Return a number of the range of a kind; what is said of another is what the command line says."""
+    """Return a number if it is in the range of a kind; else ValueError with the words of the command line."""
     if number < kind.low or (kind.high is not None and number > kind.high):
         span = f"x>={kind.low}" if kind.high is None else f"{kind.low}<=x<={kind.high}"
         raise ValueError(f"{number} is not in the range {span}.")
@@ -282,7 +277,7 @@ class Channels(Kind):
 
 
 class NamedNumber(Kind):
-    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy` says what is to be given instead of anything else."""
+    """NAME=NUMBER, from 0 to `most`; gives the pair. `remedy`: what error messages suggest."""
 
     name, shown, between, most, remedy = "named", "NAME=F", "=", 1, ""
 
@@ -304,20 +299,14 @@ class Pair(Kind):
     kinds: tuple[Kind, Kind] = (Place(), File())
 
 
-HEADINGS = ("What goes where", "Output", "Look", "Exemplar", "Work")
-"""What the options of a verb stand under in its help, in this order."""
-
-WHERE, OUTPUT, LOOK, EXEMPLAR, WORK = HEADINGS
-
-
 @dataclass(frozen=True)
 class Field:
-    """What is known of a field: option of some verbs, key of a job, and place in a recipe, if that holds it.
+    """A field of the request: an option of some verbs, a key of a job, and a place in a recipe, if recipes hold it.
 
-    Without ``flags`` it is an argument. ``heading`` says where help lists it, if ``rare`` only in full help; ``shown``
-    what help shows in place of a value; ``local`` what the studio gives itself, or does not need; ``passing`` what
-    bears on nothing that is in the picture. ``alone`` is the value of an option that is given none. ``otherwise`` holds
-    what is another with some verbs.
+    Without ``flags`` it is an argument. ``heading``: where help lists it, only in full help if ``rare``; ``shown``: the
+    placeholder in help; ``of_exemplars``: sets which part of the exemplars is used, and how; ``local``: set by the
+    studio itself, or not needed there; ``passing``: without effect on the picture. ``alone`` is the value of an option
+    given without one. ``otherwise``: what differs for some verbs; a text alone is another help.
     """
 
     name: str
@@ -332,11 +321,12 @@ class Field:
     required: bool = False
     rare: bool = False
     recipe: str = ""
+    of_exemplars: bool = False
     local: bool = False
     passing: bool = False
     alone: str | None = None
     tells_default: bool = False
-    otherwise: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    otherwise: Mapping[str, str | Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def flag(self) -> str:
@@ -345,45 +335,44 @@ class Field:
 
     @property
     def key(self) -> str:
-        """What the field is called in a job."""
+        """The name of the field in a job."""
         return self.flag.lstrip("-").replace("-", "_")
 
-    @property
-    def of_exemplars(self) -> bool:
-        """Whether it says what of the exemplars is used, and how."""
-        return self.recipe.startswith("inputs.")
-
     def of_json(self, value: Any) -> Any:
-        """Read the field as a recipe holds it; an exception says that it is damaged."""
+        """Parse the field as a recipe holds it; raises an exception if it is damaged."""
         if self.many:
             return tuple(self.kind.read(f"{name}={one}") for name, one in value.items())
         return self.kind.of_json(value)
 
     def of(self, verb: str) -> Field:
-        """The field as a verb has it."""
-        return replace(self, **self.otherwise.get(verb, {}))
+        """Return the field with what is special to a verb."""
+        own = self.otherwise.get(verb, {})
+        return replace(self, **({"help": own} if isinstance(own, str) else own))
 
 
 def asked(
-    kind: Kind, flags: str, help: str, verbs: Collection[str], marks: str = "", default: Any = None, **facts: Any
+    kind: Kind, flags: str, help: str, verbs: str | Collection[str], marks: str = "", default: Any = None, **facts: Any
 ) -> Any:  # fmt: skip
-    """Declare a field of the request; `flags` are the names of its option, `facts` those of :class:`Field`.
+    """Declare a field of the request; `flags` are the names of its option, `facts` attributes of :class:`Field`.
 
-    `marks` name what of :class:`Field` is true. A heading holds for the fields below, too, until the next.
+    `marks` are the names of attributes that are true. A heading holds for the fields below, too, until the next.
     """
     facts |= dict.fromkeys(marks.split(), True)
     if default is None:
         default = () if "many" in facts else False if kind is FLAG else None
+    verbs = verbs.split() if isinstance(verbs, str) else verbs
     facts |= {"kind": kind, "flags": tuple(flags.split()), "help": help, "verbs": verbs, "default": default}
     return dataclasses.field(default=default, metadata={"asked": facts})
 
 
 def fields_of(request: Any) -> tuple[Field, ...]:
-    """List what may be asked for, in the order of a request's fields."""
+    """Return the fields of a request class, in their order."""
     found, heading = list[Field](), ""
     for f in dataclasses.fields(request):
         if "asked" in f.metadata:
             facts = {"heading": heading, **f.metadata["asked"]}
             heading = facts["heading"]
+            if "of_exemplars" in facts:
+                facts["recipe"] = f"inputs.{f.name}"
             found.append(Field(f.name, **facts))
     return tuple(found)

@@ -1,4 +1,4 @@
-"""The table of all that may be asked for: every field once, in the order in which help lists it."""
+"""The table of all options: every field of a request once, in the order in which help lists it."""
 
 from __future__ import annotations
 
@@ -24,12 +24,7 @@ from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
     ENDLESS,
-    EXEMPLAR,
     FLAG,
-    LOOK,
-    OUTPUT,
-    WHERE,
-    WORK,
     Channels,
     Colour,
     File,
@@ -50,7 +45,7 @@ from .field import (
 )
 
 BEGUN = frozenset({"extend", "heal", "tile"})
-"""Verbs that begin with a picture."""
+"""Verbs that start with a picture."""
 
 PLANNED = BEGUN | {"grow", "paint"}
 """Verbs that make one picture, or many, in memory."""
@@ -63,27 +58,23 @@ ABILITIES = {
     "paint": {Ability.GUIDE}, "heal": {Ability.START, Ability.MASK}, "tile": {Ability.START, Ability.MASK},
     "weave": {Ability.WINDOW},
 }  # fmt: skip
-"""What a method must be able to, so that a verb offers it."""
+"""Abilities that a method needs to be offered by a verb."""
 
 DONE = {"grow": "grown", "paint": "painted", "extend": "extended", "heal": "healed", "tile": "tiled", "weave": "woven"}
-"""What is added to the name of an exemplar where a result is given no name."""
+"""Suffix of the name of a result, after that of its exemplar, if no name is given."""
 
 
 def able(verb: str) -> tuple[str, ...]:
-    """The methods that a verb offers."""
+    """Return the methods that a verb offers."""
     return tuple(s for s in METHODS if verb not in ABILITIES or ABILITIES[verb] <= method_class(s).supports)
 
 
 def usual_parameters(verb: str, slug: str) -> dict[str, Any]:
-    """What a verb gives a method that is named if nothing else is said: around a hole the best patch is taken."""
+    """Return the defaults of a verb for a named method: around a hole the best patch is taken."""
     return {"tolerance": 0.0} if verb in ("heal", "tile") and "tolerance" in parameters_of(slug) else {}
 
 
-DEPTHS = ("8", "16", "half", "float")
-MOST_GROWN, MOST_EDGE, MOST_BAND, MOST_TILES = 1024, 64, 1 << 16, 16
 MARGINS, PICTURE, IMAGE, WRITTEN = Whole(high=1 << 20), File(name="exemplar"), File(name="image"), File()
-GATE = NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5")
-PLANE_WEIGHT = NamedNumber(most=PLANE_WEIGHTS, remedy=f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5")
 USABLE = "White where pixels may be taken from. One for each picture."
 OUT = "The picture to write. Further planes lie beside it as OUT_NAME; - is the standard output (PNG)."
 USUAL_OUT = (
@@ -93,7 +84,7 @@ USUAL_OUT = (
 
 
 class MethodOf(Kind):
-    """A method that a verb offers, or the choice among them; the methods are asked when somebody wants to know."""
+    """A method that a verb offers, or ``auto``; methods are imported only when their names are needed."""
 
     name, verb = "choice", ""
 
@@ -104,86 +95,82 @@ class MethodOf(Kind):
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
 class Asked:
-    """What is asked for of a verb. A field that the verb does not have stays as it begins."""
+    """The fields of a request. A field that the verb does not have keeps its default."""
 
     verb: str
 
-    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", {"extend"}, heading=WHERE, shown="N")
-    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", {"extend"}, shown="N")
-    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", {"extend"}, shown="N")
-    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", {"extend"}, shown="N")
+    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", "extend", heading="What goes where")
+    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", "extend")
+    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", "extend")
+    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", "extend")
     axes: str = asked(
-        one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", {"tile"}, "tells_default", "both",
+        one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", "tile", "tells_default", "both",
     )  # fmt: skip
     band: int | None = asked(
-        Whole(low=1, high=MOST_BAND), "--band",
+        Whole(low=1, high=1 << 16), "--band",
         "Width of the band that is grown anew. Half lies at either border. Default: one and a half elements.",
-        {"tile"}, recipe="tile.band", shown="PX",
+        "tile", recipe="tile.band", shown="PX",
     )  # fmt: skip
     holes: tuple[str, ...] = asked(
         File(name="image", choices=("alpha",)), "--mask", "White is healed; with alpha what is transparent. As large "
         "as the picture; one for all pictures, or one for each.",
-        {"heal"}, "many required", shown="HOLE|alpha",
+        "heal", "many required", shown="HOLE|alpha",
     )  # fmt: skip
     grow: int | None = asked(
-        Whole(high=MOST_GROWN, choices=("auto",)), "--grow",
+        Whole(high=1024, choices=("auto",)), "--grow",
         "Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside. Default: auto.",
-        {"heal"}, recipe="heal.grow", shown="N|auto",
+        "heal", recipe="heal.grow", shown="N|auto",
     )  # fmt: skip
     labels: tuple[str, ...] = asked(
         IMAGE, "--labels -l",
         "Which pixel of the exemplar is what. One colour for each label; once for each exemplar.",
-        {"paint", "replay"}, "many required", shown="FILE",
+        "paint replay", "many required",
         otherwise={"replay": {"help": "What paint was given as --labels.", "required": False}},
     )  # fmt: skip
     target: str | None = asked(
         IMAGE, "--target -t", "Where each label shall be. In the same colours; the output has its size.",
-        {"paint", "replay"}, "required", shown="FILE",
+        "paint replay", "required",
         otherwise={"replay": {"help": "What paint was given as --target.", "required": False}},
     )  # fmt: skip
     weight: float = asked(
         Number(high=WEIGHTS), "--weight",
         "How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
-        {"paint"}, "tells_default", WEIGHT, recipe="guide.weight", shown="F",
+        "paint", "tells_default", WEIGHT, recipe="guide.weight",
     )  # fmt: skip
     window: tuple[int, int, int, int] | None = asked(
         Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
-        {"render"},
+        "render",
     )  # fmt: skip
     origin: tuple[int, int] = asked(
         ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
-        {"weave"}, default=(0, 0), shown="X,Y",
+        "weave", default=(0, 0),
     )  # fmt: skip
     edge: int = asked(
-        Whole(high=MOST_EDGE), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
-        {"heal"}, "rare", 0, recipe="edge", shown="N",
+        Whole(high=64), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
+        "heal", "rare", 0, recipe="edge",
     )  # fmt: skip
     reach: int = asked(
         Whole(high=REACHES), "--reach", "Pixels this near to a boundary count as partly of both labels.",
-        {"paint"}, "rare tells_default", 0, recipe="guide.reach", shown="PX",
+        "paint", "rare tells_default", 0, recipe="guide.reach", shown="PX",
     )  # fmt: skip
 
     out: str | None = asked(
-        WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading=OUTPUT, shown="OUT",
+        WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading="Output", shown="OUT",
         otherwise={
-            **{verb: {"help": OUT + USUAL_OUT.format(DONE[verb])} for verb in PLANNED},
+            **{verb: OUT + USUAL_OUT.format(DONE[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
-            "weave": {
-                "help": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
+            "weave": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
                 "else begins anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; "
                 "a .png, or another picture, must fit into memory. Further planes lie beside it as OUT_NAME. Default: "
                 "NAME_woven.tif in the working folder.",
-            },
         },
     )  # fmt: skip
     size: tuple[int, int] | None = asked(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
-        {"grow", "tile", "weave"}, recipe="size",
+        "grow tile weave", recipe="size",
         otherwise={
-            "tile": {
-                "help": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
+            "tile": "Cut its middle out first. Default: all, or the largest size in which a sure lattice or "
                 "courses close.",
-            },
             "weave": {
                 "kind": Size(most=1 << 80), "required": True,
                 "help": "Size in px, as large as the disk allows. One number is a square.",
@@ -192,12 +179,12 @@ class Asked:
     )  # fmt: skip
     overlays: tuple[tuple[str, str], ...] = asked(
         Overlay(), "--overlay", f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
-        {"analyze"}, "many",
+        "analyze", "many",
     )  # fmt: skip
     best_tile: str | None = asked(
         WRITTEN, "--best-tile",
         "Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
-        {"analyze"},
+        "analyze",
     )  # fmt: skip
     wrap: str | None = asked(
         one_of(*(w.value for w in Wrap)), "--wrap",
@@ -205,7 +192,7 @@ class Asked:
         (PLANNED - {"tile"}) | {"score"}, "tells_default", Wrap.NONE.value, recipe="wrap",
         alone=Wrap.BOTH.value,
         otherwise={
-            "heal": {"help": "Axes along which the picture continues in itself."},
+            "heal": "Axes along which the picture continues in itself.",
             "score": {
                 "help": "Axes along which the output should tile. By default as its map does.",
                 "default": None, "alone": None, "tells_default": False,
@@ -213,28 +200,29 @@ class Asked:
         },
     )  # fmt: skip
     depth: str | None = asked(
-        one_of(*DEPTHS), "--depth", "Bits; by default exactly those of the exemplar.", DRAWN, recipe="depth",
+        one_of("8", "16", "half", "float"), "--depth", "Bits; by default exactly those of the exemplar.", DRAWN,
+        recipe="depth",
     )  # fmt: skip
     force: bool = asked(
         FLAG, "--force", "Replace files that exist.", EVERY, "local",
-        otherwise={"weave": {"help": "Begin anew where another texture or picture lies."}},
+        otherwise={"weave": "Begin anew where another texture or picture lies."},
     )  # fmt: skip
     page: str | None = asked(
         WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; of "
         "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
         PLANNED | {"replay", "score"}, "passing", shown="FILE.html",
-        otherwise={"score": {"help": "A page on how good it is. Also where it misses a gate."}},
+        otherwise={"score": "A page on how good it is. Also where it misses a gate."},
     )  # fmt: skip
     preview: str | None = asked(
-        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", {"tile"}, "passing",
+        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", "tile", "passing",
     )  # fmt: skip
     tiles: int = asked(
-        Whole(low=1, high=MOST_TILES), "--preview-tiles",
+        Whole(low=1, high=16), "--preview-tiles",
         "How often the preview repeats it along each axis that continues. Default: 3.",
-        {"tile"}, "rare passing", 3, shown="N",
+        "tile", "rare passing", 3,
     )  # fmt: skip
     offset: str | None = asked(
-        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", {"tile"}, "rare passing",
+        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", "tile", "rare passing",
     )  # fmt: skip
     layers: bool = asked(
         FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", DRAWN, "rare",
@@ -255,7 +243,7 @@ class Asked:
     chunk: int | None = asked(
         Whole(low=16, high=8192), "--chunk",
         "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
-        {"weave"}, "rare", shown="PX",
+        "weave", "rare", shown="PX",
     )  # fmt: skip
     keep: bool = asked(
         FLAG, "--keep", "Write all the same what misses a --gate.", PLANNED | {"replay"}, "rare passing",
@@ -264,7 +252,7 @@ class Asked:
     method: str = asked(
         MethodOf(verb="grow"), "--method -m",
         "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
-        MADE, "tells_default", AUTO_METHOD, heading=LOOK,
+        MADE, "tells_default", AUTO_METHOD, heading="Look",
         otherwise={
             "paint": {"kind": MethodOf(verb="paint"), "help": "How to grow; `intarsia methods` tells of each."},
             "heal": {"kind": MethodOf(verb="heal"), "help": "How to fill the holes."},
@@ -278,27 +266,27 @@ class Asked:
     feather: int | None = asked(
         Whole(high=FEATHER), "--feather",
         "Soften seams over so many px; 0 copies exactly. By default as the method means it.",
-        {"grow", "extend", "paint", "weave", "render"}, recipe="blend.feather", shown="PX",
-        otherwise={"render": {"help": "Soften the seams over so many px. By default as it was grown."}},
+        "grow extend paint weave render", recipe="blend.feather", shown="PX",
+        otherwise={"render": "Soften the seams over so many px. By default as it was grown."},
     )  # fmt: skip
     trials: int | None = asked(
         Whole(low=1, high=MOST_TRIALS), "--trials",
         "Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
-        {"grow", "extend"}, "passing", shown="N",
+        "grow extend", "passing",
     )  # fmt: skip
     seed: int | None = asked(
-        Seed(), "--seed", "The same number gives the same picture. Default: 0.", MADE, shown="N|random",
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", MADE,
         recipe="seed",
     )  # fmt: skip
     document: str | None = asked(
         one_of(*PRESETS), "--as",
         "Set what a paper sets: method, its parameters and mixing. What is given besides wins.",
-        {"grow", "extend"}, "rare local passing",
+        "grow extend", "rare local passing",
     )  # fmt: skip
     repair: int = asked(
         Whole(high=MOST_PASSES), "--repair",
         "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
-        "Default: 0.", PLANNED, "rare", 0, shown="N", recipe="repair",
+        "Default: 0.", PLANNED, "rare", 0, recipe="repair",
     )  # fmt: skip
     explain: bool = asked(
         FLAG, "--explain",
@@ -308,29 +296,27 @@ class Asked:
     mixing: str | None = asked(
         one_of("mean", "variance", "source"), "--mixing",
         "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
-        {"grow", "extend", "paint", "weave", "render"}, "rare", recipe="blend.mixing",
-        otherwise={"render": {"help": "How pieces mix within the feather; by default as it was grown."}},
+        "grow extend paint weave render", "rare", recipe="blend.mixing",
+        otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip
     level: int | None = asked(
         Whole(high=FEATHER), "--level", "Even out steps of light and colour at seams. So far to either side; 0 leaves "
         "them. By default 96 where the method is chosen, 0 where it is named.",
-        {"grow", "paint", "weave", "render"}, "rare", shown="PX",
+        "grow paint weave render", "rare", shown="PX",
         otherwise={
-            "render": {
-                "help": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
+            "render": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "
                 "as it was grown.",
-            },
         },
     )  # fmt: skip
     magnify: int = asked(
         Whole(low=1, high=TIMES), "--magnify", "Grow small, at 1/N, and draw at full size. All pixels of the exemplar "
         "are drawn: for large outputs. Sizes stay those of the pictures; all else, such as --patch and --feather (then "
         "1 if not given), counts px of 1/N.",
-        {"grow", "weave", "render"}, "rare", 1, shown="N", recipe="inputs.magnify",
+        "grow weave render", "rare of_exemplars", 1,
     )  # fmt: skip
 
     files: tuple[str, ...] = asked(
-        PICTURE, "", "", EVERY, "many required local", heading=EXEMPLAR, shown="EXEMPLAR...",
+        PICTURE, "", "", EVERY, "many required local", heading="Exemplar", shown="EXEMPLAR...",
         otherwise={
             **{verb: {"shown": "IMAGE..."} for verb in BEGUN},
             **{
@@ -351,18 +337,16 @@ class Asked:
         IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EVERY, "many",
         otherwise={
             "heal": {"flags": ("--usable",), "help": USABLE},
-            "replay": {
-                "help": "The mask that was given. That is the hole that was healed, elsewhere the exemplar pixels that "
+            "replay": "The mask that was given. That is the hole that was healed, elsewhere the exemplar pixels that "
                 "could be used.",
-            },
         },
     )  # fmt: skip
     crop: tuple[int, int, int, int] | None = asked(
-        Rectangle(), "--crop", "Use this part of the exemplar only.", EVERY - {"heal"}, recipe="inputs.crop",
+        Rectangle(), "--crop", "Use this part of the exemplar only.", EVERY - {"heal"}, "of_exemplars",
     )  # fmt: skip
     flatten: bool = asked(
         FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
-        "analyze` tells where it helps.", EVERY - {"extend", "heal"}, recipe="inputs.flatten",
+        "analyze` tells where it helps.", EVERY - {"extend", "heal"}, "of_exemplars",
     )  # fmt: skip
     several: bool = asked(
         FLAG, "--several",
@@ -372,11 +356,11 @@ class Asked:
     donors: tuple[str, ...] = asked(
         PICTURE, "--from", "Take new pixels from this picture, or these. By default from the picture itself.",
         BEGUN | {"replay"}, "many",
-        otherwise={"replay": {"help": "What new pixels were taken from. By default the picture itself."}},
+        otherwise={"replay": "What new pixels were taken from. By default the picture itself."},
     )  # fmt: skip
-    usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, {"replay"}, "many")
+    usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, "replay", "many")
     saved: str | None = asked(
-        WRITTEN, "", "", {"render", "score"}, "local",
+        WRITTEN, "", "", "render score", "local",
         otherwise={
             "render": {"shown": "MAP.npz", "required": True},
             "score": {
@@ -386,17 +370,17 @@ class Asked:
             },
         },
     )  # fmt: skip
-    picture: str | None = asked(WRITTEN, "", "", {"replay"}, "required")
-    output: str | None = asked(WRITTEN, "", "", {"score"}, "required", shown="OUTPUT")
+    picture: str | None = asked(WRITTEN, "", "", "replay", "required")
+    output: str | None = asked(WRITTEN, "", "", "score", "required", shown="OUTPUT")
     packed: str | None = asked(
         Channels(), "--packed", "What the channels of the packed map hold (NAME_orm and the like, or --map "
-        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EVERY - {"score"}, "rare",
-        recipe="inputs.packed",
+        "packed=FILE), such as R=ao,G=roughness,B=metallic.", EVERY - {"score"}, "rare of_exemplars",
     )  # fmt: skip
     weights: tuple[tuple[str, float], ...] = asked(
-        PLANE_WEIGHT, "--weight --plane-weight",
+        NamedNumber(most=PLANE_WEIGHTS, remedy=f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5"),
+        "--weight --plane-weight",
         "How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
-        EVERY - {"score"}, "many rare", recipe="inputs.weights",
+        EVERY - {"score"}, "many rare of_exemplars",
         otherwise={"paint": {"flags": ("--plane-weight",)}},  # --weight is that of the target
     )  # fmt: skip
     as_set: bool = asked(
@@ -406,69 +390,66 @@ class Asked:
     scale: int = asked(
         Scale(), "--scale",
         "Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
-        EVERY - {"heal"}, "rare", 1, recipe="inputs.scale",
+        EVERY - {"heal"}, "rare of_exemplars", 1,
     )  # fmt: skip
     alpha: str = asked(
         one_of(*ALPHAS), "--alpha", "Opacity is a channel to grow, or a mask of the pixels that may be used.",
-        EVERY, "rare tells_default", "auto", recipe="inputs.alpha",
+        EVERY, "rare tells_default of_exemplars", "auto",
     )  # fmt: skip
     avoid: tuple[int, int, int] | None = asked(
-        Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EVERY, "rare",
-        recipe="inputs.avoid",
+        Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EVERY, "rare of_exemplars",
     )  # fmt: skip
     toroidal: bool = asked(
-        FLAG, "--toroidal", "The exemplar continues across its borders.", EVERY - {"tile"}, "rare",
-        recipe="inputs.toroidal",
+        FLAG, "--toroidal", "The exemplar continues across its borders.", EVERY - {"tile"}, "rare of_exemplars",
     )  # fmt: skip
     max_pixels: int | None = asked(
         Whole(low=1), "--max-pixels",
         f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
-        EVERY, "rare local passing", shown="N",
+        EVERY, "rare local passing",
     )  # fmt: skip
     start: str | None = asked(
-        WRITTEN, "--start", "The map that was continued.", {"replay"}, "rare", shown="MAP.npz",
+        WRITTEN, "--start", "The map that was continued.", "replay", "rare", shown="MAP.npz",
     )  # fmt: skip
     pictures: tuple[tuple[str, str], ...] = asked(
         NamedFile(), "--picture",
         "A picture that was given as a parameter, such as jitter_output=calm.png; once for each.",
-        {"replay"}, "many rare", shown="PARAMETER=FILE",
+        "replay", "many rare", shown="PARAMETER=FILE",
     )  # fmt: skip
 
     many: tuple[int, ...] | None = asked(
         Seeds(), "--seeds", "One output for each seed. {seed} in -o tells them apart.", PLANNED,
-        "local passing", heading=WORK,
+        "local passing", heading="Work",
     )  # fmt: skip
     dry_run: bool = asked(
         FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", MADE, "local passing",
-        otherwise={"weave": {"help": "Check everything, write nothing. Tells size, memory and time."}},
+        otherwise={"weave": "Check everything, write nothing. Tells size, memory and time."},
     )  # fmt: skip
     dask: str | None = asked(
         Kind(), "--dask",
         "A dask cluster draws. One that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
-        {"weave"}, "local", shown="local|ADDRESS",
+        "weave", "local", shown="local|ADDRESS",
     )  # fmt: skip
     gates: tuple[tuple[str, float], ...] = asked(
-        GATE, "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
+        NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5"),
+        "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
         "1, see `intarsia score`; once for each.",
         PLANNED | {"replay", "score"}, "many passing",
         otherwise={
-            "score": {
-                "help": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
-            },
+            "score": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
         },
     )  # fmt: skip
     as_json: bool = asked(
         FLAG, "--json", "Print the result as a JSON object.", EVERY, "local passing",
         otherwise={
-            "analyze": {"help": "Print what was found as a JSON object on stdout."},
-            "score": {"help": "Print the score as a JSON object on stdout."},
+            "analyze": "Print what was found as a JSON object on stdout.",
+            "score": "Print the score as a JSON object on stdout.",
         },
     )  # fmt: skip
     quiet: bool = asked(
         FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local passing",
         otherwise={
-            "analyze": {"help": "Print nothing; only write the pictures."},
-            "score": {"help": "Print nothing; the exit code tells of the gates."},
+            "analyze": "Print nothing; only write the pictures.",
+            "score": "Print nothing; the exit code tells of the gates.",
         },
     )  # fmt: skip
     sheet: str | None = asked(
@@ -476,12 +457,12 @@ class Asked:
     )  # fmt: skip
     threads: int | None = asked(
         Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
-        EVERY - {"analyze", "score"}, "rare local passing", shown="N",
+        EVERY - {"analyze", "score"}, "rare local passing",
     )  # fmt: skip
     executor: str | None = asked(
         one_of("threads", "processes"), "--executor",
         "Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
-        {"weave"}, "rare local",
+        "weave", "rare local",
     )  # fmt: skip
     progress: str | None = asked(
         one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", EVERY - {"analyze", "score"},

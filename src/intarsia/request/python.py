@@ -1,4 +1,4 @@
-"""A request as a few lines of Python that make its picture again."""
+"""A request as Python code that makes its picture again."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 
 from ..foundation import IntarsiaError
 from ..methods import make, method_class, parameters_of, recipe_settings
-from . import Request, to_argv, to_json
+from . import Json, Request, to_argv, to_json
 
 PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "level", "method", "output"})
-"""What the call below says; a parameter of the method is another."""
+"""Options that the call below can express, besides parameters of the method."""
 
 
 def to_python(request: Request, made: Mapping[str, Any]) -> str:
-    """Return the call that grows what was `made`, or, where more was asked for, the command as a program runs it."""
+    """Return code that grows what was `made`: a call of the library, or, if it cannot express that, the command."""
     call = _call(request, made)
     if call is not None:
         return call
@@ -25,7 +25,7 @@ def to_python(request: Request, made: Mapping[str, Any]) -> str:
 
 
 def _call(request: Request, made: Mapping[str, Any]) -> str | None:
-    """The call of the library; None where an option or a file is asked for that it says otherwise."""
+    """Return the call of the library; None if the request has options or files that it cannot express."""
     if request.verb != "grow" or "method" not in made or len(request.files) != 1 or "magnify" in made:
         return None
     slug, told = made["method"], made["parameters"]
@@ -59,9 +59,9 @@ def _call(request: Request, made: Mapping[str, Any]) -> str | None:
     return "\n".join(lines) + "\n"
 
 
-def _settings(slug: str, given: dict[str, Any]) -> dict[str, Any]:
-    """Parameters as a recipe holds them, once it is JSON."""
-    told: dict[str, Any] = json.loads(json.dumps(recipe_settings(make(slug, given))))
+def _settings(slug: str, given: Json) -> Json:
+    """Return parameters as a recipe of JSON holds them."""
+    told: Json = json.loads(json.dumps(recipe_settings(make(slug, given))))
     return told
 
 

@@ -1,14 +1,14 @@
-"""``intarsia analyze``: what an exemplar is like, and how to grow it. Imports nothing heavy before the work."""
+"""``intarsia analyze``: lattice, elements and illumination of an exemplar. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...foundation import ParameterError
 from ...foundation.params import written
-from ...request import Request
+from ...request import Json, Request
 from .. import Report, say, tell
-from ..verbs import HelpfulCommand, check_stdout
+from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...tasks.inspection import Findings
@@ -25,23 +25,21 @@ def look(request: Request, report: Report) -> None:
     intarsia analyze weave.png --overlay seen.png --best-tile tile.png
     intarsia analyze *.png --several --json
     """
-    check_stdout(request, report)
-
     from ...tasks.inspection import analyze
     from ..exemplars import Shelf, sets_of
 
-    sets = sets_of(request, report)
+    sets, seen, results = sets_of(request, report), set[str](), []
     if len(sets) > 1 and request.to_stdout:
         raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
-    seen, results = set[str](), []
-    plans = [_plan(request, found, seen) for found in sets]
-    for one in sets if len(sets) > 1 else []:
-        _ = Shelf([one], request, report).exemplars  # what cannot be read is refused before the first is worked on
-    for number, plan in enumerate(plans):
+    plans, shelves = [_plan(request, one, seen) for one in sets], [Shelf([one], request, report) for one in sets]
+    for shelf in shelves[: len(sets) * (len(sets) > 1)]:
+        _ = shelf.exemplars  # what cannot be read is refused before the first is worked on
+        shelf.forget()
+    for number, (plan, shelf) in enumerate(zip(plans, shelves, strict=True)):
         with report.watching(1):
-            found = analyze(Shelf([sets[number]], request, report).exemplars[0])
-        first = next(iter(sets[number].values()))
-        answer = found.as_dict()
+            found = analyze(shelf.exemplars[0])
+        shelf.forget()
+        first, answer = next(iter(sets[number].values())), found.as_dict()
         answer["suggested"]["flatten"] |= request.flatten
         _write(found, plan, answer, request.force)
         results.append({"file": first, **answer})
@@ -56,11 +54,11 @@ def look(request: Request, report: Report) -> None:
 
 
 Plan = tuple[list[tuple[str, str]], dict[str, str]]
-"""The files of one exemplar: kinds of overlays with theirs, and those of planes of the best tile."""
+"""The output files of one exemplar: kinds and files of overlays, and plane -> file of the best tile."""
 
 
 def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
-    """Name the files, and refuse what cannot be written before anything is looked at."""
+    """Return the output files of an exemplar; an error, before any work, if one cannot be written."""
     from ...files import format_of
     from ..exemplars import stem_of
     from ..outputs import check_all, filled_name, plane_files
@@ -76,8 +74,8 @@ def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
     return overlays, tile
 
 
-def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> None:
-    """Write the pictures of one exemplar, all or none, and tell where they are."""
+def _write(found: Findings, plan: Plan, answer: Json, force: bool) -> None:
+    """Write the pictures of one exemplar atomically, and add their names to the answer."""
     from ... import files
     from ..outputs import Staging
 
@@ -92,8 +90,6 @@ def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> 
             "size": [base.width, base.height],
             "rectangular": tile.rectangular,
         }
-    for path, _, plane in drawn:
-        files.check_depth(path, plane)
     with Staging(force) as staging:
         for path, _, plane in drawn:
             files.write(staging.place(path), plane)
@@ -102,8 +98,8 @@ def _write(found: Findings, plan: Plan, answer: dict[str, Any], force: bool) -> 
         answer["files"] = [{"path": path, "holds": holds} for path, holds, _ in drawn]
 
 
-def _page(path: str, answer: dict[str, Any]) -> list[str]:
-    """What a person reads."""
+def _page(path: str, answer: Json) -> list[str]:
+    """Return the answer as lines for a person."""
     width, height = answer["exemplar"]["size"]
     lattice, light = answer["lattice"], answer["light"]
     lines = [f"{path}: {width}x{height} px"]
@@ -134,8 +130,8 @@ def _page(path: str, answer: dict[str, Any]) -> list[str]:
     return lines + [f"written      {entry['path']} ({entry['holds']})" for entry in answer.get("files", [])]
 
 
-def _segments(seen: dict[str, Any]) -> list[str]:
-    """Segments, groups, the chosen one, and patch and boundary zone with the rule that they come from."""
+def _segments(seen: Json) -> list[str]:
+    """Return lines on segments, groups, the chosen one, and patch and boundary zone with their rule."""
     groups, chosen = seen["groups"], seen["chosen"]
     first = f"segments     {seen['count']} in {len(groups)} group{'s' * (len(groups) != 1)}; "
     if chosen is None:
@@ -147,12 +143,12 @@ def _segments(seen: dict[str, Any]) -> list[str]:
     return [first, f"             {size}: {seen['why'][:1].lower()}{seen['why'][1:]}"]
 
 
-def _vectors(one: dict[str, Any]) -> str:
+def _vectors(one: Json) -> str:
     return " and ".join(f"{x:.2f},{y:.2f}" for x, y in one["vectors"]) + " px"
 
 
-def _bent(one: dict[str, Any]) -> str:
-    """One line on courses that are not straight, and what straightening does."""
+def _bent(one: Json) -> str:
+    """Return a line on courses that are not straight, and what straightening does."""
     ways = [f"converge by {100 * one['converging']:.0f} %"] if one["converging"] >= 0.01 else []
     ways += [f"slant by {100 * abs(one['slant']):.0f} %"] if abs(one["slant"]) >= 0.005 else []
     return (
@@ -161,7 +157,7 @@ def _bent(one: dict[str, Any]) -> str:
     )
 
 
-def _shape(one: dict[str, Any]) -> str:
+def _shape(one: Json) -> str:
     periods, angles = one["periods"], one["angles"]
     if len(periods) == 1:
         return f"rows {periods[0]:.2f} px apart, across {angles[0]:.1f} degrees; nothing returns along them"
@@ -169,8 +165,8 @@ def _shape(one: dict[str, Any]) -> str:
     return f"periods {periods[0]:.2f} and {periods[1]:.2f} px, {between:.1f} degrees apart"
 
 
-def _options(suggested: dict[str, Any]) -> list[str]:
-    """The options of grow that follow the suggestion."""
+def _options(suggested: Json) -> list[str]:
+    """Return the suggestion as options of grow."""
     words = ["--method", suggested["method"]]
     for name, value in suggested["parameters"].items():
         words += [f"--{name.replace('_', '-')}", f'"{written(value)}"' if name == "lattice" else str(value)]

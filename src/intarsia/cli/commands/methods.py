@@ -1,4 +1,4 @@
-"""``intarsia methods``: what there is to choose from. Imports nothing heavy."""
+"""``intarsia methods``: the list of methods and their parameters. Imports nothing heavy."""
 
 from __future__ import annotations
 
@@ -7,26 +7,25 @@ from typing import Any
 import click
 
 from ...foundation.params import parameters
-from ...methods import METHODS, method_class
-from .. import say, say_json
+from ...methods import method_class
+from .. import debug_option, say, say_json
 from ..verbs import entries
 
 
 @click.command(name="methods")
 @click.argument("slug", required=False, metavar="[METHOD]")
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON list.")
-@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+@debug_option
 def command(slug: str | None, as_json: bool) -> None:
     """List the methods, or the parameters of one METHOD."""
-    slugs = tuple(METHODS) if slug is None else (slug,)
-    classes = list(map(method_class, slugs))
+    found = entries() if slug is None else entries(slug)
     if as_json:
-        say_json(entries(*slugs))
+        say_json(found)
     elif slug is not None:
-        say(_page(classes[0]))
+        say(_page(method_class(slug)))
     else:
-        wide = max(len(cls.slug) for cls in classes)
-        say(f"{cls.slug:{wide}}  {cls.summary} ({cls.paper})" for cls in classes)
+        wide = max(len(one["slug"]) for one in found)
+        say(f"{one['slug']:{wide}}  {one['summary']} ({one['paper']})" for one in found)
 
 
 def _page(cls: type[Any]) -> list[str]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...foundation import MAX_PIXELS, InputError, ParameterError
 from ...request import Request
 from .. import CANCEL, Report
-from ..verbs import HelpfulCommand, check_stdout
+from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...model.sourcemap import SourceMap
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 def draw(request: Request, report: Report) -> None:
     """Draw a map that was saved with --save-map again: with other planes of the same size, softer, or in part."""
-    check_stdout(request, report)
     if request.saved is None or request.saved == "-":
         raise ParameterError("a map is read from a file; give the name of a .npz.")
     from ...model.sourcemap import SourceMap
@@ -31,17 +30,12 @@ def draw(request: Request, report: Report) -> None:
                 f"--window {x},{y},{width},{height} does not suit --magnify {times}; give multiples of {times}."
             )
         _check_window(smap, times, request.window)
-    redraw(smap, _named(request, smap), report)
-
-
-def _named(request: Request, smap: SourceMap) -> Request:
-    """Return the request; maps of built-in exemplars name their own."""
-    if request.files:
-        return request
-    names = tuple(source.name for source in smap.sources)
-    if not names or not all(name.startswith("sample:") for name in names):
-        raise ParameterError("the map needs its exemplars to be drawn; name them with --exemplar FILE.")
-    return replace(request, files=names)
+    if not request.files:  # maps of built-in exemplars name their own
+        names = tuple(source.name for source in smap.sources)
+        if not names or not all(name.startswith("sample:") for name in names):
+            raise ParameterError("the map needs its exemplars to be drawn; name them with --exemplar FILE.")
+        request = replace(request, files=names)
+    redraw(smap, request, report)
 
 
 def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]) -> None:
@@ -96,15 +90,14 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
         staging.commit()
     seconds = time.perf_counter() - began
     report.note(f"{', '.join(by_file(pictures))}: {width}x{height} px, feather {blend.feather}, {seconds:.1f} s")
-    answer: dict[str, Any] = {
+    report.result({
         "files": [{"path": path, "holds": ", ".join(names)} for path, names in by_file(pictures).items()],
         "size": [width, height],
         "window": [x, y, width, height],
         "blend": blend.as_recipe,
         "exemplars": [{"sha256": e.digest, "size": [e.width, e.height]} for e in exemplars],
         "timings": {"total": round(seconds, 3)},
-    }
-    report.result(answer)
+    })
 
 
 command = HelpfulCommand("render", draw)

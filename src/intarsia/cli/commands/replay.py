@@ -1,4 +1,4 @@
-"""``intarsia replay``: a picture again, from the recipe that it carries. Imports nothing heavy before the work."""
+"""``intarsia replay``: a picture made again from its recipe. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ...foundation import InputError, IntarsiaError, ParameterError
-from ...request import Request, asked_pictures, with_pictures
+from ...request import Json, Request, asked_pictures, with_pictures
 from ...version import VERSION
 from .. import Report
-from ..verbs import HelpfulCommand, check_stdout
+from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...model import Exemplar
@@ -35,7 +35,6 @@ def replay(request: Request, report: Report) -> None:
     Everything else is in it, such as --crop, --flatten, --avoid and --depth, and a hole that was the picture's own
     alpha. Built-in exemplars (sample:...) need no --exemplar.
     """
-    check_stdout(request, report)
     from ... import files
     from ...request import from_recipe
     from ..batch import Batch
@@ -59,8 +58,8 @@ def replay(request: Request, report: Report) -> None:
     Batch.plan(again, report, lambda scene: check_scene(recipe, scene, again)).carry_out()
 
 
-def found_beside(recipe: dict[str, Any], request: Request, report: Report) -> Request:
-    """Add what is not named and lies beside the picture; ParameterError that tells of all that is still missing."""
+def found_beside(recipe: Json, request: Request, report: Report) -> Request:
+    """Return the request with files found beside the picture; ParameterError that lists all that are missing."""
     picture = request.picture or ""
     try:
         near = Neighbours(picture)
@@ -96,46 +95,34 @@ def found_beside(recipe: dict[str, Any], request: Request, report: Report) -> Re
         raise ParameterError(
             f"{picture} was made with {', '.join(lacking)}: its recipe holds their hashes alone; name the files."
         )
-    if added := sorted(_named(found) - _named(request)):
+    if added := sorted({*found.read} - {*request.read}):
         report.note(f"taken from beside it: {', '.join(added)}")
     return found
 
 
-def _named(request: Request) -> set[str]:
-    """The files that are named to make a picture again."""
-    target = () if request.target is None else (request.target,)
-    return {*request.files, *request.masks, *request.labels, *target, *dict(request.pictures).values()}
+def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
+    """Raise InputError, with the name of the file, if something is not what the recipe was made with.
 
-
-def check_scene(recipe: dict[str, Any], scene: Scene, request: Request) -> None:
-    """Refuse whatever is not what the recipe was made with, naming the file.
-
-    The hole goes before the pictures: pixels in it count as unusable, so that a wrong hole changes them, too.
+    The hole is checked before the pictures: its pixels count as unusable, so a wrong hole changes them, too.
     """
-    expected, found = recipe["exemplars"], scene.exemplars
+    expected, found, start, guide = recipe["exemplars"], scene.exemplars, scene.canvas.start, scene.canvas.guide
     if len(expected) != len(found):
         raise InputError(f"the recipe has {len(expected)} exemplars, {len(found)} are given; give the same files.")
-    _check_begun(recipe, scene, request)
+    if start is not None and start.digest != recipe.get("start"):
+        first, holes = found[0], request.holes
+        if request.start is not None:
+            raise InputError(f"{request.start} is another map than the recipe was made with; give the same file.")
+        if not holes or [first.width, first.height] != recipe["size"] or holes[0] == "alpha":
+            raise _another(expected[0], first)
+        raise InputError(f"{holes[0]} marks another hole than the recipe was made with; give the same --mask.")
     for entry, exemplar in zip(expected, found, strict=True):
         if entry["sha256"] != exemplar.digest:
             raise _another(entry, exemplar)
-    if scene.canvas.guide is not None:
-        _check_guide(recipe["guide"], scene.canvas.guide, request)
+    if guide is not None:
+        _check_guide(recipe["guide"], guide, request)
 
 
-def _check_begun(recipe: dict[str, Any], scene: Scene, request: Request) -> None:
-    start, holes = scene.canvas.start, request.holes
-    if start is None or start.digest == recipe.get("start"):
-        return
-    first, size = scene.exemplars[0], recipe["size"]
-    if request.start is not None:
-        raise InputError(f"{request.start} is another map than the recipe was made with; give the same file.")
-    if not holes or [first.width, first.height] != size or holes[0] == "alpha":
-        raise _another(recipe["exemplars"][0], first)
-    raise InputError(f"{holes[0]} marks another hole than the recipe was made with; give the same --mask.")
-
-
-def _check_guide(recorded: dict[str, Any], guide: Guide, given: Request) -> None:
+def _check_guide(recorded: Json, guide: Guide, given: Request) -> None:
     if recorded.get("sha256") == guide.digest:
         return
     known = [*recorded.get("labels", []), recorded.get("target")]
@@ -147,7 +134,7 @@ def _check_guide(recorded: dict[str, Any], guide: Guide, given: Request) -> None
     raise InputError(f"{given.target} and the labels are not what the recipe was made with; give the same files.")
 
 
-def _another(entry: dict[str, Any], exemplar: Exemplar) -> InputError:
+def _another(entry: Json, exemplar: Exemplar) -> InputError:
     return InputError(
         f"{exemplar.name} is another exemplar (sha256 {exemplar.digest[:12]}) than that of the recipe "
         f"({str(entry['sha256'])[:12]}); give the same file, with the same --map and --mask."
@@ -155,43 +142,48 @@ def _another(entry: dict[str, Any], exemplar: Exemplar) -> InputError:
 
 
 DONE = re.compile(r"_(grown|extended|healed|painted|tiled)(_[0-9]+)?$")
-"""How the name of an output ends that was given none; before it stands that of its exemplar."""
+"""End of the default name of an output, after the name of its exemplar."""
 
 
 MOST = 50
-"""So many pictures are read, at most, to find one by its contents."""
+"""Most pictures that are read to find one by its contents."""
 
 
 class Neighbours:
-    """The pictures in the folder of one, no links and no folders among them: `floor.png` beside `floor_grown.png`."""
+    """The pictures in the folder of a picture, without links: `floor.png` beside `floor_grown.png`."""
 
     def __init__(self, picture: str) -> None:
-        from ...files import sets
+        from ...files.sets import READABLE
 
-        self.folder, name = os.path.split(picture)
+        folder, name = os.path.split(picture)
         here = list[str]()
-        with suppress(OSError), os.scandir(self.folder or os.curdir) as found:
+        with suppress(OSError), os.scandir(folder or os.curdir) as found:
             here += [e.name for e in found if e.is_file(follow_symlinks=False) and e.name != name]
-        self._names = sorted(n for n in here if os.path.splitext(n)[1].lower() in sets.READABLE)
-        self._split = [(n, *sets.name_of(n)) for n in self._names]
+        readable = (n for n in sorted(here) if os.path.splitext(n)[1].lower() in READABLE)
+        self._paths = [os.path.join(folder, n) for n in readable]
         stem = Path(name.removesuffix(".recipe.json")).stem
         self._exemplar = DONE.sub("", stem) if DONE.search(stem) else None
 
-    def exemplar(self, recipe: dict[str, Any]) -> tuple[str, ...]:
-        """The picture, or the planes of a set, that the name of the output begins with; of one exemplar alone."""
+    def exemplar(self, recipe: Json) -> tuple[str, ...]:
+        """Return the picture, or the planes of a set, that the name of the output begins with; () if several."""
+        from ...files.sets import name_of
+
         if self._exemplar is None or len(recipe["exemplars"]) != 1:
             return ()
-        alone = self._paths(n for n in self._names if Path(n).stem == self._exemplar)
-        planes = self._paths(n for n, own, word in self._split if own == self._exemplar and word not in (None, "mask"))
-        return alone[:1] or planes
+        alone, planes = [p for p in self._paths if Path(p).stem == self._exemplar], list[str]()
+        for path in self._paths:
+            own, word = name_of(path)
+            if own == self._exemplar and word not in (None, "mask"):
+                planes.append(path)
+        return tuple(alone[:1] or planes)
 
-    def alike(self, recipe: dict[str, Any], request: Request) -> tuple[str, ...]:
-        """The first picture that is the exemplar of a recipe if it is read and used as that says; of some alone."""
+    def alike(self, recipe: Json, request: Request) -> tuple[str, ...]:
+        """Return the first picture that is the exemplar of a recipe if it is read and used as that says."""
         from ...request import from_recipe
         from ..exemplars import Shelf, sets_of
 
         report = Report(quiet=True)
-        for path in self._paths(self._names[:MOST]):
+        for path in self._paths[:MOST]:
             with suppress(IntarsiaError):
                 again = from_recipe(recipe, replace(request, files=(path,)), path)
                 check_scene(recipe, Shelf(sets_of(again, report), again, report).scene, again)
@@ -199,14 +191,9 @@ class Neighbours:
         return ()
 
     def called(self, word: str) -> str | None:
-        """The file `word.png`, or, behind the name of the exemplar, `floor_word.png`, in any format."""
-        for stem in (f"{self._exemplar}_{word}", word):
-            for path in self._paths(n for n in self._names if Path(n).stem == stem):
-                return path
-        return None
-
-    def _paths(self, names: Any) -> tuple[str, ...]:
-        return tuple(os.path.join(self.folder, n) for n in names)
+        """Return the file `floor_word.png`, after the name of the exemplar, or `word.png`, in any format."""
+        stems = f"{self._exemplar}_{word}", word
+        return next((path for stem in stems for path in self._paths if Path(path).stem == stem), None)
 
 
 command = HelpfulCommand("replay", replay)

@@ -1,4 +1,4 @@
-"""``intarsia score``: how good an output is by its exemplar. Imports nothing heavy before the work."""
+"""``intarsia score``: the quality of an output compared with its exemplar. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ...foundation import InputError
-from ...request import Request
+from ...request import Request, to_line
 from .. import CANCEL, Report, say
 from ..verbs import HelpfulCommand
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 RECIPE = "recipe"
-"""In place of a map: the one that the recipe in the output's file makes again."""
+"""In place of a map: make it again from the recipe in the output's file."""
 
 
 def judge(request: Request, report: Report) -> None:
@@ -64,7 +64,7 @@ def judge(request: Request, report: Report) -> None:
 
 
 def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) -> SourceMap | None:
-    """Return the map that the recipe of an output makes again; where it makes none, say why, and go on without."""
+    """Return the map that the recipe of an output makes again; None, after a warning, if it makes none."""
     from ...foundation.run import Run
     from ...tasks import recipe_map
 
@@ -77,9 +77,7 @@ def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) 
 
 
 def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) -> None:
-    """Write the report; how the output is made again is known where it carries a recipe, and needs no further files."""
-    import shlex
-
+    """Write the report, with the command that makes the output again if its recipe needs no further files."""
     from ... import files
     from ..outputs import Staging, write_page
 
@@ -91,16 +89,16 @@ def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) 
         outcome = outcome.but(recipe=recipe)
         further = {"heal", "guide", "origin", "advected"} | (set() if "extend" in recipe else {"start"})
         if not further & set(recipe):
-            sources = [w for found in sets for w in ("--exemplar", next(iter(found.values())))]
-            again = shlex.join(["intarsia", "replay", outcome.name, "-o", "again.png", *sources])
-            outcome = outcome.but(command=again)
+            sources = tuple(next(iter(found.values())) for found in sets)
+            again = Request("replay", picture=outcome.name, out="again.png", files=sources)
+            outcome = outcome.but(command=to_line(again))
     with Staging(force) as staging:
         write_page(staging, page, outcome)
         staging.commit()
 
 
 def _in_words(output: str, found: Score) -> list[str]:
-    """The score in words: what takes most from it comes first."""
+    """Return the score as lines; what takes most from it comes first."""
     lines = [f"{output}: {found.total:.0f} of 100, {found.verdict}"]
     for name in found.ranked:
         one = found.parts[name]

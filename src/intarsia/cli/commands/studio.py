@@ -1,4 +1,4 @@
-"""``intarsia studio``: the page where one sees what one does. Imports nothing heavy before the work starts."""
+"""``intarsia studio``: the server of a web page on this machine. Imports nothing heavy before the work."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from importlib.util import find_spec
 import click
 
 from ...foundation import ResourceError
-from .. import Interrupted, one_line, tell
+from .. import Interrupted, debug_option, one_line, tell
 from ..verbs import FILE
 
 NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "python-multipart"}
-"""What the server is made with: the module, and how it is installed."""
+"""Modules that the server needs -> the names of their packages."""
 
 
 @click.command(name="studio")
@@ -26,7 +26,7 @@ NEEDED = {"starlette": "starlette", "uvicorn": "uvicorn", "python_multipart": "p
     "--folder", type=FILE, default="intarsia-studio", show_default=True, metavar="DIR",
     help="Keep exemplars and results there.",
 )  # fmt: skip
-@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+@debug_option
 def command(files: tuple[str, ...], port: int, no_browser: bool, folder: str) -> None:
     """Open a page on this machine: drop a picture, see what is in it, grow, paint, heal, look, keep.
 

@@ -6,7 +6,7 @@ import time
 
 import click
 
-from .. import CANCEL, Report, begun
+from .. import CANCEL, Report, begun, debug_option
 
 
 @click.command(name="warm-up")
@@ -14,7 +14,7 @@ from .. import CANCEL, Report, begun
     "--threads", type=click.IntRange(1, 1024), metavar="N",
     help="Threads to use; by default one a core. Never changes a pixel.",
 )  # fmt: skip
-@click.option("--debug", is_flag=True, expose_value=False, hidden=True)
+@debug_option
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
 def command(threads: int | None, quiet: bool) -> None:
     """Compile everything for this computer now, so that the first picture comes at once."""
