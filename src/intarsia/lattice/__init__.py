@@ -41,8 +41,8 @@ from .candidates import (
     pictures,
     waves_of,
 )
-from .fit import RING, fitted, refined, relatives, score, shortlist
-from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
+from .fit import fitted, refined, relatives, score, shortlist
+from .verdict import REFUSED, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
 Vectors = tuple[Vector, Vector]
@@ -65,11 +65,10 @@ def lattice_of(
 
 def lattices_of(exemplar: Exemplar, channel_weights: Weights = None) -> Lattices:
     """What is known of the lattice of an exemplar; looked for once."""
-
-    def looked() -> Lattices:
-        return find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable)
-
-    return exemplar.memo(("lattices", channel_weights), looked)
+    return exemplar.memo(
+        ("lattices", channel_weights),
+        lambda: find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable),
+    )
 
 
 def vectors_of(found: Lattice) -> Steps:
@@ -189,10 +188,12 @@ def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = Fa
     ParameterError
         where the mask does not fit.
     """
-    if usable is not None and usable.shape != features.shape[:2]:
-        raise ParameterError(f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal.")
-    if usable is not None and usable.all():
-        usable = None
+    if usable is not None:
+        if usable.shape != features.shape[:2]:
+            raise ParameterError(
+                f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal."
+            )
+        usable = None if usable.all() else usable
     if min(features.shape[:2]) < LEAST_SIDE:
         return Lattices(None, (), f"Below {LEAST_SIDE} px a side nothing can repeat.")
     factor = factor_for(features.shape)
@@ -202,54 +203,45 @@ def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = Fa
 
 def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
     """Search an exemplar of its own size."""
-    height, width = features.shape[:2]
     prepared = pictures(features, usable)
     found = correlation_map(prepared)
     if found is None:
         return Lattices(None, (), "The exemplar is constant.")
     waves = waves_of(prepared)
-    ranked = [] if one else _two(found, guesses(found, waves, height, width), prepared)
-    if ranked and ranked[0].verdict == SURE:
-        return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
-    rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]
-    if rows and rows[0].verdict == SURE:
-        return Lattices(rows[0], (rows[0], *ranked[: SHOWN - 1]), rows[0].reasons[-1])
-    if ranked and ranked[0].verdict == FAINT:
-        return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
-    together = tuple(sorted([*ranked, *rows], key=lambda one: -one.share)[:SHOWN])
-    return Lattices(None, together, together[0].reasons[-1] if together else "No offset agrees with the exemplar.")
+    ranked = [] if one else _two(found, guesses(found, waves, *features.shape[:2]), prepared)
+    best = ranked[0].verdict if ranked else REFUSED
+    if best != SURE:
+        rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]
+        if rows and rows[0].verdict == SURE:
+            best, ranked = SURE, [rows[0], *ranked[: SHOWN - 1]]
+        elif best == REFUSED:
+            ranked = sorted([*ranked, *rows], key=lambda one: -one.share)[:SHOWN]
+    why = ranked[0].reasons[-1] if ranked else "No offset agrees with the exemplar."
+    return Lattices(None if best == REFUSED else ranked[0], tuple(ranked), why)
 
 
 def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) -> list[Lattice]:
     """Rank lattices of two vectors: shortlist, fit, score; then the relatives of the best."""
     size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)
-    scored = score(found, lattices, RING)
+    scored = score(found, lattices)
     kin = relatives(scored.vectors[scored.best(FAMILY)])
     more, others = fitted(found, distinct(kin, *size), size)
-    scored = score(found, distinct(np.concatenate([lattices, more]), *size), RING)
-    fits = {**others, **fits}
-    ranked = []
-    for k in scored.ranked(SHOWN):
-        one = fits[tuple(scored.vectors[k].ravel().tolist())]
-        ranked.append(two_vectors(found, scored, int(k), one, prepared))
-    return ranked
+    scored = score(found, distinct(np.concatenate([lattices, more]), *size))
+    fits = others | fits
+    best = [(k, fits[tuple(scored.vectors[k].ravel().tolist())]) for k in scored.ranked(SHOWN)]
+    return [two_vectors(found, scored, k, one, prepared) for k, one in best]
 
 
 def _at_full_size(found: Lattices, features: Int16, usable: Mask | None, factor: int) -> Lattices:
-    """Scale the vectors back, and refine those of the accepted lattice at full resolution."""
-
-    def scaled(one: Lattice) -> Lattice:
-        rows = tuple((y * factor, x * factor) for y, x in one.vectors)
-        return replace(one, vectors=rows, residual=one.residual * factor)
-
-    ranked = tuple(scaled(one) for one in found.ranked)
+    """Scale the vectors back, and refine those of the accepted lattice, which is the first, at full resolution."""
+    ranked = [
+        replace(one, vectors=tuple((y * factor, x * factor) for y, x in one.vectors), residual=one.residual * factor)
+        for one in found.ranked
+    ]
     if found.accepted is None:
-        return replace(found, ranked=ranked, reduction=factor, refined=False)
-    best = scaled(found.accepted)
-    exact = refined(features, usable, np.array(best.vectors, np.int64), factor)
+        return replace(found, ranked=tuple(ranked))
+    exact = refined(features, usable, np.array(ranked[0].vectors, np.int64), factor)
     if exact is not None:
-        rows = tuple((int(y), int(x)) for y, x in exact)
-        best = replace(best, vectors=rows)
-    ranked = tuple(best if one is found.accepted else other for one, other in zip(found.ranked, ranked, strict=True))
-    return replace(found, accepted=best, ranked=ranked, reduction=factor, refined=exact is not None)
+        ranked[0] = replace(ranked[0], vectors=tuple((y, x) for y, x in exact.tolist()))
+    return replace(found, accepted=ranked[0], ranked=tuple(ranked))

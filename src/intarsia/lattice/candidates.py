@@ -25,6 +25,7 @@ import numpy as np
 
 from ..analysis import spreads
 from ..analysis.elements import autocorrelation
+from ..foundation import ndimage
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
 from ..foundation.filters import blurred, fast_length, highest, widely_blurred
 from ..foundation.geometry import UNIT
@@ -48,12 +49,6 @@ class CorrelatedPictures:
     usable: Mask | None  # (H, W): which pixels of the colours count,
     inner: Mask | None  # and of the edges: those with four usable neighbours
 
-    @property
-    def steps(self) -> Floats:
-        """The edges, less their mean."""
-        known = np.ones(self.edges.shape[:2], bool) if self.inner is None else self.inner
-        return (self.edges - self.edges[known].mean()) * known[..., None] if known.any() else self.edges
-
 
 @dataclass(frozen=True)
 class CorrelationMap:
@@ -74,19 +69,10 @@ def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
     weight = None if usable is None else usable.astype(np.float64)
     values = _evened(features, usable)
     colours = np.rint(high_pass(values, weight, min(features.shape[:2]) / LIGHT))
-    strength = np.zeros(features.shape[:2])
-    for axis in (0, 1):
-        if features.shape[axis] > 1:
-            step = np.gradient(values, axis=axis)
-            strength += (step * step).sum(axis=2)
-    edges = np.rint(np.sqrt(strength))[..., None]
-    inner = None
+    down, along = ((step * step).sum(axis=2) for step in np.gradient(values, axis=(0, 1)))
+    edges, inner = np.rint(np.sqrt(down + along))[..., None], None
     if usable is not None:
-        inner = usable.copy()
-        for axis in (0, 1):
-            near, far = np.moveaxis(inner, axis, 0), np.moveaxis(usable, axis, 0)
-            near[1:] &= far[:-1]
-            near[:-1] &= far[1:]
+        inner = ndimage.binary_erosion(usable, border_value=1)
         colours[~usable] = 0
         edges[~inner] = 0
     return CorrelatedPictures(colours, edges, usable, inner)
@@ -97,10 +83,7 @@ def _evened(features: Int64, usable: Mask | None) -> Floats:
     chosen = features.reshape(-1, features.shape[2]) if usable is None else features[usable]
     deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in spreads(chosen)]))
     top = deviation.max()
-    if top <= 0:
-        return features.astype(np.float64)
-    evened: Floats = np.rint(features * (top / np.maximum(deviation, top / 4)))
-    return evened
+    return np.rint(features * (top / np.maximum(deviation, top / 4))) if top > 0 else features.astype(np.float64)
 
 
 def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
@@ -140,14 +123,21 @@ WAVES = 10  # spectral peaks that are paired, of each picture
 LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
 
 
+def overlap(shape: Sequence[int], shift: Pair) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Return what of a picture has a pixel a shift (y, x) away, and those pixels: two indices."""
+    here, there = (
+        tuple(slice(max(0, -k * d), max(0, n - max(0, k * d))) for d, n in zip(shift, shape, strict=False))
+        for k in (1, -1)
+    )
+    return here, there
+
+
 def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Sequence[int]) -> Int64:
     """List the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, a by a.
 
     `first`, `v1`, `v2`: (y, x) in 1/256 px; `low`, `high`: first and last px of the box, (y, x).
     """
     ends = [(a * UNIT - UNIT // 2, b * UNIT + UNIT // 2 - 1) for a, b in zip(low, high, strict=True)]
-    if any(last < begin for begin, last in ends):
-        return np.empty((0, 2), np.int64)
     corners = [((y - first[0]) * v2[1] - (x - first[1]) * v2[0]) // (v1[0] * v2[1] - v1[1] * v2[0])
                for y in ends[0] for x in ends[1]]  # fmt: skip
     a = np.arange(min(corners), max(corners) + 2)
@@ -211,10 +201,10 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     square = (at * at).sum(axis=1)
     order = np.lexsort((at[:, 1], at[:, 0], square, -value))[:LOOKED_AT]
     at, value, square = at[order], value[order], square[order]
-    apart = ((at[:, None] - at[None]) ** 2).sum(axis=2)
-    apart[value[None, :] < value[:, None] - EQUAL] = np.iinfo(np.int64).max
-    np.fill_diagonal(apart, np.iinfo(np.int64).max)
-    dominance = np.minimum(apart.min(axis=1, initial=np.iinfo(np.int64).max), square)
+    apart, far = ((at[:, None] - at) ** 2).sum(axis=2), np.iinfo(np.int64).max
+    apart[value < value[:, None] - EQUAL] = far
+    np.fill_diagonal(apart, far)
+    dominance = np.minimum(apart.min(axis=1, initial=far), square)
     half = (square >= SHORTEST**2) & ((at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0)))
     at, value, dominance, square = at[half], value[half], dominance[half], square[half]
     rank = value * value // 1000 * dominance  # the square of height x distance
@@ -245,7 +235,7 @@ def spectral_peaks(picture: Floats) -> Floats:
     """
     height, width = picture.shape[:2]
     window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
-    size = [fast_length(2 * height), fast_length(2 * width)]
+    size = fast_length(2 * height), fast_length(2 * width)
     power = np.zeros((size[0], size[1] // 2 + 1))
     for c in range(picture.shape[2]):
         wave = np.fft.rfft2(picture[..., c] * window[0][:, None] * window[1], size)
@@ -264,10 +254,8 @@ def spectral_peaks(picture: Floats) -> Floats:
     whole = (f >= LONGEST_WAVE / min(height, width)) & (f <= 1 / SHORTEST) & ((fx > 0) | ((fx == 0) & (fy > 0)))
     at = _maxima(level, whole)
     order = np.lexsort((at[:, 1], at[:, 0], -level[at[:, 0], at[:, 1]]))[:WAVES]
-    middle = np.array([level.shape[0] // 2, level.shape[1] // 2])
-    peaks = _refined(level, at[order] - middle) + middle
-    result: Floats = (peaks - (low, 2)) / size
-    return result
+    middle = np.array(level.shape) // 2
+    return np.asarray((_refined(level, at[order] - middle) + middle - (low, 2)) / size)
 
 
 def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
@@ -292,15 +280,17 @@ def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int)
 
 def distinct(lattices: Int64, height: int, width: int) -> Int64:
     """Keep the first of reduced lattices that agree to half a px; none that is too short, or has a cell too large."""
-    lengths = np.sqrt((lattices * lattices).sum(axis=2).astype(np.float64)) / UNIT
-    area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0]) / UNIT**2
-    room = SENSIBLE.cells * height * width
-    lattices = lattices[(lengths[:, 0] >= SHORTEST) & (area > 0) & (area <= room)]
+    area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0])
+    long = (lattices[:, 0] ** 2).sum(axis=1) >= (SHORTEST * UNIT) ** 2
+    lattices = lattices[long & (area > 0) & (area <= SENSIBLE.cells * height * width * UNIT**2)]
     coarse = (lattices + UNIT // 4) // (UNIT // 2)
     _, first = np.unique(coarse.reshape(-1, 4), axis=0, return_index=True)
     return lattices[np.sort(first)]
 
 
 def waves_of(prepared: CorrelatedPictures) -> list[Floats]:
-    """Find the waves of both pictures."""
-    return [spectral_peaks(prepared.colours), spectral_peaks(prepared.steps)]
+    """Find the waves of both pictures: the colours, and the edges less their mean."""
+    edges = prepared.edges
+    known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner
+    steps = (edges - edges[known].mean()) * known[..., None] if known.any() else edges
+    return [spectral_peaks(prepared.colours), spectral_peaks(steps)]

@@ -16,12 +16,13 @@ compared with itself in whole numbers, a few px to every side. Where it differs 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
+from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
 from ..foundation.filters import blurred
 from ..foundation.geometry import UNIT
 from .candidates import CorrelationMap, canonical, distinct
@@ -40,64 +41,49 @@ def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -
 
     Weighted least squares over the points that lie furthest out: their error is shared by many cells.
     """
-    height, width = features.shape[:2]
     mask = np.ones((1, 1), np.bool_) if usable is None else usable
-    rows, right = [], []
-    found = np.empty(2)
-    radius = factor + SPARE
-    for index in _furthest(vectors, height, width):
-        at = (np.array(index) @ vectors) / UNIT
-        if best_shift(features, mask, np.rint(at).astype(np.int64), radius, WINDOW, found):
+    rows, right, found = [], [], np.empty(2)
+    for index in _furthest(vectors, *features.shape[:2]):
+        near = np.rint(np.array(index) @ vectors / UNIT).astype(np.int64)
+        if best_shift(features, mask, near, factor + SPARE, WINDOW, found):
             rows.append(index)
-            right.append((float(found[0]), float(found[1])))
-    return _least_squares(rows, right, vectors, factor)
+            right.append(found.tolist())
+    return _least_squares(np.array(rows, np.float64), np.array(right), vectors, factor) if rows else None
 
 
 def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
     """Lattice points that leave half of each side to compare, the furthest first, spread over directions."""
-    n = len(vectors)
+    n, found = len(vectors), []
     most = [max(1, int(FARTHEST * max(height, width) * UNIT / math.hypot(*v))) for v in vectors]
-    found = []
     for a in range(most[0] + 1):
         for b in range(-most[1], most[1] + 1) if n == 2 else (0,):
             index = (a, b)[:n]
-            if index <= (0, 0)[:n]:
-                continue
             y, x = (np.array(index) @ vectors) / UNIT
-            if abs(y) <= FARTHEST * height and abs(x) <= FARTHEST * width:
+            if index > (0, 0)[:n] and abs(y) <= FARTHEST * height and abs(x) <= FARTHEST * width:
                 angle = math.floor(ANGLES * (math.atan2(y, x) % math.pi) / math.pi)
-                found.append((round(math.hypot(y, x)), angle, index))
-    found.sort(key=lambda f: (-f[0], f[2]))
-    seen: dict[int, int] = {}
-    ranked = []
-    for far, angle, index in found:
-        seen[angle] = seen.get(angle, 0) + 1
-        ranked.append((seen[angle], -far, index))
-    return [index for _, _, index in sorted(ranked)[:POINTS]]
+                found.append((-round(math.hypot(y, x)), index, angle))
+    seen, ranked = Counter[int](), []
+    for nearness, index, angle in sorted(found):
+        seen[angle] += 1
+        ranked.append((seen[angle], nearness, index))
+    return [index for *_, index in sorted(ranked)[:POINTS]]
 
 
-def _least_squares(
-    rows: list[tuple[int, ...]], right: list[tuple[float, float]], vectors: Int64, factor: int
-) -> Int64 | None:
-    if not rows:
-        return None
-    a, p = np.array(rows, np.float64), np.array(right)
-    n = len(vectors)
-    if n == 1:
+def _least_squares(a: Floats, p: Floats, vectors: Int64, factor: int) -> Int64 | None:
+    """Fit vectors to the places p (n, 2), px, of points a (n, 1 or 2) of their lattice."""
+    if len(vectors) == 1:
         across = vectors[0] / math.hypot(*vectors[0])
         exact = ((a[:, 0] * (p @ across)).sum() / (a[:, 0] ** 2).sum()) * across[None]
     else:
         (aa, ab), (_, bb) = a.T @ a  # whole numbers
         t0, t1 = (a[:, :, None] * p[:, None]).sum(axis=0)
         exact = _spanned(aa, ab, bb, t0, t1, SPANNED)
-        if exact is None:
-            return None
+    if exact is None:
+        return None
     whole: Int64 = np.rint(UNIT * exact).astype(np.int64)
     if np.abs(whole - vectors).max() > UNIT * factor:
         return None
-    if n == 2:
-        whole = canonical(whole[None])[0]
-    return whole
+    return canonical(whole[None])[0] if len(whole) == 2 else whole
 
 
 POINT = np.array([(0, 0)])
@@ -155,9 +141,7 @@ class Scored:
         """Return which are most confident, ties in order of size, then of their numbers."""
         v = self.vectors
         area = np.abs(v[:, 0, 0] * v[:, 1, 1] - v[:, 0, 1] * v[:, 1, 0])
-        keys = [v[:, i, j] for i in (1, 0) for j in (1, 0)]
-        result: Int64 = np.lexsort([*keys, area, -self.confidence])[:most]
-        return result
+        return np.lexsort([*v.reshape(-1, 4).T[::-1], area, -self.confidence])[:most]
 
     def ranked(self, most: int) -> Int64:
         """Return the best, first of all one that is about as confident as the most confident but agrees far better.
@@ -195,19 +179,19 @@ class Scored:
         return index > 1 and bool(np.abs(times - whole).max() < RANKING.whole)
 
 
-def score(found: CorrelationMap, vectors: Int64, phases: Int64) -> Scored:
-    """Score lattices against the phases given."""
-    mean, points = means(found.values, found.weights, vectors, POINT)
-    return _contrasted(found, vectors, mean, points, phases)
+def score(found: CorrelationMap, vectors: Int64) -> Scored:
+    """Score lattices against the ring of phases."""
+    return _contrasted(found, vectors, means(found.values, found.weights, vectors, POINT), RING)
 
 
 def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
     """Keep the lattices worth a closer look: by their mean, then by contrast with their half cells."""
-    mean, points = means(found.values, found.weights, vectors, POINT)
+    known = means(found.values, found.weights, vectors, POINT)
+    mean, points = known
     keep = np.flatnonzero((points >= 2) & (mean > 0))
     hope = mean[keep] * _few(points[keep]) // 1000
     keep = keep[np.argsort(-hope, kind="stable")[: RANKING.promising]]
-    scored = _contrasted(found, vectors[keep], mean[keep], points[keep], HALVES)
+    scored = _contrasted(found, vectors[keep], known[:, keep], HALVES)
     return scored.vectors[scored.best(RANKING.fitted)]
 
 
@@ -216,10 +200,9 @@ def _few(points: Int64) -> Int64:
     return np.asarray(1000 - np.rint(1000 / np.sqrt(np.maximum(points, 1))), np.int64)
 
 
-def _contrasted(
-    found: CorrelationMap, vectors: Int64, mean: Int64, points: Int64, phases: Int64
-) -> Scored:
-    aside, _ = means(found.values, found.weights, vectors, phases)
+def _contrasted(found: CorrelationMap, vectors: Int64, known: Int64, phases: Int64) -> Scored:
+    """Score lattices of known means and points against other phases of their cells."""
+    (mean, points), aside = known, means(found.values, found.weights, vectors, phases)[0]
     known = (points > 0) & (aside > NOTHING)
     contrast = np.where(known, mean - aside, -1_000_000)
     return Scored(vectors, mean, contrast, contrast * _few(points) // 1000, points)
@@ -234,23 +217,18 @@ class Fit:
     used: int
 
 
-def fit(found: CorrelationMap, vectors: Int64, smooth: Int32 | None = None) -> Fit | None:
+def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
     """Move the vectors of a lattice to where the peaks are; None where there are none, or elsewhere.
 
     Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: the further
-    out, the more exact a vector must be to find the right peak, and the more exact it becomes. `smooth` replaces
-    the map whose peaks are looked for.
+    out, the more exact a vector must be to find the right peak, and the more exact it becomes.
     """
-    smooth = found.smooth if smooth is None else smooth
-    start = vectors / float(UNIT)
-    current = start
-    length = min(math.hypot(*row) for row in start)
-    sums = np.empty(9)
-    used = 0
+    start = current = vectors / float(UNIT)
+    length, sums, used = _shorter(start), np.empty(9), 0
+    radius = max(FITTING.least, FITTING.radius * length)
     for most in (2, 5, 1 << 20):
-        radius = max(FITTING.least, FITTING.radius * length)
-        used, tried = fit_step(smooth, found.weights, current, most, radius, sums)
-        aa, ab, bb = (float(n) for n in sums[:3])
+        used, tried = fit_step(found.smooth, found.weights, current, most, radius, sums)
+        aa, ab, bb = sums[:3].tolist()
         least = 1e-6 * max(aa, bb) ** 2  # rounding: peaks in one line give 0
         moved = _spanned(aa, ab, bb, sums[3:5], sums[5:7], least)
         if moved is None or 2 * used < tried:
@@ -258,7 +236,7 @@ def fit(found: CorrelationMap, vectors: Int64, smooth: Int32 | None = None) -> F
         current = moved
         if np.hypot(*(current - start).T).max() > FITTING.drift * length + FITTING.slack:
             return None
-    fit_step(smooth, found.weights, current, 1 << 20, max(FITTING.least, FITTING.radius * length), sums)
+    fit_step(found.smooth, found.weights, current, 1 << 20, radius, sums)
     return Fit(current, math.sqrt(sums[7] / sums[8]) if sums[8] > 0 else 0.0, used)
 
 
@@ -268,16 +246,13 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
     Where the peaks lie further than a hundredth of the shorter vector from the lattice points, the map is
     blurred by a twentieth of it first.
     """
-    length = min(math.hypot(*row) for row in vectors / float(UNIT))
+    length = _shorter(vectors / float(UNIT))
     sigma = FITTING.blur * length
     if residual <= FITTING.loose * length or sigma < FITTING.sigma:
         return vectors
     wider = np.rint(blurred(found.values.astype(np.float64), sigma, "edge")).astype(np.int32)
-    one = fit(found, vectors, wider)
-    if one is None or one.residual >= residual:
-        return vectors
-    result: Int64 = canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])[0]
-    return result
+    one = fit(replace(found, smooth=wider), vectors)
+    return vectors if one is None or one.residual >= residual else _in_units(one)
 
 
 def regularity(one: Fit) -> float:
@@ -288,8 +263,17 @@ def regularity(one: Fit) -> float:
     """
     if one.used < 3:
         return 1.0
-    radius = max(FITTING.least, FITTING.radius * min(math.hypot(*row) for row in one.vectors))
+    radius = max(FITTING.least, FITTING.radius * _shorter(one.vectors))
     return min(1.0, one.residual * math.sqrt(2 * one.used / (one.used - 2)) / radius)
+
+
+def _shorter(vectors: Floats) -> float:
+    return min(math.hypot(*row) for row in vectors)
+
+
+def _in_units(one: Fit) -> Int64:
+    """The fitted vectors in 1/256 px, reduced."""
+    return np.asarray(canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])[0])
 
 
 def _spanned(aa: float, ab: float, bb: float, t0: Floats, t1: Floats, least: float) -> Floats | None:
@@ -304,8 +288,7 @@ def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, di
     for lattice in vectors:
         one = fit(found, lattice)
         if one is not None:
-            exact = canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])
-            fits[tuple(exact.ravel().tolist())] = one
+            fits[tuple(_in_units(one).ravel().tolist())] = one
     return distinct(np.array(list(fits), np.int64).reshape(-1, 2, 2), *size), fits
 
 

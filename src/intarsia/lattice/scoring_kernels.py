@@ -12,13 +12,13 @@ from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from ..kernels.jit import kernel
 
 
+@kernel
 def top_of(before: float, here: float, after: float) -> float:
     """Return where the parabola through three neighbours has its top, px from the middle one; 0 where it has none."""
     bend = 2.0 * here - before - after
     return 0.5 * (after - before) / bend if bend > 0 else 0.0
 
 
-_top_of = kernel(top_of)
 SPARSE = 128  # px: of larger overlaps every second px is compared along each axis
 
 
@@ -73,8 +73,8 @@ def best_shift(
     if bi == 0 or bj == 0 or bi == side - 1 or bj == side - 1:
         return False
     here = cost[bi, bj]
-    found[0] = near[0] + bi - radius + _top_of(-cost[bi - 1, bj], -here, -cost[bi + 1, bj])
-    found[1] = near[1] + bj - radius + _top_of(-cost[bi, bj - 1], -here, -cost[bi, bj + 1])
+    found[0] = near[0] + bi - radius + top_of(-cost[bi - 1, bj], -here, -cost[bi + 1, bj])
+    found[1] = near[1] + bj - radius + top_of(-cost[bi, bj - 1], -here, -cost[bi, bj + 1])
     return True
 
 
@@ -211,8 +211,8 @@ def peak_near(
             if smooth[i, j] > best:
                 return False
     here = float(best)
-    found[0] = bi - (height >> 1) + _top_of(float(smooth[bi - 1, bj]), here, float(smooth[bi + 1, bj]))
-    found[1] = bj - (width >> 1) + _top_of(float(smooth[bi, bj - 1]), here, float(smooth[bi, bj + 1]))
+    found[0] = bi - (height >> 1) + top_of(float(smooth[bi - 1, bj]), here, float(smooth[bi + 1, bj]))
+    found[1] = bj - (width >> 1) + top_of(float(smooth[bi, bj - 1]), here, float(smooth[bi, bj + 1]))
     found[2] = here
     return True
 

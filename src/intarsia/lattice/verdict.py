@@ -17,17 +17,17 @@ Source: no paper; our own rule, as two vectors must be wrong on such textures.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ..foundation.arrays import Array, Floats, Int64, Pair
 from ..foundation.geometry import UNIT
-from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap
+from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap, overlap
 from .fit import ENOUGH, Fit, Scored, regularity, resolved
 from .scoring_kernels import NOTHING, course_profile, top_of
 
@@ -62,32 +62,29 @@ class RowPitch:
     lines: int  # rows, on one side of the origin, whose offset leaves enough overlap
     residual: float  # how far the rows lie from whole pitches, rms, px
 
+    @property
+    def rank(self) -> tuple[int, tuple[float, float]]:
+        """Sorts the clearest first."""
+        return -self.contrast, self.pitch
+
 
 def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     """Try every wave as courses, the best ones turned and stretched; best first, nearly equal ones once."""
     vectors = [np.rint(UNIT * f / (f @ f)) for f in np.concatenate(waves)]
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
-    tried.sort(key=_rank)
+    tried.sort(key=lambda known: known[0].rank)
     hint = MILLION * LIMITS.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
+    best = [_refined(found, v, one) if one.contrast >= hint else one for one, v in tried[: TURNING.waves]]
     kept: list[RowPitch] = []
-    for one, _ in sorted(
-        (_refined(found, v, one) if one.contrast >= hint else (one, v) for one, v in tried[: TURNING.waves]), key=_rank
-    ):
-        if all(_apart(one.pitch, other.pitch) > 1 + TURNING.apart * math.hypot(*one.pitch) for other in kept):
+    for one in sorted(best, key=lambda one: one.rank):
+        least = 1 + TURNING.apart * math.hypot(*one.pitch)
+        if all(math.dist(one.pitch, np.multiply(other.pitch, k)) > least for other in kept for k in (1, -1)):
             kept.append(one)
     return kept
 
 
-def _rank(tried: tuple[RowPitch, Floats]) -> tuple[int, tuple[float, float]]:
-    return -tried[0].contrast, tried[0].pitch
-
-
-def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
-    return min(math.hypot(a[0] - b[0], a[1] - b[1]), math.hypot(a[0] + b[0], a[1] + b[1]))
-
-
-def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> tuple[RowPitch, Floats]:
+def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
     """Turn the direction: first by half degrees, then by eighths of that."""
     turn = 0.0
     for step in (TURNING.turn, TURNING.turn / TURNING.finer):
@@ -96,7 +93,7 @@ def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> tuple[RowPitch
             one = _turned(found, v, middle + k * step)
             if one is not None and one.contrast > best.contrast:
                 best, turn = one, middle + k * step
-    return best, v
+    return best
 
 
 def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
@@ -134,11 +131,10 @@ def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
     """Fit the pitch to the peaks of the profile near its multiples: pitch, rms residual (px), lines seen."""
-    top, bottom, found, lines = 0.0, 0.0, [], 0
-    k = 1
-    while 2 * k * pitch < len(mean) - 2:
+    found, lines = [], 0
+    for k in itertools.count(1):
         at = 2 * k * pitch
-        if mass[round(at)] <= 0:
+        if at >= len(mean) - 2 or mass[round(at)] <= 0:
             break
         lines = k
         reach = max(TURNING.least, int(TURNING.reach * pitch))
@@ -147,15 +143,9 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
         i = low + int(np.argmax(window))
         before, here, after = (float(m) for m in mean[i - 1 : i + 2])
         if here >= max(before, after) and here > 0 and mass[i + 1] > 0:
-            peak = (i + top_of(before, here, after)) / 2
-            weight = here * float(mass[i])
-            top += weight * k * peak
-            bottom += weight * k * k
-            found.append((weight, k, peak))
-        k += 1
-    if bottom <= 0:
-        return pitch, 0.0, lines
-    exact = top / bottom
+            found.append((here * float(mass[i]), k, (i + top_of(before, here, after)) / 2))
+    bottom = sum(w * k * k for w, k, _ in found)
+    exact = sum(w * k * p for w, k, p in found) / bottom if bottom > 0 else math.inf
     if abs(exact - pitch) > TURNING.drift * pitch:
         return pitch, 0.0, lines
     square = sum(w * (p - k * exact) ** 2 for w, k, p in found) / sum(w for w, _, _ in found)
@@ -240,11 +230,6 @@ class Lattice:
         return "2-D" if len(self.vectors) == 2 else "1-D"
 
     @property
-    def pixels(self) -> Floats:
-        """The vectors in px: float64, shape (2, 2) or (1, 2), rows (dy, dx)."""
-        return np.array(self.vectors, np.float64) / UNIT
-
-    @property
     def share(self) -> float:
         """Confidence over what is asked for: compares lattices of both kinds."""
         return self.confidence / (LIMITS.least if self.kind == "2-D" else LIMITS.courses)
@@ -262,17 +247,11 @@ class Lattices:
         The best candidates, best first, accepted or not: worth showing where the confidence is small.
     reason : str
         Why the first was accepted, or refused.
-    reduction : int
-        A large exemplar was looked at this many times smaller.
-    refined : bool
-        True where the vectors are exact to the exemplar's own px, though it was reduced, or was not.
     """
 
     accepted: Lattice | None
     ranked: tuple[Lattice, ...]
     reason: str
-    reduction: int = 1
-    refined: bool = True
 
 
 def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
@@ -284,38 +263,38 @@ def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepare
     points = int(scored.points[k])
     near = regularity(one)
     odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))  # a peak says two things, the vectors are four
-    judged = partial(_judge, confidence, near if one.used > ENOUGH else 0.0, odds)
-    if few := points < ENOUGH:
-        judged = partial(_judge_few, contrast, points)
-    rows, parts = scored.vectors[k], 1.0
+    near = near if one.used > ENOUGH else 0.0
+    rows = scored.vectors[k]
+    lattice = Lattice((), confidence, contrast, points, one.residual, odds=odds)
     says = [
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
     ]
-    if judged(parts)[0] != REFUSED or (not few and confidence >= LIMITS.doubted):
+    if _judge(lattice, near)[0] != REFUSED or (points >= ENOUGH and confidence >= LIMITS.doubted):
         rows = resolved(found, rows, one.residual)
         parts = min(support(prepared, (y, x)) for y, x in rows.tolist())
         says.append(f"{100 * parts:.0f} % of the exemplar repeats, or more.")
-    vectors, (verdict, why) = tuple((y, x) for y, x in rows.tolist()), judged(parts)
-    return Lattice(vectors, confidence, contrast, points, one.residual, (*says, why), verdict, parts, odds)
+        lattice = replace(lattice, repeats=parts)
+    verdict, why = _judge(lattice, near)
+    return replace(lattice, vectors=tuple((y, x) for y, x in rows.tolist()), reasons=(*says, why), verdict=verdict)
 
 
-def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
-    if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
-        return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
-    if parts < LIMITS.everywhere:
-        return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
-    return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
-
-
-def _judge(confidence: float, near: float, odds: float, parts: float) -> tuple[Verdict, str]:
-    if confidence >= LIMITS.faint and parts < LIMITS.parts:
+def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
+    """Say whether two vectors are a lattice, and why; `near`: how far its peaks lie from its points, 0 to 1."""
+    points, confidence, contrast = one.points, one.confidence, one.contrast
+    if points < ENOUGH:
+        if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
+            return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
+        if one.repeats < LIMITS.everywhere:
+            return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
+        return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
+    if confidence >= LIMITS.faint and one.repeats < LIMITS.parts:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but only parts of the exemplar repeat."
     if confidence >= LIMITS.least and near > LIMITS.scattered:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but the peaks lie anywhere."
     if confidence >= LIMITS.least:
         return SURE, f"Accepted: the confidence {confidence:.3f} reaches {LIMITS.least}."
-    if confidence >= LIMITS.faint and odds >= LIMITS.exact:
+    if confidence >= LIMITS.faint and one.odds >= LIMITS.exact:
         return FAINT, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
     return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LIMITS.least}."
 
@@ -353,21 +332,18 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
 
 def support(prepared: CorrelatedPictures, vector: Pair) -> float:
     """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
-    shape, moved = prepared.colours.shape[:2], [(abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector]
-    sides = [n - abs(d) for n, d in zip(shape, moved, strict=True)]
-    parts = min(PARTS, min(sides) // LEAST_PART)
+    shape, (dy, dx) = prepared.colours.shape[:2], ((abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector)
+    other, one = overlap(shape, (dy, dx))
+    usable = np.ones(shape) if prepared.usable is None else prepared.usable
+    known = usable[one] * usable[other]
+    parts = min(PARTS, min(known.shape) // LEAST_PART)
     if parts < 1:
         return 0.0
-    one, other = (
-        tuple(slice(max(k * d, 0), n + min(k * d, 0)) for n, d in zip(shape, moved, strict=True)) for k in (1, -1)
-    )
-    down, right = (_begins(n, parts) for n in sides)
+    down, right = (_begins(n, parts) for n in known.shape)
 
     def added(values: Array) -> Array:
         return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=-2), right, axis=-1))
 
-    usable = np.ones(shape) if prepared.usable is None else prepared.usable
-    known = usable[one] * usable[other]
     count, size = added(known * 1.0), added(np.ones(known.shape))
     alike = count < 0  # none yet
     for layer in (prepared.colours, prepared.edges):
