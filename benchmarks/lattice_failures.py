@@ -13,7 +13,6 @@ from scipy.ndimage import map_coordinates
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.foundation.geometry import UNIT
 from intarsia.lattice import find_lattice
 from intarsia.published.lopez_recas2011.goodness import plain_lattice
 
@@ -113,7 +112,7 @@ def answers(name: str) -> tuple[str, str, float]:
     pixels, truth = CASES[name]()
     picture = features([ia.Exemplar.of(pixels)]).pictures[0]
     ours = find_lattice(picture)
-    accepted = None if ours.accepted is None else np.array(ours.accepted.vectors) / UNIT
+    accepted = None if ours.accepted is None else ours.accepted.pixels
     confidence = ours.ranked[0].confidence if ours.ranked else 0.0
     return judged(plain_lattice(picture), truth), judged(accepted, truth), confidence
 

@@ -42,11 +42,6 @@ def tiling(vectors, size, seed, noise=0.05, light=0.15):
     return np.clip(np.rint(picture + rng.normal(0, 255 * noise, picture.shape)), 0, 255).astype(np.uint8)
 
 
-def px(found: Lattice) -> np.ndarray:
-    """The vectors of a lattice, px: rows (dy, dx)."""
-    return np.array(found.vectors) / 256
-
-
 def apart(found, vectors) -> tuple[int, float]:
     """How many cells of `vectors` the found ones (2, 2) hold, px, and how far they lie from points of that lattice."""
     times = found @ np.linalg.inv(vectors)
@@ -61,8 +56,8 @@ def agrees(found: Lattice, vectors, share=0.04) -> bool:
         return False
     tolerance = max(1.0, share * np.hypot(*vectors.T).min())
     if len(vectors) == 1:
-        return min(np.hypot(*(px(found)[0] - s * vectors[0])) for s in (1, -1)) < tolerance
-    cells, error = apart(px(found), vectors)
+        return min(np.hypot(*(found.pixels[0] - s * vectors[0])) for s in (1, -1)) < tolerance
+    cells, error = apart(found.pixels, vectors)
     return cells == 1 and error < tolerance
 
 
@@ -72,7 +67,7 @@ def test_known_lattices_are_found(name):
     assert found is not None
     assert agrees(found, LATTICES[name])
     if len(found.vectors) == 2 and name != "brick_warped":
-        assert apart(px(found), LATTICES[name])[1] < 0.1
+        assert apart(found.pixels, LATTICES[name])[1] < 0.1
 
 
 @pytest.mark.parametrize("name", WITHOUT)
@@ -96,7 +91,7 @@ def test_sub_pixel_lattices_with_noise_and_light(vectors):
     vectors = np.array(vectors)
     found = find_lattice(of(tiling(vectors, 160, 3))).accepted
     assert found is not None
-    cells, error = apart(px(found), vectors)
+    cells, error = apart(found.pixels, vectors)
     assert cells == 1
     assert error < 0.1
 
@@ -106,7 +101,7 @@ def test_a_few_periods_suffice(periods):
     vectors = np.array([(0.0, 30.3), (30.3, 8.1)])
     found = find_lattice(of(tiling(vectors, round(30.3 * periods), 5))).accepted
     assert found is not None
-    assert apart(px(found), vectors)[0] == 1
+    assert apart(found.pixels, vectors)[0] == 1
 
 
 def test_courses_have_one_vector_across_them():
@@ -147,14 +142,14 @@ def test_a_mask_hides_pixels():
     other[~usable] = -5
     found = find_lattice(spoilt, usable)
     assert found == find_lattice(other, usable)
-    assert apart(px(found.accepted), vectors) == (1, pytest.approx(0, abs=0.1))
+    assert apart(found.accepted.pixels, vectors) == (1, pytest.approx(0, abs=0.1))
     assert find_lattice(picture, np.ones((160, 160), bool)) == find_lattice(picture)
 
 
 def test_large_exemplars_are_reduced_and_refined():
     vectors = np.array([(3.4, 61.37), (80.9, -20.2)])
     found = find_lattice(of(tiling(vectors, 1100, 4)))
-    assert apart(px(found.accepted), vectors) == (1, pytest.approx(0, abs=0.05))
+    assert apart(found.accepted.pixels, vectors) == (1, pytest.approx(0, abs=0.05))
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 300), (15, 90), (16, 16), (40, 700), (33, 64)])

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from lattice.test_lattice import apart, of, px, tiling
+from lattice.test_lattice import apart, of, tiling
 
 import intarsia as ia
 import lattice_failures as failures
@@ -52,7 +52,7 @@ def test_drawn_lattices_are_found_to_a_tenth_of_a_px(seed: int) -> None:
     )
     found = find_lattice(of(tiling(vectors, 150, seed))).accepted
     assert found is not None
-    cells, error = apart(px(found), vectors)
+    cells, error = apart(found.pixels, vectors)
     assert cells == 1
     assert error < 0.1
 
@@ -66,8 +66,8 @@ def test_crops_of_a_few_periods(periods: float, seed: int) -> None:
     if found is None:
         assert periods < 3
     else:
-        assert apart(px(found), vectors)[0] == 1
-        assert apart(px(found), vectors)[1] < 0.5
+        assert apart(found.pixels, vectors)[0] == 1
+        assert apart(found.pixels, vectors)[1] < 0.5
 
 
 def test_gravel_is_refused() -> None:

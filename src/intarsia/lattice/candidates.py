@@ -18,7 +18,6 @@ Source: Lopez Recas 2011, sections 3.1 and 3.2. Departures: high-pass, second ch
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -37,8 +36,7 @@ REACH = 0.8  # of each side: the largest offset looked at
 LIGHT = 6  # the short side over this is the sigma of what counts as light
 
 
-@dataclass(frozen=True)
-class CorrelatedPictures:
+class CorrelatedPictures(NamedTuple):
     """The two pictures that are correlated, and which of their pixels count.
 
     Whole numbers, 0 where pixels do not count; no mask where all of them do.
@@ -50,8 +48,7 @@ class CorrelatedPictures:
     inner: Mask | None  # and of the edges: those with four usable neighbours
 
 
-@dataclass(frozen=True)
-class CorrelationMap:
+class CorrelationMap(NamedTuple):
     """How well the texture agrees with itself at every offset; the offset 0 is in the middle.
 
     All are (2 rows + 1, 2 columns + 1).
@@ -154,16 +151,13 @@ def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Se
     return np.asarray(first + np.repeat(a, counts)[:, None] * v1 + b[:, None] * v2, np.int64)
 
 
-class Sensible(NamedTuple):
+class Sensible:
     """What the pairs of a lattice must be like. Bounds of what a picture can show."""
 
-    cells: float = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
-    overlap: int = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
-    parallel: float = 1e-7  # squared cycles per px: waves of one direction span no lattice
-    far: float = 1e6  # px: no picture is so large
-
-
-SENSIBLE = Sensible()
+    cells = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
+    overlap = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
+    parallel = 1e-7  # squared cycles per px: waves of one direction span no lattice
+    far = 1e6  # px: no picture is so large
 
 
 def canonical(vectors: Int64) -> Int64:
@@ -195,7 +189,7 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     lattice dominates a cell, what lies between its peaks does not.
     """
     smooth = found.smooth
-    i, j = _maxima(smooth, found.share >= SENSIBLE.overlap).T
+    i, j = _maxima(smooth, found.share >= Sensible.overlap).T
     value = smooth[i, j].astype(np.int64)
     at = np.stack([i, j], axis=1) - (smooth.shape[0] // 2, smooth.shape[1] // 2)
     square = (at * at).sum(axis=1)
@@ -267,14 +261,14 @@ def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int)
         i, j = np.triu_indices(len(f), 1)
         a, b = f[i], f[j]
         determinant = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        good = np.abs(determinant) > SENSIBLE.parallel
+        good = np.abs(determinant) > Sensible.parallel
         a, b, determinant = a[good], b[good], determinant[good]
         # The vectors v with v1.a = 1, v1.b = 0, v2.a = 0, v2.b = 1.
         v1 = np.stack([b[:, 1], -b[:, 0]], axis=1) / determinant[:, None]
         v2 = np.stack([-a[:, 1], a[:, 0]], axis=1) / determinant[:, None]
         pairs.append(np.stack([v1, v2], axis=1))
     whole = np.concatenate(pairs)
-    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < SENSIBLE.far]
+    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < Sensible.far]
     return distinct(canonical(np.rint(UNIT * whole).astype(np.int64)), height, width)
 
 
@@ -282,7 +276,7 @@ def distinct(lattices: Int64, height: int, width: int) -> Int64:
     """Keep the first of reduced lattices that agree to half a px; none that is too short, or has a cell too large."""
     area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0])
     long = (lattices[:, 0] ** 2).sum(axis=1) >= (SHORTEST * UNIT) ** 2
-    lattices = lattices[long & (area > 0) & (area <= SENSIBLE.cells * height * width * UNIT**2)]
+    lattices = lattices[long & (area > 0) & (area <= Sensible.cells * height * width * UNIT**2)]
     coarse = (lattices + UNIT // 4) // (UNIT // 2)
     _, first = np.unique(coarse.reshape(-1, 4), axis=0, return_index=True)
     return lattices[np.sort(first)]

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -100,35 +99,31 @@ RING = np.array(
 ENOUGH = 4  # lattice points of a half plane that do not agree by chance; 2: three accept another one, 8: one
 
 
-class Ranking(NamedTuple):
+class Ranking:
     """Which lattice leads. Halved and doubled on 35 textures: how many accept another one (docs/design/012)."""
 
-    promising: int = 400  # those whose mean is best: only they are compared with half cells; halved and doubled: none
-    fitted: int = 60  # and only so many with the whole ring; 30 and 120: none
-    rival: int = 85  # per cent of the confidence of the most confident, and; 42 and 100: none; two of 96 crops have one
-    better: int = 130  # per cent of its mean correlation, lead instead; 115: two get another one, 260: none
-    finer: int = 80  # per cent of its confidence, and; 40 and 95: none
-    alike: int = 90  # per cent of its mean, let a lattice that holds all its points and more lead; 45: one
-    whole: float = 0.1  # steps of the finer one: so near to whole numbers it holds them; halved and doubled: none
+    promising = 400  # those whose mean is best: only they are compared with half cells; halved and doubled: none
+    fitted = 60  # and only so many with the whole ring; 30 and 120: none
+    rival = 85  # per cent of the confidence of the most confident, and; 42 and 100: none; two of 96 crops have one
+    better = 130  # per cent of its mean correlation, lead instead; 115: two get another one, 260: none
+    finer = 80  # per cent of its confidence, and; 40 and 95: none
+    alike = 90  # per cent of its mean, let a lattice that holds all its points and more lead; 45: one
+    whole = 0.1  # steps of the finer one: so near to whole numbers it holds them; halved and doubled: none
 
 
-class Fitting(NamedTuple):
+class Fitting:
     """Where peaks are looked for. Halved and doubled on 35 textures: how many accept another one."""
 
-    radius: float = 0.12  # of the shorter vector: peaks are looked for within; halved: three, doubled: one
-    least: float = 1.5  # px, and at least so far; halved and doubled: none
-    drift: float = 0.15  # of the shorter vector: who moves further found another; 0: a rule differs
-    slack: float = 2.0  # px more, for grain; 1 and 4: none
-    loose: float = 0.01  # of the shorter vector: peaks further off make a lattice loose,; 0: one is 1 px off
-    blur: float = 0.05  # and its map is blurred by this much; halved and doubled: one or two move by 1 px
-    sigma: float = 1.5  # px: no less is blurred, beside the map's own 1 px; 3: one moves by 1 px
+    radius = 0.12  # of the shorter vector: peaks are looked for within; halved: three, doubled: one
+    least = 1.5  # px, and at least so far; halved and doubled: none
+    drift = 0.15  # of the shorter vector: who moves further found another; 0: a rule differs
+    slack = 2.0  # px more, for grain; 1 and 4: none
+    loose = 0.01  # of the shorter vector: peaks further off make a lattice loose,; 0: one is 1 px off
+    blur = 0.05  # and its map is blurred by this much; halved and doubled: one or two move by 1 px
+    sigma = 1.5  # px: no less is blurred, beside the map's own 1 px; 3: one moves by 1 px
 
 
-RANKING, FITTING = Ranking(), Fitting()
-
-
-@dataclass(frozen=True)
-class Scored:
+class Scored(NamedTuple):
     """Lattices and how good they are."""
 
     vectors: Int64  # (n, 2, 2): in 1/256 px, rows (dy, dx)
@@ -153,8 +148,8 @@ class Scored:
             top = order[0]
             rivals = order[
                 (self.points[order] >= ENOUGH)
-                & (100 * self.confidence[order] >= RANKING.rival * self.confidence[top])
-                & (100 * self.mean[order] >= RANKING.better * self.mean[top])
+                & (100 * self.confidence[order] >= Ranking.rival * self.confidence[top])
+                & (100 * self.mean[order] >= Ranking.better * self.mean[top])
             ]
             if len(rivals) and self.confidence[top] > 0:
                 top = rivals[np.argmax(self.mean[rivals])]
@@ -168,15 +163,15 @@ class Scored:
 
         The ring of eighths sees the double cell of a lattice, but not its sevenfold one.
         """
-        sure = 100 * self.confidence[k] >= RANKING.finer * self.confidence[top]
-        if not sure or 100 * self.mean[k] < RANKING.alike * self.mean[top]:
+        sure = 100 * self.confidence[k] >= Ranking.finer * self.confidence[top]
+        if not sure or 100 * self.mean[k] < Ranking.alike * self.mean[top]:
             return False
         small, large = (self.vectors[i].astype(np.float64) for i in (k, top))
         (p, q), (r, s) = small
         times = large @ np.array([[s, -q], [-r, p]]) / (p * s - q * r)
         whole = np.rint(times)
         index = abs(round(float(whole[0, 0] * whole[1, 1] - whole[0, 1] * whole[1, 0])))
-        return index > 1 and bool(np.abs(times - whole).max() < RANKING.whole)
+        return index > 1 and bool(np.abs(times - whole).max() < Ranking.whole)
 
 
 def score(found: CorrelationMap, vectors: Int64) -> Scored:
@@ -190,9 +185,9 @@ def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
     mean, points = known
     keep = np.flatnonzero((points >= 2) & (mean > 0))
     hope = mean[keep] * _few(points[keep]) // 1000
-    keep = keep[np.argsort(-hope, kind="stable")[: RANKING.promising]]
+    keep = keep[np.argsort(-hope, kind="stable")[: Ranking.promising]]
     scored = _contrasted(found, vectors[keep], known[:, keep], HALVES)
-    return scored.vectors[scored.best(RANKING.fitted)]
+    return scored.vectors[scored.best(Ranking.fitted)]
 
 
 def _few(points: Int64) -> Int64:
@@ -208,8 +203,7 @@ def _contrasted(found: CorrelationMap, vectors: Int64, known: Int64, phases: Int
     return Scored(vectors, mean, contrast, contrast * _few(points) // 1000, points)
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(NamedTuple):
     """Vectors (2, 2) in px that agree best with the peaks, and how far the peaks lie from them (rms, px)."""
 
     vectors: Floats
@@ -225,7 +219,7 @@ def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
     """
     start = current = vectors / float(UNIT)
     length, sums, used = _shorter(start), np.empty(9), 0
-    radius = max(FITTING.least, FITTING.radius * length)
+    radius = max(Fitting.least, Fitting.radius * length)
     for most in (2, 5, 1 << 20):
         used, tried = fit_step(found.smooth, found.weights, current, most, radius, sums)
         aa, ab, bb = sums[:3].tolist()
@@ -234,7 +228,7 @@ def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
         if moved is None or 2 * used < tried:
             return None
         current = moved
-        if np.hypot(*(current - start).T).max() > FITTING.drift * length + FITTING.slack:
+        if np.hypot(*(current - start).T).max() > Fitting.drift * length + Fitting.slack:
             return None
     fit_step(found.smooth, found.weights, current, 1 << 20, radius, sums)
     return Fit(current, math.sqrt(sums[7] / sums[8]) if sums[8] > 0 else 0.0, used)
@@ -247,11 +241,11 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
     blurred by a twentieth of it first.
     """
     length = _shorter(vectors / float(UNIT))
-    sigma = FITTING.blur * length
-    if residual <= FITTING.loose * length or sigma < FITTING.sigma:
+    sigma = Fitting.blur * length
+    if residual <= Fitting.loose * length or sigma < Fitting.sigma:
         return vectors
     wider = np.rint(blurred(found.values.astype(np.float64), sigma, "edge")).astype(np.int32)
-    one = fit(replace(found, smooth=wider), vectors)
+    one = fit(found._replace(smooth=wider), vectors)
     return vectors if one is None or one.residual >= residual else _in_units(one)
 
 
@@ -263,7 +257,7 @@ def regularity(one: Fit) -> float:
     """
     if one.used < 3:
         return 1.0
-    radius = max(FITTING.least, FITTING.radius * _shorter(one.vectors))
+    radius = max(Fitting.least, Fitting.radius * _shorter(one.vectors))
     return min(1.0, one.residual * math.sqrt(2 * one.used / (one.used - 2)) / radius)
 
 

@@ -32,29 +32,25 @@ from .fit import ENOUGH, Fit, Scored, regularity, resolved
 from .scoring_kernels import NOTHING, course_profile, top_of
 
 
-class Turning(NamedTuple):
+class Turning:
     """How rows are looked for. Halved and doubled on 35 textures, all accept what they did, moved by a pixel on a few.
 
     What differs are the contrasts of the rows that are listed (docs/design/012).
     """
 
-    turn: float = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
-    finer: int = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
-    turns: int = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
-    waves: int = 3  # best waves that are refined; 6 and 12: the same
-    stretch: int = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
-    step: int = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
-    reach: float = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
-    least: int = 2  # half px, and at least so far; 1 and 4: the same
-    drift: float = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; at 0 three move
-    apart: float = 0.02  # of a pitch, and 1 px: nearer ones are one; 0 to 0.04: the same
+    turn = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
+    finer = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
+    turns = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
+    waves = 3  # best waves that are refined; 6 and 12: the same
+    stretch = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
+    step = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
+    reach = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
+    least = 2  # half px, and at least so far; 1 and 4: the same
+    drift = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; at 0 three move
+    apart = 0.02  # of a pitch, and 1 px: nearer ones are one; 0 to 0.04: the same
 
 
-TURNING = Turning()
-
-
-@dataclass(frozen=True)
-class RowPitch:
+class RowPitch(NamedTuple):
     """Rows that lie one pitch apart."""
 
     pitch: tuple[float, float]  # (dy, dx) across the rows, px
@@ -74,11 +70,11 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
     tried.sort(key=lambda known: known[0].rank)
-    hint = MILLION * LIMITS.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
-    best = [_refined(found, v, one) if one.contrast >= hint else one for one, v in tried[: TURNING.waves]]
+    hint = MILLION * Limits.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
+    best = [_refined(found, v, one) if one.contrast >= hint else one for one, v in tried[: Turning.waves]]
     kept: list[RowPitch] = []
     for one in sorted(best, key=lambda one: one.rank):
-        least = 1 + TURNING.apart * math.hypot(*one.pitch)
+        least = 1 + Turning.apart * math.hypot(*one.pitch)
         if all(math.dist(one.pitch, np.multiply(other.pitch, k)) > least for other in kept for k in (1, -1)):
             kept.append(one)
     return kept
@@ -87,9 +83,9 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
 def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
     """Turn the direction: first by half degrees, then by eighths of that."""
     turn = 0.0
-    for step in (TURNING.turn, TURNING.turn / TURNING.finer):
+    for step in (Turning.turn, Turning.turn / Turning.finer):
         middle = turn
-        for k in (*range(-TURNING.turns, 0), *range(1, TURNING.turns + 1)):  # 0 is known
+        for k in (*range(-Turning.turns, 0), *range(1, Turning.turns + 1)):  # 0 is known
             one = _turned(found, v, middle + k * step)
             if one is not None and one.contrast > best.contrast:
                 best, turn = one, middle + k * step
@@ -105,7 +101,7 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     high, wide = found.values.shape[0] // 2, found.values.shape[1] // 2
     n = 2 * int((high * abs(direction[0]) + wide * abs(direction[1])) >> 16)  # a line for every half px
     mean, mass = course_profile(found.values, found.weights, direction, n)
-    stretched = 1 + np.arange(-TURNING.stretch, TURNING.stretch + 1) / TURNING.step
+    stretched = 1 + np.arange(-Turning.stretch, Turning.stretch + 1) / Turning.step
     lengths = np.rint(2 * UNIT * length * stretched).astype(np.int64)
     contrasts = pitch_contrasts(mean, mass, lengths)
     k = int(np.argmax(contrasts))
@@ -137,7 +133,7 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
         if at >= len(mean) - 2 or mass[round(at)] <= 0:
             break
         lines = k
-        reach = max(TURNING.least, int(TURNING.reach * pitch))
+        reach = max(Turning.least, int(Turning.reach * pitch))
         low = max(1, round(at) - reach)
         window = mean[low : min(len(mean) - 1, round(at) + reach + 1)]
         i = low + int(np.argmax(window))
@@ -146,7 +142,7 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
             found.append((here * float(mass[i]), k, (i + top_of(before, here, after)) / 2))
     bottom = sum(w * k * k for w, k, _ in found)
     exact = sum(w * k * p for w, k, p in found) / bottom if bottom > 0 else math.inf
-    if abs(exact - pitch) > TURNING.drift * pitch:
+    if abs(exact - pitch) > Turning.drift * pitch:
         return pitch, 0.0, lines
     square = sum(w * (p - k * exact) ** 2 for w, k, p in found) / sum(w for w, _, _ in found)
     return exact, math.sqrt(square), lines
@@ -162,28 +158,25 @@ LEAST_PART = 6  # px: smaller parts say nothing; 1 to 12: the same on 92 texture
 ALIKE = 0.2  # correlation of a part that repeats; halved: three false lattices, doubled: eight true ones are lost
 
 
-class Limits(NamedTuple):
+class Limits:
     """What is asked of a lattice; set on 50 photographs, 21 with one: 20 were right, 1 refused, 4 false alarms.
 
     Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
     """
 
-    least: float = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
-    courses: float = 0.145  # contrast of rows; halved: rows are hinted at on five more, doubled: two walls lost
-    two: float = 0.18  # and where only two rows are seen; halved: the same, doubled: a pavement of loose setts is lost
-    pair: float = 0.5  # contrast asked of two points; 0.2: a wall of 96 px, seen to five bricks, gets a false lattice
-    few: float = 0.2  # and of three; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
-    everywhere: float = 0.6  # of the parts must repeat by them; 0.4: setts beside slabs get a lattice, 0.8: as is
-    parts: float = 0.4  # and by all others; halved: knitted wool gets a false one, 0.6: a floor is lost
-    rows: float = 0.45  # and by rows; 0.4: planks at 45 degrees are rows, 0.6: a wall is lost
-    scattered: float = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
-    faint: float = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
-    exact: float = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
-    doubted: float = 0.025  # confidence of one that its peaks tell; halved: jeans get one, doubled: bamboo loses its
-    told: float = 4.0  # 10 to this: the odds that tell it; halved: the same, doubled: bamboo and lizards lose it
-
-
-LIMITS = Limits()
+    least = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
+    courses = 0.145  # contrast of rows; halved: rows are hinted at on five more, doubled: two walls lost
+    two = 0.18  # and where only two rows are seen; halved: the same, doubled: a pavement of loose setts is lost
+    pair = 0.5  # contrast asked of two points; 0.2: a wall of 96 px, seen to five bricks, gets a false lattice
+    few = 0.2  # and of three; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
+    everywhere = 0.6  # of the parts must repeat by them; 0.4: setts beside slabs get a lattice, 0.8: as is
+    parts = 0.4  # and by all others; halved: knitted wool gets a false one, 0.6: a floor is lost
+    rows = 0.45  # and by rows; 0.4: planks at 45 degrees are rows, 0.6: a wall is lost
+    scattered = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
+    faint = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
+    exact = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
+    doubted = 0.025  # confidence of one that its peaks tell; halved: jeans get one, doubled: bamboo loses its
+    told = 4.0  # 10 to this: the odds that tell it; halved: the same, doubled: bamboo and lizards lose it
 
 
 @dataclass(frozen=True)
@@ -230,9 +223,14 @@ class Lattice:
         return "2-D" if len(self.vectors) == 2 else "1-D"
 
     @property
+    def pixels(self) -> Floats:
+        """The vectors in px: float64, shape (2, 2) or (1, 2), rows (dy, dx)."""
+        return np.array(self.vectors, np.float64) / UNIT
+
+    @property
     def share(self) -> float:
         """Confidence over what is asked for: compares lattices of both kinds."""
-        return self.confidence / (LIMITS.least if self.kind == "2-D" else LIMITS.courses)
+        return self.confidence / (Limits.least if self.kind == "2-D" else Limits.courses)
 
 
 @dataclass(frozen=True)
@@ -270,7 +268,7 @@ def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepare
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
     ]
-    if _judge(lattice, near)[0] != REFUSED or (points >= ENOUGH and confidence >= LIMITS.doubted):
+    if _judge(lattice, near)[0] != REFUSED or (points >= ENOUGH and confidence >= Limits.doubted):
         rows = resolved(found, rows, one.residual)
         parts = min(support(prepared, (y, x)) for y, x in rows.tolist())
         says.append(f"{100 * parts:.0f} % of the exemplar repeats, or more.")
@@ -283,20 +281,20 @@ def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
     """Say whether two vectors are a lattice, and why; `near`: how far its peaks lie from its points, 0 to 1."""
     points, confidence, contrast = one.points, one.confidence, one.contrast
     if points < ENOUGH:
-        if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
+        if points < 2 or contrast < (Limits.pair if points == 2 else Limits.few):
             return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
-        if one.repeats < LIMITS.everywhere:
+        if one.repeats < Limits.everywhere:
             return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
         return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
-    if confidence >= LIMITS.faint and one.repeats < LIMITS.parts:
+    if confidence >= Limits.faint and one.repeats < Limits.parts:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but only parts of the exemplar repeat."
-    if confidence >= LIMITS.least and near > LIMITS.scattered:
+    if confidence >= Limits.least and near > Limits.scattered:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but the peaks lie anywhere."
-    if confidence >= LIMITS.least:
-        return SURE, f"Accepted: the confidence {confidence:.3f} reaches {LIMITS.least}."
-    if confidence >= LIMITS.faint and one.odds >= LIMITS.exact:
+    if confidence >= Limits.least:
+        return SURE, f"Accepted: the confidence {confidence:.3f} reaches {Limits.least}."
+    if confidence >= Limits.faint and one.odds >= Limits.exact:
         return FAINT, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
-    return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LIMITS.least}."
+    return REFUSED, f"Refused: the confidence {confidence:.3f} is below {Limits.least}."
 
 
 def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
@@ -306,8 +304,8 @@ def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
     where it should all the same, at twice as many points as are asked of others (with four boards of planks get one).
     Blocks cut by such a lattice do not fit, but patches may keep to it.
     """
-    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= LIMITS.doubted)
-    told = (one for one in enough if one.odds >= LIMITS.told)
+    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= Limits.doubted)
+    told = (one for one in enough if one.odds >= Limits.told)
     return max(told, key=lambda one: one.confidence, default=None)
 
 
@@ -317,12 +315,12 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
     if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
         pitch = -pitch[0], -pitch[1]
     contrast = found.contrast / MILLION
-    least = LIMITS.courses if found.lines > 2 else LIMITS.two
+    least = Limits.courses if found.lines > 2 else Limits.two
     if found.lines < 2:
         verdict, why = REFUSED, "Refused: a single row could agree by chance."
     elif contrast < least:
         verdict, why = REFUSED, f"Refused: the contrast {contrast:.3f} of the rows is below {least}."
-    elif support(prepared, pitch) < LIMITS.rows:
+    elif support(prepared, pitch) < Limits.rows:
         verdict, why = REFUSED, "Refused: only parts of the exemplar repeat."
     else:
         verdict, why = SURE, f"Accepted: the contrast {contrast:.3f} of the rows reaches {least}."

@@ -28,7 +28,7 @@ def synthesize(method: BestTile, exemplars: Exemplars, canvas: Canvas, seed: int
     run.tick(0, 2)
     layout = _layout(method, exemplars[0], canvas)
     run.tick(1, 2)
-    yx, _ = layout.window(0, 0, canvas.height, canvas.width)
+    yx = layout.window(0, 0, canvas.height, canvas.width)
     run.tick(2, 2)
     return SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, method.blend)
 
@@ -39,7 +39,7 @@ def window(method: BestTile, exemplars: Exemplars, box: Box, seed: int, run: Run
     layout = exemplars[0].latest(
         "best-tile", method, lambda: _layout(method.resolved(exemplars, plane), exemplars[0], plane)
     )
-    yx, _ = layout.window(box.y0, box.x0, box.height, box.width)
+    yx = layout.window(box.y0, box.x0, box.height, box.width)
     return SourceMap(yx, None, None, (exemplars[0].source,), blend=method.blend)
 
 

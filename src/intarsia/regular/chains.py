@@ -11,7 +11,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,9 +18,9 @@ from ..foundation.arrays import Array, Int64, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import below, draw
 from . import wall_kernels
-from .brickwork import SORTING, Bricks, Brickwork
+from .brickwork import Bricks, Brickwork, Sorting
 from .rows import DEALT, STAGE, Piece, Rows, dealt
-from .unequal import UNEQUAL
+from .unequal import Unequal
 from .wall_kernels import FACE
 
 
@@ -37,35 +36,29 @@ NEARBY = 2.5  # usual bricks that a brick keeps away from itself; halved: 816 re
 NEVER = 1_000_000  # more than any chain costs
 
 
-class Costs(NamedTuple):
+class Costs:
     """What a chain pays; only their ratios count. Counts are sums over 16 walls of 512 px (docs/design/012)."""
 
-    turn: int = 100  # a brick that it is not the turn of: the unit; without it a third fewer bricks are used
-    again: int = 2000  # a brick shown one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
-    near: int = 500  # a brick beside itself; halved: 730 instead of 652 near themselves, doubled: 138 instead of 150
-    loose: int = 15  # bricks that are no neighbours in the exemplar; at 0: 2666 such pairs instead of 2404, at 60: 2399
-    odd: int = 150  # bricks of courses of other lengths; at 0 a drawn English bond mixes 118 pairs instead of 32
-    border: int = 30  # a brick cut by the border of the exemplar; halved: 379 are shown instead of 339, doubled: 266
-    cut: int = 250  # a brick cut to fit; halved: 50 cut ones instead of 42, doubled: the same on 13 walls of 16
-    drawn: int = 60  # up to so much by chance, at anchors; halved and doubled: other places, nothing is seen
+    turn = 100  # a brick that it is not the turn of: the unit; without it a third fewer bricks are used
+    again = 2000  # a brick shown one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
+    near = 500  # a brick beside itself; halved: 730 instead of 652 near themselves, doubled: 138 instead of 150
+    loose = 15  # bricks that are no neighbours in the exemplar; at 0: 2666 such pairs instead of 2404, at 60: 2399
+    odd = 150  # bricks of courses of other lengths; at 0 a drawn English bond mixes 118 pairs instead of 32
+    border = 30  # a brick cut by the border of the exemplar; halved: 379 are shown instead of 339, doubled: 266
+    cut = 250  # a brick cut to fit; halved: 50 cut ones instead of 42, doubled: the same on 13 walls of 16
+    drawn = 60  # up to so much by chance, at anchors; halved and doubled: other places, nothing is seen
 
 
-COSTS = Costs()
-
-
-class Laying(NamedTuple):
+class Laying:
     """Which stones lie in a course, and what pairs that return cost."""
 
-    near: float = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
-    fewest: int = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
-    twice: int = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
-    give: int = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
-    wider: int = 2  # px: a stone that is too long by more is a cut one
-    cut: int = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
-    rounds: int = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
-
-
-LAYING = Laying()
+    near = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
+    fewest = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
+    twice = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
+    give = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
+    wider = 2  # px: a stone that is too long by more is a cut one
+    cut = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
+    rounds = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
 
 
 class Chains:
@@ -78,15 +71,15 @@ class Chains:
         # Px from anchor to anchor, as a fraction: of a canvas that wraps, and how many are around it.
         self.pace = (wide, max(1, round(wide * UNIT / step))) if wide else (step, UNIT)
         self._known, self._anchors = dict[Pair, list[Piece]](), dict[Pair, int]()
-        sizes = {k: bricks.sizes[bricks.table[:, 0] == k] for k in work.courses}
-        self.mean = np.array([sizes[k].mean() for k in bricks.table[:, 0]])
+        course = bricks.table[:, 0]
+        self.mean = np.array([bricks.sizes[course == k].mean() for k in course])
         # Px by which a joint may be wider or narrower, what a brick costs that is cut to fit, times that a chain is
         # laid, and which bricks each course of the exemplar may show.
-        self.give, self.cut, self.rounds = 1, COSTS.cut, 0
+        self.give, self.cut, self.rounds = 1, Costs.cut, 0
         self.cards: list[Sequence[int]] = [range(len(bricks.table))]
         if own is not None:
-            self.give, self.cut = min(max(work.thickness // LAYING.give, 1), LAYING.wider), LAYING.cut
-            self.rounds, self.cards = LAYING.rounds, [_alike(bricks, own, height) for height in rows.heights]
+            self.give, self.cut = min(max(work.thickness // Laying.give, 1), Laying.wider), Laying.cut
+            self.rounds, self.cards = Laying.rounds, [_alike(bricks, own, height) for height in rows.heights]
 
     def pieces(self, i: int, first: int, end: int) -> list[Piece]:
         """The pieces of course i that touch some columns, from left to right."""
@@ -131,7 +124,7 @@ class Chains:
     def _late(self, i: int, s: int, place: int, room: int) -> int:
         """How far behind its place an anchor lies, less than `room`: best above and below the joints that are there."""
         choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
-        drawn = [below(COSTS.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
+        drawn = [below(Costs.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
         return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
@@ -154,7 +147,7 @@ class Chains:
         n = len(cards)
         held = min(HAND, n)
         number, hand = divmod(i, n // held)
-        order = [cards[e] for e in dealt(n, self.seed, DEALT, number, s)]
+        order = [cards[e] for e in dealt(n, self.seed, STAGE, DEALT, number, s)]
         mine = order[hand * held : (hand + 1) * held]
         start = [e for e in mine if self.bricks.table[e, 3] != FACE]
         if not start:
@@ -177,7 +170,7 @@ class Chains:
             for beside in (s - 1, s + 1):
                 if self.named(i, beside)[1] % 2 == 0:
                     near.update(neighbours(self.chain(i, beside)))
-        more = Counter({pair: LAYING.twice * n for pair, n in near.items()})
+        more = Counter({pair: Laying.twice * n for pair, n in near.items()})
         best, least = list[Piece](), math.inf
         for _ in range(self.rounds):
             chain = self._linked(i, s, more)
@@ -187,7 +180,7 @@ class Chains:
                 best, least = chain, again
             if not any(n > 1 for n in own.values()):
                 break
-            more.update({pair: LAYING.twice * (n - 1) for pair, n in own.items()})
+            more.update({pair: Laying.twice * (n - 1) for pair, n in own.items()})
         return best
 
     def _linked(self, i: int, s: int, more: Mapping[Pair, int]) -> list[Piece]:
@@ -207,7 +200,7 @@ class Chains:
             if a in hand and b == following:
                 follow[hand.index(a)] += price
         slack = 1 + int(self.give * length / self.bricks.usual)
-        rules = np.array([0, slack, self.bricks.least, self.cut, COSTS.again, turn], np.int64)
+        rules = np.array([0, slack, self.bricks.least, self.cut, Costs.again, turn], np.int64)
         joint = self._joints(around, np.arange(length + 1) + first)
         out = np.empty((length + 2, 3), np.int64)
         start = self._starts(hand, around, first, length)
@@ -226,11 +219,11 @@ class Chains:
         """What it costs that one brick follows another."""
         left, right, mean = self.bricks.table[hand, 3], self.bricks.table[hand, 4], self.mean[hand]
         apart = np.abs(mean[:, None] - mean) / self.bricks.usual
-        cost = COSTS.loose + np.rint(COSTS.odd * np.minimum(apart, 1)).astype(np.int64)
+        cost = Costs.loose + np.rint(Costs.odd * np.minimum(apart, 1)).astype(np.int64)
         cost[(right[:, None] == left) & (left != FACE)] = 0
         cost[(right[:, None] == FACE) & (left == FACE)] = NEVER
         names = np.array(hand)
-        cost[names[:, None] == names] = COSTS.again
+        cost[names[:, None] == names] = Costs.again
         return np.ascontiguousarray(cost, np.int64)
 
     def _starts(
@@ -239,10 +232,10 @@ class Chains:
         """What each brick costs by the column that it begins at."""
         count, usual = len(hand), self.bricks.usual
         turn = (np.arange(length + 1) / usual).astype(np.int64)
-        cost = COSTS.turn * ((np.arange(count)[:, None] - turn) % count) // count
-        cost += COSTS.border * (self.bricks.table[hand, 3:] == FACE).any(axis=1)[:, None]
+        cost = Costs.turn * ((np.arange(count)[:, None] - turn) % count) // count
+        cost += Costs.border * (self.bricks.table[hand, 3:] == FACE).any(axis=1)[:, None]
         reach = int(NEARBY * usual)
-        fall = COSTS.near * (reach - np.abs(np.arange(-reach, reach + 1))) ** 2 // max(reach, 1) ** 2
+        fall = Costs.near * (reach - np.abs(np.arange(-reach, reach + 1))) ** 2 // max(reach, 1) ** 2
         places = {brick: k for k, brick in enumerate(hand)}
         for off, chain in around:
             for p in chain:
@@ -256,22 +249,21 @@ class Chains:
 def boards_of(work: Brickwork) -> Bricks:
     """Courses without joints: each is one brick, which the border of the exemplar cuts at both ends."""
     table = []
-    for k in work.courses:
-        x0, x1 = work.spans[k]
-        spare = min(SORTING.margin, (x1 - x0 - 1) // 2)
+    for k, (x0, x1) in work.spans.items():
+        spare = min(Sorting.margin, (x1 - x0 - 1) // 2)
         table.append((k, x0 + spare, x1 - spare, FACE, FACE))
     usual = float(np.mean([end - begin for _, begin, end, _, _ in table]))
     free = np.zeros(int(2 * usual) + 2, np.int64)  # no joint lies better than another
-    least = max(2, int(SORTING.half * usual))
+    least = max(2, int(Sorting.half * usual))
     return Bricks(np.array(table, np.int64), usual, least, free, free, int(usual / 2))
 
 
 def _alike(bricks: Bricks, own: Int64, height: int) -> list[int]:
     """The stones about as high as a course, those that fit best if they are few."""
     off = np.abs(own - height)
-    beyond = np.maximum(off - int(LAYING.near * height), 0)  # px too high or too low
+    beyond = np.maximum(off - int(Laying.near * height), 0)  # px too high or too low
     order = np.argsort(beyond, kind="stable")
-    near = int((off <= UNEQUAL.like * height).sum())
+    near = int((off <= Unequal.like * height).sum())
     whole = int(np.flatnonzero(bricks.table[order, 3] != FACE)[0]) + 1
-    count = max(int((beyond == 0).sum()), min(LAYING.fewest, near), whole)
+    count = max(int((beyond == 0).sum()), min(Laying.fewest, near), whole)
     return sorted(order[:count].tolist())

@@ -13,10 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
+from ..foundation.arrays import Array, Floats, Int16, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
+from ..kernels.paths import accumulate
 from ..lattice import Vector, Vectors
-from ..lattice.candidates import lattice_points
+from ..lattice.candidates import lattice_points, overlap
 from . import gap_kernels
 
 Places = dict[Pair, Int64]
@@ -70,13 +71,14 @@ class BlockGrid:
         return (min(0, a) + min(0, c), min(0, b) + min(0, d)), (max(0, a) + max(0, c), max(0, b) + max(0, d))
 
 
-def block_vectors(v1: Vector, v2: Vector | None, target: float | None, room: Pair) -> Vectors:
-    """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
+def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> BlockGrid:
+    """Choose the two sides of a block: whole periods, along the axes where the lattice allows it; the phase is 0.
 
-    `v2`: None where the lattice has rows alone, and a block is as wide as they are apart; `target`: wanted side in px
-    (None: one period, or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at
-    most half. The second is turned so that they are right-handed.
+    Where the lattice has rows alone a block is as wide as they are apart. `target`: wanted side in px (None: one
+    period, or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at most half.
+    The second is turned so that they are right-handed.
     """
+    v1, v2 = cell
     if v2 is None:
         free = v1[1], -v1[0]
         down, across = (v1, free) if abs(v1[0]) >= abs(v1[1]) else (free, v1)
@@ -91,7 +93,7 @@ def block_vectors(v1: Vector, v2: Vector | None, target: float | None, room: Pai
             n -= 1
         sides.append((v[0] * n, v[1] * n))
     (a, b), (c, d) = sides
-    return (a, b), ((c, d) if a * d >= b * c else (-c, -d))
+    return BlockGrid((a, b), (c, d) if a * d >= b * c else (-c, -d), (0, 0), cell)
 
 
 def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Floats | None:
@@ -100,19 +102,28 @@ def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Flo
     For every row (axis 0) the cost of the cheapest path along it is measured, between the exemplar and itself
     shifted by lattice vectors, and averaged over the rows that are whole periods apart; infinite where none lies.
     """
-    picture = features if axis == 0 else np.ascontiguousarray(features.swapaxes(0, 1))
+    picture, band = features if axis == 0 else features.swapaxes(0, 1), max(border, 2)
     period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
-    shifts = _lattice_shifts(grid.cell, picture.shape[:2] if axis == 0 else picture.shape[1::-1])
-    if axis == 1:
-        shifts = [(dx, dy) for dy, dx in shifts]
-    if not shifts or period < 2:
+    if period < 2:
         return None
-    total = np.zeros(math.ceil(period), np.int64)
-    count = np.zeros(math.ceil(period), np.int64)
-    for shift in shifts:
-        gap_kernels.add_phase_costs(picture, shift, max(border, 2), period, total, count)
+    total, count = np.zeros((2, math.ceil(period)), np.int64)
+    for shift in _lattice_shifts(grid.cell, features.shape[:2]):
+        here, there = overlap(picture.shape[:2], shift if axis == 0 else shift[::-1])
+        cost = colour_distances(picture[here], picture[there]).T
+        if cost.shape[0] < 8:
+            continue
+        for top in range(cost.shape[1] - band + 1):
+            phase = int((here[0].start + top + band // 2) % period)
+            along = accumulate(np.ascontiguousarray(cost[:, top : top + band]), 0)
+            total[phase] += along[-1].min() // len(cost)
+            count[phase] += 1
     known = count > 0
     return np.rint(np.where(known, total / np.maximum(count, 1), np.inf)) if known.any() else None
+
+
+def colour_distances(a: Array, b: Array) -> Int64:
+    """How far pixels (..., C) differ, 1/16 of a feature unit."""
+    return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
 
 def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
@@ -120,8 +131,7 @@ def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
 
     Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
     """
-    sides = block_vectors(*cell, None, (int(picture.shape[0]), int(picture.shape[1])))
-    grid, worst = BlockGrid(*sides, (0, 0), cell), 0.0
+    grid, worst = block_grid(cell, None, picture.shape), 0.0
     for axis in (0, 1):
         costs = phase_costs(picture, grid, border, axis)
         seen = np.ones(1) if costs is None else costs[np.isfinite(costs)]
@@ -130,28 +140,25 @@ def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
     return worst
 
 
-def phased(
-    picture: Int16, rows: Vector, columns: Vector, cell: Cell, border: int
-) -> tuple[BlockGrid, tuple[float, float]]:
+def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tuple[float, float]]:
     """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period.
 
     Also returns what these cuts cost, 1/16 of a feature unit a px along each axis.
     """
-    grid, steep = BlockGrid(rows, columns, (0, 0), cell), int(abs(cell[0][0]) < abs(cell[0][1]))
+    (down, along), second = grid.cell
     found = [(0, 0.0), (0, 0.0)]
-    for axis in (0, 1) if cell[1] is not None else (steep,):
+    for axis in (0, 1) if second is not None else (int(abs(down) < abs(along)),):
         costs = phase_costs(picture, grid, border, axis)
         if costs is not None:
             at = int(np.argmin(costs))
             found[axis] = at, float(costs[at])
-    (y, down), (x, across) = found
-    return replace(grid, phase=(y * UNIT, x * UNIT)), (down, across)
+    (y, below), (x, aside) = found
+    return replace(grid, phase=(y * UNIT, x * UNIT)), (below, aside)
 
 
 def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
     """Where the grid of the smallest blocks begins, (y, x) px."""
-    room = int(picture.shape[0]), int(picture.shape[1])
-    y, x = phased(picture, *block_vectors(*cell, 1.0, room), cell, 14)[0].phase
+    y, x = phased(picture, block_grid(cell, 1.0, picture.shape), 14)[0].phase
     return y / UNIT, x / UNIT
 
 
@@ -176,16 +183,12 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     return np.asarray(places[order])
 
 
-def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:
+def _upright(v1: Vector, v2: Vector, room: tuple[int, ...]) -> Vectors:
     """The shortest vectors of a lattice along both axes; the two given where it has none."""
-    sums = [
-        (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])
-        for a in range(-COMBINATIONS, COMBINATIONS + 1)
-        for b in range(-COMBINATIONS, COMBINATIONS + 1)
-        if (a, b) != (0, 0)
-    ]
+    times = slice(-COMBINATIONS, COMBINATIONS + 1)
+    sums = np.mgrid[times, times].reshape(2, -1).T @ np.array((v1, v2))
     # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
-    for some in (sums, [(y // 2, x // 2) for y, x in sums]):
+    for some in (sums.tolist(), (sums // 2).tolist()):
         down, across = _shortest_along(some, 0, room), _shortest_along(some, 1, room)
         if down is not None and across is not None and down[0] * across[1] != down[1] * across[0]:
             return down, across
@@ -193,10 +196,9 @@ def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:
     return first, second
 
 
-def _shortest_along(sums: list[Vector], axis: int, room: Pair) -> Vector | None:
+def _shortest_along(sums: list[Vector], axis: int, room: tuple[int, ...]) -> Vector | None:
     """The shortest vector along an axis, if one is at most half the exemplar long."""
-    near = [v for v in sums if v[axis] > 0 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
-    near = [v for v in near if v[axis] <= room[axis] * UNIT * 0.6]
+    near = [v for v in sums if 0 < v[axis] <= room[axis] * UNIT * 0.6 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
     if not near:
         return None
     shortest = min(v[axis] for v in near)
@@ -207,17 +209,14 @@ def _towards(v: Vector, axis: int) -> Vector:
     return v if v[axis] > 0 or (v[axis] == 0 and v[1 - axis] > 0) else (-v[0], -v[1])
 
 
-def _lattice_shifts(cell: Cell, shape: Pair) -> list[Vector]:
+def _lattice_shifts(cell: Cell, shape: tuple[int, ...]) -> list[Vector]:
     """Lattice translations that leave at least half of the exemplar in common with itself, px, spread evenly."""
     v1, v2 = cell
     if v2 is None:
         length = math.hypot(*v1)
         v2 = (round(v1[1] / length * UNIT * 7), round(-v1[0] / length * UNIT * 7))
-    found = []
-    for a in range(-8, 9):
-        for b in range(0 if a > 0 else 1, 9):
-            dy, dx = round((a * v1[0] + b * v2[0]) / UNIT), round((a * v1[1] + b * v2[1]) / UNIT)
-            if abs(dy) <= shape[0] // 2 and abs(dx) <= shape[1] // 2 and abs(dy) + abs(dx) > 0:
-                found.append((dy, dx))
-    found.sort(key=lambda s: (abs(s[0]) + abs(s[1]), s))
+    times = np.mgrid[-8:9, :9].reshape(2, -1).T
+    moves = np.rint(times[(times > 0).any(axis=1)] @ np.array((v1, v2)) / UNIT).astype(np.int64)
+    moves = moves[(np.abs(moves) <= np.array(shape[:2]) // 2).all(axis=1) & moves.any(axis=1)]
+    found = sorted(moves.tolist(), key=lambda s: (abs(s[0]) + abs(s[1]), s))
     return found[:: max(1, len(found) // PAIRS)][:PAIRS]

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ..analysis import nearest
 from ..analysis.features import features
 from ..foundation import ParameterError
-from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
+from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, below, deck, draw
 from ..lattice import cell_of, unfit
@@ -85,17 +85,24 @@ class LaidBlocks:
             x += j * self.lengths[1] * UNIT // self.around[1] - j * self.grid.columns[1]
         return y, x
 
-    def number(self, i: int, j: int) -> Pair:
-        """Number of a block; around a wrapped canvas the numbers return."""
-        return returning(self.around, i, j)
+    def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], Mask]:
+        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block.
 
-    def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], UInt8]:
-        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
-        (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
-        frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
-        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
-        gap_kernels.ring(frame, self.half, sides, core)
-        return at, sides, core
+        Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for
+        what belongs to none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred.
+        """
+        (y, x), (at, (tall, wide)) = self.origin(i, j), self._box(i, j)
+        (p, q), (r, s), area = self.grid.rows, self.grid.columns, self.grid.determinant
+        down, across = (area / math.sqrt(v * v + u * u) / UNIT for v, u in ((r, s), (p, q)))
+        dy, dx = (np.arange(tall)[:, None] + at[0]) * UNIT - y, (np.arange(wide) + at[1]) * UNIT - x
+        a, b = (dy * s - dx * r) / area * down, (dx * p - dy * q) / area * across  # px from the upper and the left edge
+        edges = np.stack([a, down - a, b, across - b])
+        side, depth = edges.argmin(axis=0), edges.min(axis=0)
+        core = (a >= 0) & (a < down) & (b >= 0) & (b < across)
+        along, aside = np.minimum(b, across - b), np.minimum(a, down - a)
+        above = (b < across) & (-depth <= along) & (-depth <= down / 2)
+        near = core | np.where(side < 2, above, (-depth < aside) & (-depth <= across / 2))
+        return at, np.where(near & (np.abs(depth) < self.half), side, -1).astype(np.int8), core
 
     def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
         """The blocks whose windows meet a box of the canvas, row by row."""
@@ -163,11 +170,9 @@ class Mosaic:
         laid = LaidBlocks.of(grid, canvas, settings.border / 2)
         return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
 
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, None]:
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """The exemplar pixels (height, width, 2) of a window, all upright."""
-        return self._exemplar(self.on_ground(y0, x0, height, width, run)), None
+        return self._exemplar(self.on_ground(y0, x0, height, width, run))
 
     def on_ground(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """The pixels of the ground (height, width, 2) that a window shows."""
@@ -207,7 +212,7 @@ class Mosaic:
         if (i + j) % 2:
             return at, *self._gap(i, j, at, sides, core)
         shown = np.moveaxis(np.indices(core.shape), 0, 2) + (self._shifts(i, j, self._place(i, j)) + at)
-        return at, core > 0, shown
+        return at, core, shown
 
     def _write(self, block: tuple[Pair, Mask, Array], out: Array, y0: int, x0: int) -> None:
         """Write what of a block lies in a window."""
@@ -228,7 +233,7 @@ class Mosaic:
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
         if self.start is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
-            there = self.start.zone(at, (core > 0) | (sides >= 0), len(near))
+            there = self.start.zone(at, core | (sides >= 0), len(near))
             free = np.full(core.shape, True)
             free[there[:, 0], there[:, 1]] = False
             zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.ground.before)]])
@@ -252,7 +257,7 @@ class Mosaic:
         new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > far for n in (t, equal))
         choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
         good = found[next(some for some in choices if some.any())]
-        row = good[below(len(good), draw(self.seed, STAGE, 1, *self.laid.number(i, j)))]
+        row = good[below(len(good), draw(self.seed, STAGE, 1, *returning(self.laid.around, i, j)))]
         return int(row[1]), int(row[2])
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
@@ -263,9 +268,10 @@ class Mosaic:
 
     def _random(self, i: int, j: int) -> int:
         """The place that a random block is read from: all of them in each square of blocks, shuffled."""
-        i, j = self.laid.number(i, j)
-        side = 2 * math.ceil(math.sqrt(len(self._places(i, j)) / 2))
-        order = shuffled(len(self._places(i, j)), self.seed, STAGE, 2, i // side, j // side)
+        i, j = returning(self.laid.around, i, j)
+        count = len(self.places[i % 2, j % 2])
+        side = 2 * math.ceil(math.sqrt(count / 2))
+        order = shuffled(count, self.seed, STAGE, 2, i // side, j // side)
         return order[-1 - ((i % side) * side + j % side) // 2 % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
@@ -276,13 +282,12 @@ class Mosaic:
             known = self.fitted[i, j]
             if known is not None:
                 return known
-        place: Array = self._places(i, j)[self._random(i, j)]
-        return place
+        return np.asarray(self.places[i % 2, j % 2][self._random(i, j)])
 
     def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
         """The place that best continues the start map; None where that is empty, or no place reaches so far."""
         at, sides, core = self.laid.window(i, j)
-        zone = start.zone(at, (core > 0) | (sides >= 0), 0)
+        zone = start.zone(at, core | (sides >= 0), 0)
         if not len(zone):
             return None
         there = np.array([np.add(at, self.ground.before)], np.int64)
@@ -293,6 +298,3 @@ class Mosaic:
         """What to add to canvas px of block (i, j) to read it at places (..., 2); None: those for gaps."""
         places = self.sparse[i % 2, j % 2] if places is None else places
         return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)
-
-    def _places(self, i: int, j: int) -> Int64:
-        return self.places[i % 2, j % 2]

@@ -29,8 +29,10 @@ Layer = Wall | Mosaic | TileLayout  # an endless texture: any window of it can b
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
     """Lay the courses straight and find the lattice; MethodError where there is none."""
-    if method.heights == "unequal":
-        _check_unequal(method, canvas)
+    if method.heights == "unequal" and method.straighten == "on":
+        raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
+    if method.heights == "unequal" and canvas.start is not None:
+        raise ParameterError("heights=unequal lays a whole canvas; take another method where one is begun.")
     straighten = method.straighten if canvas.start is None or method.straighten == "on" else "off"
     rectified = _rectified(replace(method, straighten=straighten), exemplars[0])
     straighten = "off" if rectified.straight is None else "on"
@@ -47,13 +49,11 @@ def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: 
     source = exemplars[0].source
 
     def shown(laid: Laid) -> SourceMap:
-        on_exemplar = rectified.to_exemplar(laid[0]), *laid[1:]
-        return drafted(on_exemplar, canvas.start, source, canvas.wrap)
+        return drafted((rectified.to_exemplar(laid[0]), *laid[1:]), canvas.start, source, canvas.wrap)
 
-    yx, pose = layer.window(*origin, canvas.height, canvas.width, run.drafting(shown))
-    yx = rectified.to_exemplar(yx)
+    yx, pose = rectified.to_exemplar(layer.window(*origin, canvas.height, canvas.width, run.drafting(shown))), None
     if start is not None:
-        yx, pose = start.joined(yx, pose, features(exemplars, method.channel_weights).pictures[0])
+        yx, pose = start.joined(yx, None, features(exemplars, method.channel_weights).pictures[0])
     return SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
 
@@ -67,18 +67,8 @@ def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: 
 
     beside = f"near-regular {seed % SEEDS}"  # so that a few that are looked at in turn do not drive each other out
     known, (rectified, layer) = exemplars[0].latest(beside, (method, seed), prepared)
-    yx, pose = layer.window(box.y0, box.x0, box.height, box.width, run)
-    return SourceMap(rectified.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=known.blend)
-
-
-def _check_unequal(method: NearRegular, canvas: Canvas) -> None:
-    """Refuse what courses of unequal heights have no place for."""
-    for wrong, what in (
-        (method.straighten == "on", "follows courses as they run; leave straighten out."),
-        (canvas.start is not None, "lays a whole canvas; take another method where one is begun."),
-    ):
-        if wrong:
-            raise ParameterError(f"heights=unequal {what}")
+    yx = rectified.to_exemplar(layer.window(box.y0, box.x0, box.height, box.width, run))
+    return SourceMap(yx, None, None, (exemplars[0].source,), blend=known.blend)
 
 
 def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:

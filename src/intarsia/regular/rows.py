@@ -5,6 +5,7 @@ Courses of one pitch are courses of one height, 1.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
@@ -73,10 +74,10 @@ class Rows:
         phase = -below(max(heights), draw(seed, STAGE, PHASE)) * UNIT * height // total
         return cls(width if along else 0, len(order), 0, phase, (height, total), (0, 1), heights, seed, order)
 
-    def _dealt(self, i: int) -> tuple[int, tuple[int, ...], int]:
+    def _dealt(self, i: int) -> tuple[int, Sequence[int], int]:
         """How often all courses were laid before course i, in which order they are then, and its place in that."""
         number, k = divmod(i, len(self.order or self.heights))
-        return number, self.order or dealt(len(self.heights), self.seed, ORDER, number, 0), k
+        return number, self.order or dealt(len(self.heights), self.seed, STAGE, ORDER, number, 0), k
 
     def kind(self, i: int) -> int:
         """Which course of the exemplar course `i` is as high as."""
@@ -132,16 +133,13 @@ def turned(canvas: Canvas, upright: bool) -> tuple[bool, bool, int, int]:
     return (*wraps[::-1], *sides[::-1]) if upright else (*wraps, *sides)
 
 
-@lru_cache(1 << 12)
-def dealt(count: int, seed: int, level: int, number: int, s: int) -> tuple[int, ...]:
-    """A shuffled deck of so many cards."""
-    return tuple(deck(count, seed, STAGE, level, number, s))
+dealt = lru_cache(1 << 12)(deck)
 
 
 def closing(heights: tuple[int, ...], height: int, seed: int) -> tuple[int, ...]:
     """Courses whose heights add up to a canvas as nearly as can be, all about as often."""
     most = max(0, height // sum(heights) - 1)
-    decks = [dealt(len(heights), seed, ORDER, number, 0) for number in range(most + 3)]
+    decks = [dealt(len(heights), seed, STAGE, ORDER, number, 0) for number in range(most + 3)]
     rest = height - most * sum(heights)
     sums: dict[int, tuple[int, ...]] = {0: ()}
     for k in chain(*decks[most:]):

@@ -1,48 +1,9 @@
-"""Costs of the borders of tiles, and the tile laid out: whole numbers, one row after the other."""
+"""The tile laid out: whole numbers, one row after the other."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from ..foundation.arrays import Int32, Int64
 from ..kernels.jit import kernel
-
-
-@kernel
-def band_costs(difference: Int64, dy: int, dx: int, band: int, costs: Int64) -> None:
-    """Add to every anchor's cost the differences in a band around its side (dy, dx), |dy| >= |dx|, dy not 0.
-
-    In every row of the side the band is `band` px wide, centred on the side. -1 where a difference is missing.
-    Running sums along the rows: a row of the band is one subtraction.
-    """
-    height, width = difference.shape
-    total = np.zeros((height, width + 1), np.int64)
-    missing = np.zeros((height, width + 1), np.int64)
-    for y in range(height):
-        for x in range(width):
-            d = difference[y, x]
-            total[y, x + 1] = total[y, x] + max(d, 0)
-            missing[y, x + 1] = missing[y, x] + (d < 0)
-    sign = 1 if dy > 0 else -1
-    rows = abs(dy)
-    shift = np.empty(rows, np.int64)
-    for i in range(rows):
-        shift[i] = (2 * i * dx + rows) // (2 * rows) - band // 2
-    for y in range(height):
-        last = y + sign * (rows - 1)
-        for x in range(width):
-            if costs[y, x] < 0:
-                continue
-            if last < 0 or last >= height:
-                costs[y, x] = -1
-                continue
-            for i in range(rows):
-                left = x + shift[i]
-                row = y + sign * i
-                if left < 0 or left + band > width or missing[row, left + band] > missing[row, left]:
-                    costs[y, x] = -1
-                    break
-                costs[y, x] += total[row, left + band] - total[row, left]
 
 
 @kernel

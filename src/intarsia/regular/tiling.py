@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,11 +31,12 @@ from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run
 from ..lattice import Pairs, Vector, Vectors, cell_of
+from ..lattice.candidates import overlap
 from ..model import Exemplar
 from ..model.canvas import Canvas
-from .tile_kernels import band_costs, lay_tile
+from .tile_kernels import lay_tile
 
-Rates = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
+Rates = list[list[Fraction]]
 
 STRAIN = 0.02  # how much a lattice may be strained to close around a canvas
 BITS = 61  # what fits into 64 bits with a sign and a sum of two
@@ -50,7 +52,7 @@ class TileLayout:
         The tile's corner, exemplar px; canvas px (y, x) shows it.
     vectors : ((dy, dx), (dy, dx))
         The tile's sides in the exemplar, 1/256 px.
-    rates : ((Fraction, Fraction), (Fraction, Fraction))
+    rates : [[Fraction, Fraction], [Fraction, Fraction]]
         How many sides one px down, and one px to the right, goes along the first and the second vector.
     """
 
@@ -62,37 +64,36 @@ class TileLayout:
     def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas) -> TileLayout:
         """Lay a tile out as its sides say; ParameterError where the canvas wraps at no whole number of them."""
         (p, q), (r, s) = vectors
-        area = p * s - q * r
-        free = Fraction(UNIT * s, area), Fraction(-UNIT * q, area)
-        right = Fraction(-UNIT * r, area), Fraction(UNIT * p, area)
-        sides, lengths = [_once_around(vectors, canvas, axis) for axis in (0, 1)], [canvas.height, canvas.width]
-        down, across = (
-            otherwise if side is None else (Fraction(side[0], n), Fraction(side[1], n))
-            for side, n, otherwise in zip(sides, lengths, (free, right), strict=True)
-        )
-        fixed = math.lcm(*(n for side, n in zip(sides, lengths, strict=True) if side is not None))
-        bits = BITS - max(abs(n) for v in vectors for n in v).bit_length() - fixed.bit_length()
-        rates = (down, across)
-        if math.lcm(*(f.denominator for rate in rates for f in rate)).bit_length() > bits + fixed.bit_length():
+        area, lengths = p * s - q * r, (canvas.height, canvas.width)
+        sides = [_once_around(vectors, canvas, axis) for axis in (0, 1)]
+        rates = [
+            [Fraction(n, length) for n in side] if side else [Fraction(UNIT * n, area) for n in free]
+            for side, length, free in zip(sides, lengths, ((s, -q), (-r, p)), strict=True)
+        ]
+        fixed = math.lcm(*(length for side, length in zip(sides, lengths, strict=True) if side)).bit_length()
+        bits = BITS - max(abs(n) for v in vectors for n in v).bit_length() - fixed
+        if _denominator(rates).bit_length() > bits + fixed:
             one = 1 << bits  # a lattice of very long vectors: rounded, beyond any px
-            down, across = (
-                rate if side is not None else (Fraction(round(rate[0] * one), one), Fraction(round(rate[1] * one), one))
+            rates = [
+                rate if side else [Fraction(round(f * one), one) for f in rate]
                 for rate, side in zip(rates, sides, strict=True)
-            )
-        return cls(anchor, vectors, (down, across))
+            ]
+        return cls(anchor, vectors, rates)
 
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, None]:
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """The exemplar pixels (height, width, 2) of a window, all upright; y0 and x0 may be negative and huge."""
-        whole = math.lcm(*(f.denominator for rate in self.rates for f in rate))
+        whole = _denominator(self.rates)
         steps = [[int(f * whole) % whole for f in rate] for rate in self.rates]
         y, x = y0 - self.anchor[0], x0 - self.anchor[1]
         first = [(y * steps[0][k] + x * steps[1][k]) % whole for k in (0, 1)]
         begin, rates, vectors, anchor = (np.array(n, np.int64) for n in (first, steps, self.vectors, self.anchor))
         out = np.empty((height, width, 2), np.int32)
         lay_tile(out, begin, rates, whole, vectors, anchor)
-        return out, None
+        return out
+
+
+def _denominator(rates: Rates) -> int:
+    return math.lcm(*(f.denominator for rate in rates for f in rate))
 
 
 def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
@@ -148,9 +149,9 @@ def _once_around(vectors: Vectors, canvas: Canvas, axis: int) -> Vector | None:
         return None
     longest = length + 4 * max(abs(v[axis]) for v in vectors) // UNIT + 2
     found = periods_along(vectors, axis, longest)
+    v, w = vectors
     strains = [
         math.hypot(a * v[axis] + b * w[axis] - length * UNIT, a * v[1 - axis] + b * w[1 - axis]) / (length * UNIT)
-        for v, w in (vectors,)
         for a, b, _ in found
     ]
     if strains and min(strains) <= STRAIN:
@@ -167,8 +168,7 @@ BAND = 8  # px: width of the border that is compared
 SHARES = (12, 10, 8, 6, 5, 4)  # of the exemplar, in sixteenths: sides that are tried in a direction without a period
 
 
-@dataclass(frozen=True)
-class Tile:
+class Tile(NamedTuple):
     """A tile of an exemplar.
 
     Attributes
@@ -219,11 +219,11 @@ def best_tile(
     mask = np.ones((height, width), np.bool_) if usable is None else usable
     costs = np.zeros((height, width), np.int64)
     for step, side in (whole, whole[::-1]):
-        difference = squared_steps(features, mask, *step)
+        difference = squared_steps(features, mask, step)
         if abs(side[0]) >= abs(side[1]):
-            band_costs(difference, side[0], side[1], band, costs)
+            _add_border(costs, difference, side, band)
         else:
-            band_costs(difference.T, side[1], side[0], band, costs.T)
+            _add_border(costs.T, difference.T, side[::-1], band)
     _drop_outside(costs, mask, vectors)
     if not (costs >= 0).any():
         raise MethodError(
@@ -235,11 +235,27 @@ def best_tile(
     return Tile((y, x), whole, int(costs[y, x]), costs)
 
 
-def squared_steps(features: Int16, usable: Mask, dy: int, dx: int) -> Int64:
+def _add_border(costs: Int64, difference: Int64, side: Vector, band: int) -> None:
+    """Add to every anchor's cost the differences in a band around its side (dy, dx), |dy| >= |dx|, dy not 0.
+
+    In every row of the side the band is `band` px wide, centred on the side. -1 where a difference is missing.
+    """
+    (dy, dx), (height, width) = side, costs.shape
+    rows = abs(dy)
+    around = np.pad(difference, rows + band, constant_values=-1)
+    sums = np.cumsum([np.maximum(around, 0), around < 0], axis=2)  # and how many are missing
+    bands = sums[:, :, band:] - sums[:, :, :-band]
+    total = np.zeros((2, height, width), np.int64)
+    for i in range(rows):
+        top = rows + band + (i if dy > 0 else -i)
+        left = rows + band - 1 + (2 * i * dx + rows) // (2 * rows) - band // 2
+        total += bands[:, top : top + height, left : left + width]
+    costs[...] = np.where((costs < 0) | (total[1] > 0), -1, costs + total[0])
+
+
+def squared_steps(features: Int16, usable: Mask, step: Vector) -> Int64:
     """The squared difference of every px from the one a step away; -1 where either cannot be used."""
-    out = np.full(usable.shape, -1, np.int64)
-    here = tuple(np.s_[max(0, -d) : max(0, n - max(0, d))] for d, n in zip((dy, dx), usable.shape, strict=True))
-    there = tuple(np.s_[max(0, d) : max(0, n + min(0, d))] for d, n in zip((dy, dx), usable.shape, strict=True))
+    out, (here, there) = np.full(usable.shape, -1, np.int64), overlap(usable.shape, step)
     apart = features[there].astype(np.int64) - features[here]
     out[here] = np.where(usable[here] & usable[there], (apart * apart).sum(axis=2), -1)
     return out
@@ -256,7 +272,7 @@ def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> floa
         return 0.0
     total, count = 0, 0
     for vector in vectors:
-        found = squared_steps(features, usable, *_in_px(vector))
+        found = squared_steps(features, usable, _in_px(vector))
         total += int(found[found >= 0].sum())
         count += int((found >= 0).sum())
     return math.sqrt(total / count / spread) if count else 1.0

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains, boards_of
 from .rows import Piece, Rows
-from .unequal import UNEQUAL, faces_at_joints, masonry_of
+from .unequal import Unequal, faces_at_joints, masonry_of
 
 Made = TypeVar("Made", bound=tuple[Array, ...])
 
@@ -74,33 +74,27 @@ RUN_UP = 48  # columns on both sides that decide where the cut crosses to the ne
 RIM = 4  # joints are so many times as wide as rims of stones, which count as face, too; without, slivers are seen
 
 
-class Reach(NamedTuple):
+class Reach:
     """How far cuts wander, and what they pay; of nine walls of 320 px, less than 1 % changes where nothing is said."""
 
-    beyond: int = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
-    most: int = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
-    bed: int = 4  # times that goes into the pitch; halved and doubled: 5 % of the planks, nothing is seen
-    dear: int = 3  # how much more a face out of place counts than a seam; 1: seams are less and bricks cut, 6: as is
-
-
-REACH = Reach()
+    beyond = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
+    most = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
+    bed = 4  # times that goes into the pitch; halved and doubled: 5 % of the planks, nothing is seen
+    dear = 3  # how much more a face out of place counts than a seam; 1: seams are less and bricks cut, 6: as is
 
 
 def courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
     """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
-    return exemplar.latest("courses", (lattice, weights), lambda: _courses_of(lattice, weights, exemplar))
 
+    def found() -> tuple[Brickwork, Array, Array, bool]:
+        vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
+        upright = abs(vector[1]) > abs(vector[0])
+        picture, level, usable = along_x(features([exemplar], weights), exemplar, upright)
+        return brickwork_of(level, usable, vector[::-1] if upright else vector), picture, usable, upright
 
-def _courses_of(
-    lattice: Pairs, weights: Weights, exemplar: Exemplar
-) -> tuple[Brickwork, Array, Array, bool]:
-    feats = features([exemplar], weights)
-    vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
-    upright = abs(vector[1]) > abs(vector[0])
-    picture, level, usable = along_x(feats, exemplar, upright)
-    return brickwork_of(level, usable, vector[::-1] if upright else vector), picture, usable, upright
+    return exemplar.latest("courses", (lattice, weights), found)
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
@@ -110,8 +104,8 @@ def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
         bricks = bricks_of(work)
     except MethodError:
         return 0.0
-    length = sum(end - begin for begin, end in (work.spans[k] for k in work.courses))
-    if bricks is None or faces_at_joints(work) > UNEQUAL.joints:
+    length = sum(end - begin for begin, end in work.spans.values())
+    if bricks is None or faces_at_joints(work) > Unequal.joints:
         return 0.0
     return float(bricks.sizes.sum()) / max(length, 1)
 
@@ -150,9 +144,7 @@ class Wall:
         scene = (picture, usable, _weighted(picture, work, shown), work.beds, work.joints, halves)
         return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, None]:
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """The exemplar pixels (height, width, 2) of a window of the wall, all upright."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
@@ -178,7 +170,7 @@ class Wall:
                     wall_kernels.pour(strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0)
                 done += 2 * len(courses)
         run.tick(total, total, draft)
-        return self._usable(out), None
+        return self._usable(out)
 
     def _draft(self, out: Int32) -> Laid:
         """What of a window is laid."""
@@ -187,18 +179,15 @@ class Wall:
 
     def _usable(self, out: Int32) -> Int32:
         """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
-        height, width = self.scene[1].shape
-        y, x = np.clip(out[:, :, 0], 0, height - 1), np.clip(out[:, :, 1], 0, width - 1)
+        yx = np.clip(out, 0, np.subtract(self.scene[1].shape, 1))
         if self.known is not None:
-            y, x = self.known[0][y, x], self.known[1][y, x]
-        if self.upright:
-            y, x = x.T, y.T
-        return np.ascontiguousarray(np.stack([y, x], axis=2), np.int32)
+            yx = np.moveaxis(self.known[:, yx[..., 0], yx[..., 1]], 0, 2)
+        return np.ascontiguousarray(yx.swapaxes(0, 1)[..., ::-1] if self.upright else yx, np.int32)
 
     @property
     def _reach(self) -> int:
         """How far a bed may lie from its line, px."""
-        return max(2, min(REACH.most, self.work.line.pitch // UNIT // REACH.bed))
+        return max(2, min(Reach.most, self.work.line.pitch // UNIT // Reach.bed))
 
     @property
     def _pace(self) -> Pair:
@@ -212,7 +201,7 @@ class Wall:
 
     def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
         """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
-        spare = RUN_UP + 2 * REACH.most
+        spare = RUN_UP + 2 * Reach.most
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
         return each(self._strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
@@ -250,7 +239,7 @@ class Wall:
         if k == 0:
             return 0, 1, 0
         left, right = pieces[k - 1], pieces[k]
-        wander = min(self.work.thickness + REACH.beyond, REACH.most)
+        wander = min(self.work.thickness + Reach.beyond, Reach.most)
         wander = max(0, min(wander, (left.end - left.first) // 2 - 1, (right.end - right.first) // 2 - 1))
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
@@ -273,7 +262,5 @@ def _weighted(picture: Array, work: Brickwork, shown: Array) -> Int64:
     """What showing a pixel out of place costs: as much as it differs from mortar, in the units of colour."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]
-    contrast = 0.0
-    if len(mortar) and len(face):
-        contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0))
-    return np.asarray(shown.astype(np.int64) * int(REACH.dear * contrast) // FACE, np.int64)
+    contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0)) if len(mortar) and len(face) else 0.0
+    return np.asarray(shown.astype(np.int64) * int(Reach.dear * contrast) // FACE, np.int64)

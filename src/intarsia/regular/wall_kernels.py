@@ -16,6 +16,7 @@ import numpy as np
 
 from ..kernels.jit import kernel
 from ..kernels.paths import least_cut
+from .gap_kernels import readable
 
 FAR = np.int64(1) << 60  # more than any chain costs
 STRETCH = 8  # a px by which joints are widened or narrowed; halved: 3.8 px on 10 walls instead of 3.0, doubled: 2.1
@@ -33,60 +34,50 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
     that was shown two or three before; which element follows the chain, or -1. The last element may be cut, so that
     there always is a chain.
     """
-    first, slack, least, cut, again = rules[0], rules[1], rules[2], rules[3], rules[4]
-    following = rules[5]
+    first, slack, least, cut, again, following = rules[0], rules[1], rules[2], rules[3], rules[4], rules[5]
     count = len(sizes)
     best = np.full((length + slack + 1, count), FAR, np.int64)
     back = np.full((length + slack + 1, count), -1, np.int64)
     if sizes[first] <= length + slack:
         best[sizes[first], first] = start[first, 0]
-    for u in range(1, length):
+    end, last, tail, least_cost = 0, first, -1, FAR
+    for u in range(1, length + slack + 1):
+        rest = length - u
         for k in range(count):
             if best[u, k] == FAR:
                 continue
             before = back[u, k]
             third = back[u - sizes[k], before] if before >= 0 else -1
-            for m in range(count):
-                v = u + sizes[m]
-                if v > length + slack:
-                    continue
-                cost = best[u, k] + pair[k, m] + joint[u] + start[m, u]
-                if m in (before, third):
-                    cost += again
-                if cost < best[v, m]:
-                    best[v, m], back[v, m] = cost, k
-    end, last, tail, least_cost = 0, first, -1, FAR
-    for u in range(1, length + slack + 1):
-        for k in range(count):
-            if best[u, k] == FAR:
-                continue
-            if abs(length - u) <= slack:
-                cost = best[u, k] + closing[k] + STRETCH * abs(length - u)
-                if following >= 0 and back[u, k] == following:
+            if abs(rest) <= slack:
+                cost = best[u, k] + closing[k] + STRETCH * abs(rest)
+                if following >= 0 and before == following:
                     cost += again
                 if cost < least_cost:
                     end, last, tail, least_cost = u, k, -1, cost
-            rest = length - u
             if rest <= 0:
                 continue
             for m in range(count):
-                if sizes[m] > rest:
-                    cost = best[u, k] + pair[k, m] + joint[u] + start[m, u] + closing[m] + cut
-                    cost += SLIVER * max(0, least - rest) // least
-                    if m == back[u, k] or k == following:
+                v = u + sizes[m]
+                grown = best[u, k] + pair[k, m] + joint[u] + start[m, u]
+                if v <= length + slack:
+                    cost = grown + again if m in (before, third) else grown
+                    if cost < best[v, m]:
+                        best[v, m], back[v, m] = cost, k
+                if v > length:
+                    cost = grown + closing[m] + cut + SLIVER * max(0, least - rest) // least
+                    if m == before or k == following:
                         cost += again
                     if cost < least_cost:
                         end, last, tail, least_cost = u, k, m, cost
     if least_cost == FAR:
         out[0, 0], out[0, 1], out[0, 2] = first, 0, length
         return 1
-    return _written(length, sizes, back, np.array([end, last, tail]), out)
+    return _written(length, sizes, back, end, last, tail, out)
 
 
 @kernel
-def _written(length: int, sizes: Any, back: Any, found: Any, out: Any) -> int:
+def _written(length: int, sizes: Any, back: Any, end: int, last: int, tail: int, out: Any) -> int:
     """Walk a chain back and write it forwards; what it misses of its length is spread over its joints."""
-    end, last, tail = found[0], found[1], found[2]
     n, u, k = 0, end, last
     while u > 0:
         n += 1
@@ -112,7 +103,7 @@ BEYOND = 1 << 40  # px: beyond any exemplar
 @kernel
 def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
     """What it costs to show an exemplar pixel, perhaps beyond what it is to be a part of."""
-    if not (0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x]):
+    if not readable(usable, y, x):
         return UNREADABLE
     return int(faces[y, x]) + STEP if beyond else 0
 
@@ -148,7 +139,7 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
     gaps = np.empty((n, 2 * reach), np.int64)
     gap = np.empty(2 * reach + 2, np.int64)
     wrong = np.empty((2, 2 * reach + 2), np.int64)
-    picture, usable, faces, joints, halves = scene[0], scene[1], scene[2], scene[4], scene[5]
+    picture, usable, faces, _, joints, halves = scene
     for r in range(n):
         y, x = first + r, u - reach - 1  # columns u - reach - 1 .. u + reach
         high = border(joints, halves[1], left[6], left[8], 1, y + left[3])
@@ -157,19 +148,14 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
             a, b, c, d = y + left[3], x + k + left[2], y + right[3], x + k + right[2]
             gap[k] = apart(picture, a, b, c, d)
             wrong[0, k], wrong[1, k] = amiss(usable, faces, a, b, b >= high), amiss(usable, faces, c, d, d < low)
-        for k in range(2 * reach):
-            gaps[r, k] = gap[k + 1]
-        before, after = np.int64(0), np.int64(0)
-        for k in range(1, 2 * reach + 2):
-            after += wrong[1, k]
+        gaps[r] = gap[1:-1]
+        before, after = np.int64(0), wrong[1, 1:].sum()
         for k in range(wide):  # the right piece begins at column u - reach + k
             cost[r, k] = gap[k] + gap[k + 1] + before + after
             if k + 1 < wide:
                 before += wrong[0, k + 1]
                 after -= wrong[1, k + 1]
-    path = least_cut(cost, gaps)
-    for r in range(n):
-        cut[r] = u - reach + path[r]
+    cut[:] = u - reach + least_cut(cost, gaps)
 
 
 @kernel
@@ -182,11 +168,8 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
     """
     tall, wide = out.shape[:2]
     n = len(pieces)
-    usable, faces, beds = scene[1], scene[2], scene[3]
-    tallest = 1
-    for k in range(n):
-        tallest = max(tallest, spans[k, 1])
-    cuts = np.empty((n, tallest), np.int64)
+    _, usable, faces, beds, _, _ = scene
+    cuts = np.empty((n, spans[:, 1].max()), np.int64)
     for k in range(1, n):
         junction(scene, pieces[k - 1], pieces[k], spans[k, 0], cuts[k, : spans[k, 1]], spans[k, 2])
     at = 0
