@@ -391,15 +391,16 @@ def bricks_of(work: Brickwork) -> Bricks | None:
     whole: list[Brick] = []
     cut: list[Brick] = []
     for k, (x0, x1) in work.spans.items():
-        names, at = work.of_course[k], places[k]
+        joints = list(zip(places[k], work.of_course[k], strict=True))
         half, begin, end = work.thickness // 2, x0 + Sorting.margin, x1 - Sorting.margin
-        while at and at[0] < x0 + half:  # only half of the joint is there
-            begin, names, at = max(begin, at[0] + half), names[1:], at[1:]
-        while at and at[-1] >= x1 - half:
-            end, names, at = min(end, at[-1] - half), names[:-1], at[:-1]
-        whole += [(k, at[n], at[n + 1], names[n], names[n + 1]) for n in range(len(at) - 1)]
-        if at:
-            cut += [(k, begin, at[0], CUT, names[0]), (k, at[-1], end, names[-1], CUT)]
+        while joints and joints[0][0] < x0 + half:  # only half of the joint is there
+            begin = max(begin, joints.pop(0)[0] + half)
+        while joints and joints[-1][0] >= x1 - half:
+            end = min(end, joints.pop()[0] - half)
+        whole += [(k, a, b, left, right) for (a, left), (b, right) in pairwise(joints)]
+        if joints:
+            (a, left), (b, right) = joints[0], joints[-1]
+            cut += [(k, begin, a, CUT, left), (k, b, end, right, CUT)]
     whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
     if not whole and not cut:
         return None

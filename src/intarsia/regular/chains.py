@@ -23,6 +23,8 @@ from .rows import DEALT, STAGE, Piece, Rows, dealt
 from .unequal import Unequal
 from .wall_kernels import FACE
 
+Around = list[tuple[int, list[Piece]]]  # chains: how many courses off, and their pieces
+
 
 def neighbours(chain: list[Piece]) -> list[Pair]:
     """Return the pairs of stones of which the second lies right of the first."""
@@ -111,13 +113,13 @@ class Chains:
         turns, s = divmod(s, self.pace[1]) if self.rows.width else (0, s)
         return self.rows.named(i, turns), s, turns * self.rows.width
 
-    def _around(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
+    def _around(self, i: int, s: int) -> Around:
         """The chains around that came before: how many courses off, and their pieces."""
         around = [(off, part) for off in (-2, -1, 1, 2) for part in (s - 1, s, s + 1)]
         before = [p for p in around if self.rows.rank(self.named(i + p[0], p[1])[0]) < self.rows.rank(i)]
         return [(abs(off), self.chain(i + off, part)) for off, part in before]
 
-    def _around_anchor(self, i: int, s: int) -> list[tuple[int, list[Piece]]]:
+    def _around_anchor(self, i: int, s: int) -> Around:
         """The same for an anchor; none where leaning courses meet others once around, for both would wait."""
         return [] if s == 0 and self.rows.turn else self._around(i, s)
 
@@ -128,17 +130,14 @@ class Chains:
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
         return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
-    def _joints(self, around: list[tuple[int, list[Piece]]], at: Array) -> Int64:
+    def _joints(self, around: Around, at: Array) -> Int64:
         """What joints at some columns cost, by those around."""
         total = np.zeros(len(at), np.int64)
         for off, table in ((1, self.bricks.beside), (2, self.bricks.beyond)):
-            placed = sorted({u for o, chain in around if o == off for p in chain for u in (p.first, p.end)})
-            if placed:
-                joints = np.array(placed)
-                k = np.searchsorted(joints, at)
-                left = np.abs(at - joints[np.maximum(k - 1, 0)])
-                right = np.abs(joints[np.minimum(k, len(joints) - 1)] - at)
-                total += table[np.minimum(np.minimum(left, right), len(table) - 1)]
+            placed = np.array([*{u for o, chain in around if o == off for p in chain for u in (p.first, p.end)}])
+            if len(placed):
+                near = np.abs(placed[:, None] - at).min(axis=0)
+                total += table[np.minimum(near, len(table) - 1)]
         return total
 
     def _hand(self, i: int, s: int) -> list[int]:
@@ -227,7 +226,7 @@ class Chains:
         return np.ascontiguousarray(cost, np.int64)
 
     def _starts(
-        self, hand: list[int], around: list[tuple[int, list[Piece]]], first: int, length: int
+        self, hand: list[int], around: Around, first: int, length: int
     ) -> Int64:
         """What each brick costs by the column that it begins at."""
         count, usual = len(hand), self.bricks.usual

@@ -10,9 +10,19 @@ from ..foundation.geometry import UNIT
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW, OLD
+from ..kernels.paths import accumulate
 
 FAR = np.int64(1) << 60
 LIMIT = np.int64(1) << 32  # above any mismatch
+
+
+@kernel
+def crossings(cost: Any, band: int) -> Any:
+    """What the cheapest path along each band of a field (n, k) costs a px: (k - band + 1,)."""
+    out = np.empty(cost.shape[1] - band + 1, np.int64)
+    for first in range(len(out)):
+        out[first] = accumulate(cost[:, first : first + band], 0)[-1].min() // len(cost)
+    return out
 
 
 @kernel
@@ -31,6 +41,34 @@ def all_usable(places: Any, sides: Any, valid: Any) -> Any:
                 if 0 <= a < determinant and 0 <= b < determinant:
                     ok[n] = False
     return ok
+
+
+@kernel
+def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
+    """Describe the window of a block: `sides` (h, w), the neighbour each pixel lies towards, and `core`, the block.
+
+    Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for what
+    belongs to none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred. `frame`:
+    block sides (rows, columns; dy, dx) and corner in 1/256 px, relative to the window's first pixel.
+    """
+    determinant = float(frame[0] * frame[3] - frame[1] * frame[2])
+    down = determinant / np.sqrt(float(frame[2]) ** 2 + float(frame[3]) ** 2) / UNIT
+    across = determinant / np.sqrt(float(frame[0]) ** 2 + float(frame[1]) ** 2) / UNIT
+    for y in range(core.shape[0]):
+        for x in range(core.shape[1]):
+            dy, dx = y * UNIT - frame[4], x * UNIT - frame[5]
+            a = float(dy * frame[3] - dx * frame[2]) / determinant * down  # px from the upper edge,
+            b = float(dx * frame[0] - dy * frame[1]) / determinant * across  # and from the left one
+            side, depth = 0, a
+            for k, edge in enumerate((down - a, b, across - b)):
+                if edge < depth:
+                    side, depth = k + 1, edge
+            core[y, x] = near = 0 <= a < down and 0 <= b < across
+            if side < 2:
+                near |= b < across and -depth <= min(b, across - b, down / 2)
+            else:
+                near |= -depth < min(a, down - a) and -depth <= across / 2
+            sides[y, x] = side if near and abs(depth) < half else -1
 
 
 @kernel

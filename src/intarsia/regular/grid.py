@@ -15,7 +15,6 @@ import numpy as np
 
 from ..foundation.arrays import Array, Floats, Int16, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
-from ..kernels.paths import accumulate
 from ..lattice import Vector, Vectors
 from ..lattice.candidates import lattice_points, overlap
 from . import gap_kernels
@@ -109,14 +108,12 @@ def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Flo
     total, count = np.zeros((2, math.ceil(period)), np.int64)
     for shift in _lattice_shifts(grid.cell, features.shape[:2]):
         here, there = overlap(picture.shape[:2], shift if axis == 0 else shift[::-1])
-        cost = colour_distances(picture[here], picture[there]).T
-        if cost.shape[0] < 8:
-            continue
-        for top in range(cost.shape[1] - band + 1):
-            phase = int((here[0].start + top + band // 2) % period)
-            along = accumulate(np.ascontiguousarray(cost[:, top : top + band]), 0)
-            total[phase] += along[-1].min() // len(cost)
-            count[phase] += 1
+        cost = colour_distances(picture[here], picture[there])
+        if cost.shape[0] >= band and cost.shape[1] >= 8:
+            along = gap_kernels.crossings(np.ascontiguousarray(cost.T), band)
+            phases = ((here[0].start + np.arange(len(along)) + band // 2) % period).astype(np.int64)
+            np.add.at(total, phases, along)
+            np.add.at(count, phases, 1)
     known = count > 0
     return np.rint(np.where(known, total / np.maximum(count, 1), np.inf)) if known.any() else None
 

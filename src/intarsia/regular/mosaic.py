@@ -86,23 +86,12 @@ class LaidBlocks:
         return y, x
 
     def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], Mask]:
-        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block.
-
-        Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for
-        what belongs to none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred.
-        """
-        (y, x), (at, (tall, wide)) = self.origin(i, j), self._box(i, j)
-        (p, q), (r, s), area = self.grid.rows, self.grid.columns, self.grid.determinant
-        down, across = (area / math.sqrt(v * v + u * u) / UNIT for v, u in ((r, s), (p, q)))
-        dy, dx = (np.arange(tall)[:, None] + at[0]) * UNIT - y, (np.arange(wide) + at[1]) * UNIT - x
-        a, b = (dy * s - dx * r) / area * down, (dx * p - dy * q) / area * across  # px from the upper and the left edge
-        edges = np.stack([a, down - a, b, across - b])
-        side, depth = edges.argmin(axis=0), edges.min(axis=0)
-        core = (a >= 0) & (a < down) & (b >= 0) & (b < across)
-        along, aside = np.minimum(b, across - b), np.minimum(a, down - a)
-        above = (b < across) & (-depth <= along) & (-depth <= down / 2)
-        near = core | np.where(side < 2, above, (-depth < aside) & (-depth <= across / 2))
-        return at, np.where(near & (np.abs(depth) < self.half), side, -1).astype(np.int8), core
+        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
+        (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
+        frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.bool_)
+        gap_kernels.wedges(frame, self.half, sides, core)
+        return at, sides, core
 
     def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
         """The blocks whose windows meet a box of the canvas, row by row."""

@@ -96,9 +96,9 @@ def _longer(
     rows = np.clip(rows + len(usable) - border, 0, len(usable) - 1)
     y, x = np.where(taken, best.y[:, None], rows), np.where(taken, best.x, columns)
     parts = (picture, picture[y, x]), (usable, taken | own), (source, source[y, x])
-    longer = (np.concatenate([a[:-border], added])[::sign] for a, added in parts)
-    picture, usable, source = (np.ascontiguousarray(np.moveaxis(a, 0, axis)) for a in longer)
-    return Continued(picture, usable, source)
+    longer: list[Array] = [np.concatenate([a[:-border], added])[::sign] for a, added in parts]
+    one, two, three = (np.ascontiguousarray(np.moveaxis(a, 0, axis)) for a in longer)
+    return Continued(one, two, three)
 
 
 def _last_step(picture: Array, move: Pair) -> Int64:

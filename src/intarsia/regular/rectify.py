@@ -16,6 +16,7 @@ from statistics import median_high
 
 import numpy as np
 
+from ..analysis import blocks
 from ..analysis.features import features
 from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
 from ..foundation.filters import blurred
@@ -276,8 +277,7 @@ def _gathered(exemplar: Exemplar, yx: Int32, usable: Mask) -> Exemplar:
             s = exemplar.height // plane.height
             return replace(plane, pixels=pixels[y // s, x // s])
         s = plane.height // exemplar.height
-        parts = pixels.reshape(exemplar.height, s, exemplar.width, s, *pixels.shape[2:])
-        taken = parts[y, :, x].swapaxes(1, 2)
+        taken = blocks(pixels, s)[y, :, x].swapaxes(1, 2)
         return replace(plane, pixels=taken.reshape(y.shape[0] * s, y.shape[1] * s, *pixels.shape[2:]))
 
     planes = {name: moved(p) for name, p in exemplar.planes.items()}

@@ -208,7 +208,7 @@ def _fields(smooth: Array, reach: int) -> list[Int64]:
 def _drawn(cost: Array, lines: Array, reach: int) -> Int64:
     """The cheapest paths not farther from lines (n, W) than some px."""
     fields = [straying(cost, line, reach, FACE - FACE // 2) for line in lines]
-    return lines + np.stack([surest_line(-field.T, Unequal.bend)[0] for field in fields]) - reach
+    return np.asarray(lines + np.stack([surest_line(-field.T, Unequal.bend)[0] for field in fields]) - reach)
 
 
 def _apart(beds: Array, reach: int) -> Int64:

@@ -179,7 +179,7 @@ class Wall:
 
     def _usable(self, out: Int32) -> Int32:
         """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
-        yx = np.clip(out, 0, np.subtract(self.scene[1].shape, 1))
+        yx: Array = np.clip(out, 0, np.subtract(self.scene[1].shape, 1))
         if self.known is not None:
             yx = np.moveaxis(self.known[:, yx[..., 0], yx[..., 1]], 0, 2)
         return np.ascontiguousarray(yx.swapaxes(0, 1)[..., ::-1] if self.upright else yx, np.int32)
