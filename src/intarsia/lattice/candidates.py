@@ -1,18 +1,14 @@
-"""Guesses at the lattice of a texture: pairs of offsets at which it agrees with itself, and pairs of waves.
+"""Lattice candidates: pairs of peaks of the autocorrelation, and pairs of peaks of the spectrum.
 
-A texture that repeats has peaks in its correlation at every lattice vector, and peaks in its spectrum at every
-wave that fits the lattice. Each alone misses some textures; together they miss few. Neither is trusted: both
-only propose, a score decides.
+A texture that repeats has correlation peaks at its lattice vectors and spectral peaks at the waves of its reciprocal
+lattice. Either alone misses some textures; together they miss few. Both only propose candidates, the score decides.
 
-Source: Lopez Recas 2011, section 3.3 (peaks, pairs, reduction); regions of dominance: Liu, Collins and Tsin,
-"A computational model for periodic pattern perception", PAMI 2004. Departures: the waves are ours.
+Two pictures are correlated with themselves: the high-pass filtered colours, and the edge strength, which joints share
+where stones differ in colour. The correlation map is the mean of both.
 
-Where a texture agrees with itself: the correlation map that lattices are read from.
-
-Two pictures are correlated with themselves: the colours without slow changes of light, and the strength of
-the edges, which joints have in common where stones differ in colour. The map is their mean.
-
-Source: Lopez Recas 2011, sections 3.1 and 3.2. Departures: high-pass, second channel, whole numbers.
+Source: Lopez Recas 2011, sections 3.1 to 3.3 (correlation, peaks, pairs, reduction); regions of dominance: Liu, Collins
+and Tsin, "A computational model for periodic pattern perception", PAMI 2004. Departures: high-pass filter, edge
+strength as second channel, whole numbers, pairs of waves.
 """
 
 from __future__ import annotations
@@ -37,9 +33,9 @@ LIGHT = 6  # the short side over this is the sigma of what counts as light
 
 
 class CorrelatedPictures(NamedTuple):
-    """The two pictures that are correlated, and which of their pixels count.
+    """The two pictures that are correlated, and their masks.
 
-    Whole numbers, 0 where pixels do not count; no mask where all of them do.
+    Whole numbers, 0 where pixels do not count; masks are None if all pixels count.
     """
 
     colours: Floats  # (H, W, C)
@@ -49,9 +45,9 @@ class CorrelatedPictures(NamedTuple):
 
 
 class CorrelationMap(NamedTuple):
-    """How well the texture agrees with itself at every offset; the offset 0 is in the middle.
+    """The normalised autocorrelation of a texture at every offset; offset 0 is in the middle.
 
-    All are (2 rows + 1, 2 columns + 1).
+    All arrays are (2 rows + 1, 2 columns + 1).
     """
 
     values: Int32  # correlations in millionths,
@@ -62,7 +58,7 @@ class CorrelationMap(NamedTuple):
 
 
 def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
-    """Prepare what is correlated: colours without slow light, and edges, of features in 1/16."""
+    """Return the high-pass filtered colours and the edge strength of features in 1/16."""
     weight = None if usable is None else usable.astype(np.float64)
     values = _evened(features, usable)
     colours = np.rint(high_pass(values, weight, min(features.shape[:2]) / LIGHT))
@@ -76,7 +72,7 @@ def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
 
 
 def _evened(features: Int64, usable: Mask | None) -> Floats:
-    """Let channels count alike, whatever weights the features gave to colours; faint ones at most fourfold."""
+    """Return the features with all channels scaled to the contrast of the strongest, at most fourfold."""
     chosen = features.reshape(-1, features.shape[2]) if usable is None else features[usable]
     deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in spreads(chosen)]))
     top = deviation.max()
@@ -84,7 +80,7 @@ def _evened(features: Int64, usable: Mask | None) -> Floats:
 
 
 def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
-    """Correlate the pictures with themselves; None where there is nothing to correlate."""
+    """Return the autocorrelation map of the pictures; None if they are constant."""
     height, width = prepared.colours.shape[:2]
     reach = int(REACH * height), int(REACH * width)
     colours, pairs = autocorrelation(prepared.colours, prepared.usable, reach)
@@ -102,9 +98,9 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
 
 
 def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
-    """Take away what changes slowly: a Gaussian of `sigma` px with mirrored borders, channel by channel.
+    """Subtract a Gaussian blur of `sigma` px with mirrored borders, channel by channel.
 
-    With a mask it is divided by the blurred mask, so that what does not count does not leak in.
+    With a mask the blur is divided by the blurred mask, so that masked pixels do not leak in.
     """
     planes = np.moveaxis(picture, 2, 0).copy()  # transforms of one at a time stay in a core's cache
     mass = 1.0 if weight is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
@@ -121,7 +117,7 @@ LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
 
 
 def overlap(shape: Sequence[int], shift: Pair) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Return what of a picture has a pixel a shift (y, x) away, and those pixels: two indices."""
+    """Return two indices into a picture: the pixels that have another one a shift (y, x) away, and those others."""
     here, there = (
         tuple(slice(max(0, -k * d), max(0, n - max(0, k * d))) for d, n in zip(shift, shape, strict=False))
         for k in (1, -1)
@@ -130,7 +126,8 @@ def overlap(shape: Sequence[int], shift: Pair) -> tuple[tuple[slice, ...], tuple
 
 
 def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Sequence[int]) -> Int64:
-    """List the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, a by a.
+    """Return the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, ordered by a, then
+    b.
 
     `first`, `v1`, `v2`: (y, x) in 1/256 px; `low`, `high`: first and last px of the box, (y, x).
     """
@@ -152,7 +149,7 @@ def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Se
 
 
 class Sensible:
-    """What the pairs of a lattice must be like. Bounds of what a picture can show."""
+    """Bounds of candidates: what an exemplar can show at all."""
 
     cells = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
     overlap = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
@@ -161,9 +158,9 @@ class Sensible:
 
 
 def canonical(vectors: Int64) -> Int64:
-    """Reduce pairs of vectors (n, 2, 2), whole numbers, to the shortest pair of the same lattice (Gauss).
+    """Reduce pairs of whole vectors (n, 2, 2) to the shortest pair of the same lattice (Gauss reduction).
 
-    The shorter first; both with dx > 0, or dx = 0 and dy > 0; so that equal lattices are equal pairs, but for
+    The shorter one comes first; both have dx > 0, or dx = 0 and dy > 0. Equal lattices give equal pairs, except for
     ties of length.
     """
     v, w = vectors[:, 0].copy(), vectors[:, 1].copy()
@@ -183,10 +180,10 @@ def canonical(vectors: Int64) -> Int64:
 
 
 def correlation_peaks(found: CorrelationMap) -> Floats:
-    """Find the offsets of one half plane at which the texture agrees with itself best: (n, 2), px.
+    """Return the best correlation peaks of one half plane: (n, 2) offsets in px.
 
-    Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the
-    lattice dominates a cell, what lies between its peaks does not.
+    Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the lattice
+    dominates a cell, peaks between lattice points do not.
     """
     smooth = found.smooth
     i, j = _maxima(smooth, found.share >= Sensible.overlap).T
@@ -207,14 +204,14 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
 
 
 def _maxima(values: Array, among: Mask) -> Int64:
-    """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
+    """Return the positions (n, 2) of local maxima above 0, of equal neighbours the last one; none at the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
     top = (highest(ranked, 3, "edge") == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 
 def _refined(values: Array, at: Int64) -> Floats:
-    """Move peaks (n, 2), px from the middle, to the tops of the parabolas along both axes."""
+    """Return peaks (n, 2), px from the middle, moved to the vertex of the parabola along each axis."""
     result = at.astype(np.float64)
     for n, (i, j) in enumerate((at + np.array(values.shape) // 2).tolist()):
         result[n, 0] += top_of(*values[i - 1 : i + 2, j].astype(np.float64).tolist())
@@ -223,9 +220,9 @@ def _refined(values: Array, at: Int64) -> Floats:
 
 
 def spectral_peaks(picture: Floats) -> Floats:
-    """Find the waves that a picture (H, W, C) is made of, strongest first: (n, 2), cycles per px.
+    """Return the strongest waves of a picture (H, W, C), strongest first: (n, 2), cycles per px.
 
-    Only periods of at least 4 px that fit 1.5 times or more into the short side.
+    Only periods of at least 4 px that fit 1.5 times or more into the shorter side.
     """
     height, width = picture.shape[:2]
     window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
@@ -253,7 +250,7 @@ def spectral_peaks(picture: Floats) -> Floats:
 
 
 def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
-    """Pair peaks with peaks and waves with waves; (n, 2, 2) in 1/256 px, reduced, each lattice once."""
+    """Return the candidates: pairs of correlation peaks and of waves, reduced, each once; (n, 2, 2) in 1/256 px."""
     peaks = correlation_peaks(found)
     i, j = np.triu_indices(len(peaks), 1)
     pairs = [np.stack([peaks[i], peaks[j]], axis=1)]
@@ -273,7 +270,7 @@ def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int)
 
 
 def distinct(lattices: Int64, height: int, width: int) -> Int64:
-    """Keep the first of reduced lattices that agree to half a px; none that is too short, or has a cell too large."""
+    """Return the first of reduced lattices that agree to half a px, without vectors too short or cells too large."""
     area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0])
     long = (lattices[:, 0] ** 2).sum(axis=1) >= (SHORTEST * UNIT) ** 2
     lattices = lattices[long & (area > 0) & (area <= Sensible.cells * height * width * UNIT**2)]
@@ -283,7 +280,7 @@ def distinct(lattices: Int64, height: int, width: int) -> Int64:
 
 
 def waves_of(prepared: CorrelatedPictures) -> list[Floats]:
-    """Find the waves of both pictures: the colours, and the edges less their mean."""
+    """Return the spectral peaks of both pictures: of the colours, and of the edges minus their mean."""
     edges = prepared.edges
     known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner
     steps = (edges - edges[known].mean()) * known[..., None] if known.any() else edges

@@ -1,16 +1,14 @@
-"""How good a guessed lattice is, and where exactly its vectors end.
+"""Lattice score and sub-pixel fit: contrast of the correlation at lattice points, weighted least squares over peaks.
 
-The score asks four questions: does the texture agree with itself at the lattice points; does it agree less
-anywhere else in the cell; do enough points say so; and do peaks lie where the points are. The last one also
-gives the vectors to a fraction of a px.
+The score combines the mean correlation at the lattice points, its contrast with the rest of the cell, and a penalty for
+few points. The fit finds correlation peaks near the points and solves for the vectors to a fraction of a px.
 
-Source: Lopez Recas 2011, eq. 3.22 (mean at the lattice points). Departures: contrast with the rest of the
-cell, the penalty for few points, sub-pixel vectors by least squares over all peaks.
+Source: Lopez Recas 2011, eq. 3.22 (mean at the lattice points). Departures: contrast with the rest of the cell, the
+penalty for few points, sub-pixel vectors by least squares over all peaks.
 
-Large exemplars: the lattice is searched in a reduced copy, then made exact at full resolution.
-
-At full resolution only a few lattice points are looked at: the exemplar, moved by about that vector, is
-compared with itself in whole numbers, a few px to every side. Where it differs least lies the exact vector.
+Large exemplars are searched in a reduced copy; the vectors are then refined at full resolution. For a few far lattice
+points the exemplar is compared with itself, shifted by about that vector, in whole numbers; the shift of least squared
+difference gives the exact point.
 """
 
 from __future__ import annotations
@@ -36,9 +34,9 @@ SPANNED = 0.5  # the determinant of whole numbers is 0 where all points lie in a
 
 
 def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -> Int64 | None:
-    """Make the vectors (1/256 px) exact at full resolution; None where the exemplar does not allow it.
+    """Return the vectors (1/256 px) refined at full resolution; None if the exemplar does not allow it.
 
-    Weighted least squares over the points that lie furthest out: their error is shared by many cells.
+    Weighted least squares over the lattice points that lie furthest out: their error is divided by many cells.
     """
     mask = np.ones((1, 1), np.bool_) if usable is None else usable
     rows, right, found = [], [], np.empty(2)
@@ -51,7 +49,7 @@ def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -
 
 
 def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
-    """Lattice points that leave half of each side to compare, the furthest first, spread over directions."""
+    """Return the furthest lattice points that leave half of each side to compare, spread over directions."""
     n, found = len(vectors), []
     most = [max(1, int(FARTHEST * max(height, width) * UNIT / math.hypot(*v))) for v in vectors]
     for a in range(most[0] + 1):
@@ -69,7 +67,7 @@ def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
 
 
 def _least_squares(a: Floats, p: Floats, vectors: Int64, factor: int) -> Int64 | None:
-    """Fit vectors to the places p (n, 2), px, of points a (n, 1 or 2) of their lattice."""
+    """Return the vectors that fit places p (n, 2), px, of points a (n, 1 or 2) of their lattice, in 1/256 px."""
     if len(vectors) == 1:
         across = vectors[0] / math.hypot(*vectors[0])
         exact = ((a[:, 0] * (p @ across)).sum() / (a[:, 0] ** 2).sum()) * across[None]
@@ -100,7 +98,8 @@ ENOUGH = 4  # lattice points of a half plane that do not agree by chance; 2: thr
 
 
 class Ranking:
-    """Which lattice leads. Halved and doubled on 35 textures: how many accept another one (docs/design/012)."""
+    """Which lattice is ranked first. Halved and doubled on 35 textures: how many accept another one (docs/design/012).
+    """
 
     promising = 400  # those whose mean is best: only they are compared with half cells; halved and doubled: none
     fitted = 60  # and only so many with the whole ring; 30 and 120: none
@@ -112,7 +111,7 @@ class Ranking:
 
 
 class Fitting:
-    """Where peaks are looked for. Halved and doubled on 35 textures: how many accept another one."""
+    """Where correlation peaks are looked for. Halved and doubled on 35 textures: how many accept another one."""
 
     radius = 0.12  # of the shorter vector: peaks are looked for within; halved: three, doubled: one
     least = 1.5  # px, and at least so far; halved and doubled: none
@@ -124,7 +123,7 @@ class Fitting:
 
 
 class Scored(NamedTuple):
-    """Lattices and how good they are."""
+    """Lattices and their scores."""
 
     vectors: Int64  # (n, 2, 2): in 1/256 px, rows (dy, dx)
     mean: Int64  # (n,): M at the points, in millionths
@@ -133,15 +132,17 @@ class Scored(NamedTuple):
     points: Int64  # (n,): lattice points in one half plane whose offset leaves enough overlap
 
     def best(self, most: int) -> Int64:
-        """Return which are most confident, ties in order of size, then of their numbers."""
+        """Return the numbers of the `most` most confident lattices; ties by cell area, then by the vectors."""
         v = self.vectors
         area = np.abs(v[:, 0, 0] * v[:, 1, 1] - v[:, 0, 1] * v[:, 1, 0])
         return np.lexsort([*v.reshape(-1, 4).T[::-1], area, -self.confidence])[:most]
 
     def ranked(self, most: int) -> Int64:
-        """Return the best, first of all one that is about as confident as the most confident but agrees far better.
+        """Return the best, first the lattice that leads.
 
-        A cell of many small tiles, equal but for their colour, has more points; that of the colours agrees.
+        A lattice that is about as confident as the most confident one but has a far better mean correlation comes
+        first: a cell of many small tiles, equal but for their colour, has more points, but only the larger cell keeps
+        the colours.
         """
         order = self.best(most)
         if len(order):
@@ -159,9 +160,9 @@ class Scored(NamedTuple):
         return order
 
     def _refines(self, k: int, top: int) -> bool:
-        """Say whether lattice k holds all points of the top one and more, and is about as good.
+        """Return whether lattice k contains all points of the leading one and more, and is about as good.
 
-        The ring of eighths sees the double cell of a lattice, but not its sevenfold one.
+        The ring of eighths detects the double cell of a lattice, but not its sevenfold one.
         """
         sure = 100 * self.confidence[k] >= Ranking.finer * self.confidence[top]
         if not sure or 100 * self.mean[k] < Ranking.alike * self.mean[top]:
@@ -175,12 +176,12 @@ class Scored(NamedTuple):
 
 
 def score(found: CorrelationMap, vectors: Int64) -> Scored:
-    """Score lattices against the ring of phases."""
+    """Return the scores of lattices, contrasted with the ring of phases."""
     return _contrasted(found, vectors, means(found.values, found.weights, vectors, POINT), RING)
 
 
 def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
-    """Keep the lattices worth a closer look: by their mean, then by contrast with their half cells."""
+    """Return the most promising lattices: by their mean, then by the contrast with their half cells."""
     known = means(found.values, found.weights, vectors, POINT)
     mean, points = known
     keep = np.flatnonzero((points >= 2) & (mean > 0))
@@ -191,12 +192,12 @@ def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
 
 
 def _few(points: Int64) -> Int64:
-    """1 - 1 / sqrt(n), in thousandths; roots are rounded alike everywhere."""
+    """Return 1 - 1 / sqrt(n) in thousandths, rounded so that it is the same on every machine."""
     return np.asarray(1000 - np.rint(1000 / np.sqrt(np.maximum(points, 1))), np.int64)
 
 
 def _contrasted(found: CorrelationMap, vectors: Int64, known: Int64, phases: Int64) -> Scored:
-    """Score lattices of known means and points against other phases of their cells."""
+    """Return the scores of lattices whose means and points are known, contrasted with other phases of their cells."""
     (mean, points), aside = known, means(found.values, found.weights, vectors, phases)[0]
     known = (points > 0) & (aside > NOTHING)
     contrast = np.where(known, mean - aside, -1_000_000)
@@ -204,7 +205,7 @@ def _contrasted(found: CorrelationMap, vectors: Int64, known: Int64, phases: Int
 
 
 class Fit(NamedTuple):
-    """Vectors (2, 2) in px that agree best with the peaks, and how far the peaks lie from them (rms, px)."""
+    """Vectors (2, 2) in px that fit the peaks best, and the distance of the peaks from their points (rms, px)."""
 
     vectors: Floats
     residual: float
@@ -212,10 +213,10 @@ class Fit(NamedTuple):
 
 
 def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
-    """Move the vectors of a lattice to where the peaks are; None where there are none, or elsewhere.
+    """Fit the vectors of a lattice to correlation peaks; None if there are none, or the vectors move too far.
 
-    Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: the further
-    out, the more exact a vector must be to find the right peak, and the more exact it becomes.
+    Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: points further out
+    need a more exact vector to find their peak, and make it more exact.
     """
     start = current = vectors / float(UNIT)
     length, sums, used = _shorter(start), np.empty(9), 0
@@ -235,10 +236,10 @@ def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
 
 
 def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
-    """Fit loose lattices once more, to wider peaks: each single peak is then a matter of chance.
+    """Return the vectors of a loose lattice fitted again to wider peaks; unchanged if the lattice is not loose.
 
-    Where the peaks lie further than a hundredth of the shorter vector from the lattice points, the map is
-    blurred by a twentieth of it first.
+    If the peaks lie further than a hundredth of the shorter vector from the lattice points, the map is blurred by a
+    twentieth of it first, so that no single peak decides.
     """
     length = _shorter(vectors / float(UNIT))
     sigma = Fitting.blur * length
@@ -250,9 +251,9 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
 
 
 def regularity(one: Fit) -> float:
-    """Say how far the peaks lie from the lattice points: 0 on them, 1 as far as peaks found by chance would.
+    """Return how far the peaks lie from the lattice points: 0 on them, 1 as far as peaks found by chance would.
 
-    Chance spreads them evenly over the disc in which they are looked for. 1 for less than 3 peaks, which every
+    By chance they would be uniform over the disc in which they are looked for. 1 for less than 3 peaks, which every
     lattice can be fitted to.
     """
     if one.used < 3:
@@ -266,18 +267,18 @@ def _shorter(vectors: Floats) -> float:
 
 
 def _in_units(one: Fit) -> Int64:
-    """The fitted vectors in 1/256 px, reduced."""
+    """Return the fitted vectors in 1/256 px, reduced."""
     return np.asarray(canonical(np.rint(UNIT * one.vectors).astype(np.int64)[None])[0])
 
 
 def _spanned(aa: float, ab: float, bb: float, t0: Floats, t1: Floats, least: float) -> Floats | None:
-    """Solve the normal equations of two vectors; None where all points lie in a row."""
+    """Solve the normal equations of two vectors; None if all points are collinear."""
     determinant = aa * bb - ab * ab
     return np.array([bb * t0 - ab * t1, aa * t1 - ab * t0]) / determinant if determinant > least else None
 
 
 def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, dict[tuple[int, ...], Fit]]:
-    """Fit many lattices, dropping those whose fit fails; returns them in 1/256 px, and each one's fit."""
+    """Fit many lattices, without those whose fit fails. Return them in 1/256 px, and the fit of each."""
     fits = {}
     for lattice in vectors:
         one = fit(found, lattice)
@@ -287,7 +288,7 @@ def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, di
 
 
 def relatives(vectors: Int64) -> Int64:
-    """List the lattices of twice the cell and of half the cell: what guesses are most often wrong by."""
+    """Return the lattices of double and half cells: the most frequent errors of candidates."""
     v, w = vectors[:, 0], vectors[:, 1]
     double = [(2 * v, w), (v, 2 * w), (v + w, v - w)]
     half = [(v // 2, w), (v, w // 2), ((v + w) // 2, w)]

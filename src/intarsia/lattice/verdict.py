@@ -1,18 +1,14 @@
-"""What a lattice is called: sure, faint or refused, and why.
+"""Lattice decision: accepted, tentative or refused, with reasons; pitch of courses without a second period.
 
-Textures without a lattice agree with themselves somewhere by chance. How well chance can do depends on how
-many points must agree, and on whether the peaks lie on the points or merely somewhere near. And three equal coins on a
-cloth agree with each other exactly as well as the cells of a lattice do; but a lattice repeats in nearly every part.
+Textures without a lattice match themselves somewhere by chance. How well depends on how many points must agree and on
+whether peaks lie on the points. Three equal objects on a plain ground agree with each other as well as lattice cells
+do; but a lattice repeats in nearly every part of the exemplar, which is checked as well.
 
-Source: no paper; thresholds set on photographs with and without a lattice, and checked on other crops of them.
+Textures that repeat in one direction only (courses of stones, planks, lines of text) have a pitch: a vector
+perpendicular to the courses. Shifted by it along any line parallel to the courses the texture matches itself, shifted
+by half of it it does not.
 
-Textures that repeat in one direction only: courses of stones, planks, lines of text.
-
-Stones of free length make rows that lie one pitch apart; along the row nothing returns. What is known is the
-pitch, a vector across the rows: moved by it along any line parallel to the rows, the texture agrees with
-itself, and half a pitch further it does not.
-
-Source: no paper; our own rule, as two vectors must be wrong on such textures.
+Source: no paper. Thresholds were set on photographs with and without a lattice and checked on other crops of them.
 """
 
 from __future__ import annotations
@@ -33,9 +29,10 @@ from .scoring_kernels import NOTHING, course_profile, top_of
 
 
 class Turning:
-    """How rows are looked for. Halved and doubled on 35 textures, all accept what they did, moved by a pixel on a few.
+    """How the direction and pitch of courses are refined.
 
-    What differs are the contrasts of the rows that are listed (docs/design/012).
+    Halved and doubled on 35 textures: all accept what they did, a few moved by a pixel. The contrasts of the courses
+    that are listed differ (docs/design/012).
     """
 
     turn = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
@@ -51,7 +48,7 @@ class Turning:
 
 
 class RowPitch(NamedTuple):
-    """Rows that lie one pitch apart."""
+    """The pitch of courses and its contrast."""
 
     pitch: tuple[float, float]  # (dy, dx) across the rows, px
     contrast: int  # millionths: the mean correlation along the rows minus that halfway between
@@ -60,12 +57,12 @@ class RowPitch(NamedTuple):
 
     @property
     def rank(self) -> tuple[int, tuple[float, float]]:
-        """Sorts the clearest first."""
+        """Sort key: the highest contrast first."""
         return -self.contrast, self.pitch
 
 
 def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
-    """Try every wave as courses, the best ones turned and stretched; best first, nearly equal ones once."""
+    """Return the pitches of all waves tried as courses, the best refined; best first, nearly equal ones once."""
     vectors = [np.rint(UNIT * f / (f @ f)) for f in np.concatenate(waves)]
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
@@ -81,7 +78,7 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
 
 
 def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
-    """Turn the direction: first by half degrees, then by eighths of that."""
+    """Refine the direction: first by half degrees, then by eighths of that."""
     turn = 0.0
     for step in (Turning.turn, Turning.turn / Turning.finer):
         middle = turn
@@ -93,7 +90,7 @@ def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
 
 
 def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
-    """Find the best pitch about as long as v (1/256 px) across the direction v + turn * (v turned by 90 degrees)."""
+    """Return the best pitch near the length of v (1/256 px), perpendicular to v + turn * (v turned by 90 degrees)."""
     length = math.sqrt(float(v @ v)) / UNIT
     y, x = v[0] - turn * v[1], v[1] + turn * v[0]
     norm = math.sqrt(y * y + x * x)
@@ -126,7 +123,9 @@ def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
 
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
-    """Fit the pitch to the peaks of the profile near its multiples: pitch, rms residual (px), lines seen."""
+    """Fit the pitch to the peaks of the profile near its multiples. Return the pitch, rms residual (px), and lines
+    seen.
+    """
     found, lines = [], 0
     for k in itertools.count(1):
         at = 2 * k * pitch
@@ -159,9 +158,9 @@ ALIKE = 0.2  # correlation of a part that repeats; halved: three false lattices,
 
 
 class Limits:
-    """What is asked of a lattice; set on 50 photographs, 21 with one: 20 were right, 1 refused, 4 false alarms.
+    """Thresholds of the decision; set on 50 photographs, 21 with one: 20 were right, 1 refused, 4 false alarms.
 
-    Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
+    Each was halved and doubled on 92 textures, 44 of which were not used to set it (docs/design/012).
     """
 
     least = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
@@ -181,30 +180,29 @@ class Limits:
 
 @dataclass(frozen=True)
 class Lattice:
-    """One lattice that a texture may have.
+    """One candidate lattice of a texture.
 
     Attributes
     ----------
     vectors : tuple of (dy, dx)
-        In 1/256 px. Two, the shorter first, or one where only a pitch exists: it is then perpendicular to the
-        direction in which nothing repeats, and as long as the rows are apart.
+        In 1/256 px. Two, the shorter first, or one for courses: perpendicular to them, as long as their pitch.
     confidence : float
         Two vectors: K = contrast (1 - 1 / sqrt(points)). One: the contrast.
     contrast : float
         Mean correlation at the lattice points minus the best anywhere else in the cell; of courses, minus
-        that between the rows.
+        that between them.
     points : int
-        Lattice points, or rows, that say so; opposite ones count once.
+        Lattice points, or courses, that support it; opposite ones count once.
     residual : float
-        How far the correlation peaks lie from the lattice points (rms), px: how irregular the texture is.
+        Distance of the correlation peaks from the lattice points (rms), px: how irregular the texture is.
     reasons : tuple of str
-        What speaks for and against it, in short sentences; the last one is the verdict.
+        The findings for and against it, in short sentences; the last one is the decision.
     verdict : "sure", "faint" or "refused"
-        ``faint`` is accepted only where the texture has no courses either.
+        ``faint`` (tentative) is accepted only if the texture has no courses either.
     repeats : float
-        Share of the exemplar that repeats by the vectors, 0 to 1, at least; 1 where that was not looked at.
+        Least share of the exemplar that repeats by the vectors, 0 to 1; 1 if that was not measured.
     odds : float
-        Against its peaks lying so near to its points by chance: ten to this. 0 where that was not looked at.
+        Decimal logarithm of the odds against its peaks lying so near to its points by chance; 0 if not measured.
     """
 
     vectors: tuple[Pair, ...]
@@ -229,22 +227,22 @@ class Lattice:
 
     @property
     def share(self) -> float:
-        """Confidence over what is asked for: compares lattices of both kinds."""
+        """Confidence divided by the threshold: compares lattices of both kinds."""
         return self.confidence / (Limits.least if self.kind == "2-D" else Limits.courses)
 
 
 @dataclass(frozen=True)
 class Lattices:
-    """What is known of the lattice of a texture.
+    """The detected lattices of a texture.
 
     Attributes
     ----------
     accepted : Lattice or None
-        The lattice; None where the texture has none that is sure enough.
+        The lattice; None if none is sure enough.
     ranked : tuple of Lattice
-        The best candidates, best first, accepted or not: worth showing where the confidence is small.
+        The best candidates, best first, accepted or not.
     reason : str
-        Why the first was accepted, or refused.
+        Why the first was accepted or refused.
     """
 
     accepted: Lattice | None
@@ -253,9 +251,9 @@ class Lattices:
 
 
 def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
-    """Judge the k-th of the scored lattices by its score, its fit, and where in the exemplar it holds.
+    """Return the k-th of the scored lattices with its decision, by its score, its fit, and where it repeats.
 
-    One that its score alone refuses is neither fitted once more nor looked for in the parts of the exemplar.
+    The repeating share and the final fit are computed only if the score alone does not refuse it.
     """
     mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
     points = int(scored.points[k])
@@ -278,7 +276,7 @@ def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepare
 
 
 def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
-    """Say whether two vectors are a lattice, and why; `near`: how far its peaks lie from its points, 0 to 1."""
+    """Decide whether two vectors are a lattice, and why; `near`: how far the peaks lie from its points, 0 to 1."""
     points, confidence, contrast = one.points, one.confidence, one.contrast
     if points < ENOUGH:
         if points < 2 or contrast < (Limits.pair if points == 2 else Limits.few):
@@ -298,11 +296,11 @@ def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
 
 
 def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
-    """Return the surest lattice whose peaks hardly lie on its points by chance, refused or not; None where none is.
+    """Return the most confident lattice whose peaks pass the chance test, refused or not; None if there is none.
 
-    Things of their own shapes and colours, in step, agree little with each other, and only in parts; what agrees lies
-    where it should all the same, at twice as many points as are asked of others (with four boards of planks get one).
-    Blocks cut by such a lattice do not fit, but patches may keep to it.
+    Elements of different shapes and colours on a lattice agree little with each other, and only in parts; yet their
+    peaks lie on the lattice, at twice as many points as are required elsewhere (with four, boards of planks get one).
+    Blocks cut by such a lattice do not fit, but patches can be aligned to it.
     """
     enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= Limits.doubted)
     told = (one for one in enough if one.odds >= Limits.told)
@@ -310,7 +308,7 @@ def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
 
 
 def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
-    """Judge courses by their contrast, their number, and where in the exemplar they hold."""
+    """Return a pitch of courses with its decision, by its contrast, the number of courses, and where they repeat."""
     pitch = round(UNIT * found.pitch[0]), round(UNIT * found.pitch[1])
     if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
         pitch = -pitch[0], -pitch[1]
@@ -329,7 +327,7 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
 
 
 def support(prepared: CorrelatedPictures, vector: Pair) -> float:
-    """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
+    """Return the share of parts of the overlap that match themselves when shifted by a vector (1/256 px)."""
     shape, (dy, dx) = prepared.colours.shape[:2], ((abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector)
     other, one = overlap(shape, (dy, dx))
     usable = np.ones(shape) if prepared.usable is None else prepared.usable
@@ -356,5 +354,5 @@ def support(prepared: CorrelatedPictures, vector: Pair) -> float:
 
 
 def _begins(length: int, parts: int) -> list[int]:
-    """Where about equal parts of a length begin, the same from either end of it."""
+    """Return where about equal parts of a length begin, symmetric from either end."""
     return [k * length // parts if 2 * k <= parts else length - (parts - k) * length // parts for k in range(parts)]
