@@ -1,6 +1,6 @@
-"""What an exemplar of courses holds: its beds, the joints between its bricks, and the bricks.
+"""Masonry analysis: bed joints, head joints and bricks of an exemplar of courses.
 
-A course runs along x here, from bed to bed; whoever has courses that stand upright swaps the axes before.
+Courses run along x here, between bed joints; for upright courses the axes are swapped before.
 """
 
 from __future__ import annotations
@@ -22,14 +22,15 @@ from .wall_kernels import FACE as CUT
 
 
 def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
-    """Features, those without slopes, and which pixels are usable; axes are swapped where courses stand upright."""
+    """Return the features, the features without slopes, and the usable pixels; axes are swapped if courses are upright.
+    """
     found = feats.pictures[0], feats.level, exemplar.free
     one, two, three = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in found) if upright else found
     return one, two, three
 
 
 def peaks(profile: Array, height: float, prominence: float, distance: int) -> list[int]:
-    """Return where a profile (n,) has peaks so high, that rise so far above what separates them from higher ones.
+    """Return the peaks of a profile (n,) of at least this height, prominence and distance, as SciPy's find_peaks does.
 
     The middle of a plateau counts. Of two nearer than `distance` the higher one stays, the later one of two as high.
     """
@@ -42,7 +43,7 @@ def peaks(profile: Array, height: float, prominence: float, distance: int) -> li
 
 
 def _tops(profile: Array) -> list[int]:
-    """The middles of what is higher than both neighbours."""
+    """Return the middles of plateaus that are higher than both neighbours."""
     begins = np.concatenate([[0], np.flatnonzero(np.diff(profile)) + 1])
     ends = np.append(begins[1:], len(profile)) - 1
     level = profile[begins]
@@ -51,7 +52,7 @@ def _tops(profile: Array) -> list[int]:
 
 
 def _prominence(profile: Array, at: int) -> float:
-    """How far one must go down from a peak, at least, to come to a higher one, or to the end."""
+    """Return the prominence of a peak: the least descent to a higher point, or to the end."""
     lowest = []
     for side in (profile[at::-1], profile[at:]):
         higher = np.flatnonzero(side > profile[at])
@@ -63,7 +64,7 @@ FACE = 255  # what a pixel of a face counts; one of mortar counts 0
 
 
 class Mortar:
-    """How mortar is told from faces. What halving and doubling does is of 16 walls (docs/design/012)."""
+    """How mortar is classified. What halving and doubling does is of 16 walls (docs/design/012)."""
 
     noise = 16.0  # variance of a channel at least; at 1 2 joints of 25 are lost, at 256 one course of 5
     near = 1  # tenths of the way from mortar to faces that are still mortar; at 0 one wall loses a joint of 43,
@@ -75,7 +76,7 @@ class Mortar:
 
 
 class Contrast(NamedTuple):
-    """How mortar and faces are told apart: by a mixture of channels, and how well."""
+    """Linear classifier of mortar and faces: channel weights, and how well they separate both."""
 
     score: float
     weights: Int64 = np.zeros(0, np.int64)  # of the channels
@@ -84,7 +85,8 @@ class Contrast(NamedTuple):
 
     @classmethod
     def of(cls, smooth: Array, usable: Mask, beds: Array, pitch: float) -> Contrast:
-        """Fisher's linear discriminant between pixels on the beds (n, W) and in the middle between them; 0 without.
+        """Return Fisher's linear discriminant between pixels on the beds (n, W) and in the middle between them; score 0
+        if none.
 
         The weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
         """
@@ -106,7 +108,7 @@ class Contrast(NamedTuple):
         return cls(score, whole, int((a * whole).sum()), int((b * whole).sum()))
 
     def faces_of(self, smooth: Array) -> Int16:
-        """How little each pixel looks like mortar: (H, W), 0 to FACE; not at all where nothing could be compared."""
+        """Return how little each pixel looks like mortar: (H, W), 0 to FACE; FACE everywhere without a classifier."""
         if not self.score:
             return np.full(smooth.shape[:2], FACE, np.int16)
         value, apart = smooth.astype(np.int64) @ self.weights - self.low, self.high - self.low
@@ -115,7 +117,7 @@ class Contrast(NamedTuple):
 
 
 def _on(rows: Array, usable: Mask, rim: int) -> Mask:
-    """The usable pixels of some rows (n, W), those of the rim above and below left out."""
+    """Return the usable pixels of some rows (n, W), without `rim` rows at the top and bottom."""
     on: Mask = np.zeros(usable.shape, bool)
     ok = (rows >= rim) & (rows < len(on) - rim)
     on[rows[ok], np.nonzero(ok)[1]] = True
@@ -123,7 +125,7 @@ def _on(rows: Array, usable: Mask, rim: int) -> Mask:
 
 
 def levelled(faces: Array, pitch: int) -> Int16:
-    """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
+    """Return the faces raised to the same local mean, so that mortar between dull faces is found, too."""
     part = faces > Mortar.dull
     total, count = np.where(part, faces, 0), part.astype(np.int64)
     for axis in (0, 1):
@@ -133,7 +135,7 @@ def levelled(faces: Array, pitch: int) -> Int16:
 
 
 def mortar_at(row: Array, x: int) -> Pair:
-    """The pixels around x that look like mortar: first, end; none where x itself does not."""
+    """Return the pixels around x that look like mortar: first, end; empty if x itself does not."""
     a = b = min(max(x, 0), len(row) - 1)
     while a > 0 and row[a - 1] < FACE // 2:
         a -= 1
@@ -170,24 +172,24 @@ class Line(NamedTuple):
     slope: Vector
 
     def lean(self, x: Array) -> Int64:
-        """How far down the line is in some columns, 1/256 px."""
+        """Return how far down the line is in some columns, 1/256 px."""
         return np.asarray(x * (self.slope[0] * UNIT) // self.slope[1], np.int64)
 
     def places(self, shape: Pair) -> Int64:
-        """Where the beds that are in the exemplar, or just outside it, begin in its first column, 1/256 px."""
+        """Return where the beds in the exemplar, or just outside it, begin in its first column, 1/256 px."""
         lean = np.arange(shape[1]) * self.slope[0] // self.slope[1]
         first = (-int(lean.max()) * UNIT - self.phase) // self.pitch - 1
         end = ((shape[0] - int(lean.min())) * UNIT - self.phase) // self.pitch + 3
         return self.phase + self.pitch * np.arange(first, end)
 
     def rows(self, shape: Pair) -> Int64:
-        """The rows of these beds in every column of the exemplar: (n, W)."""
+        """Return the rows of these beds in every column of the exemplar: (n, W)."""
         lean = np.arange(shape[1]) * self.slope[0] // self.slope[1]
         return (self.places(shape)[:, None] + UNIT // 2) // UNIT + lean
 
 
 class Brickwork(NamedTuple):
-    """Beds, joints and bricks of an exemplar."""
+    """Bed joints, head joints and mortar of an exemplar."""
 
     line: Line  # where beds lie on average
     beds: Int64  # (n, W): the row of every bed that is found, in every column
@@ -199,7 +201,9 @@ class Brickwork(NamedTuple):
 
 
 def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
-    """Where the beds lie: across the vector, at the phase at which they differ most from what lies between."""
+    """Return the line of the beds: perpendicular to the vector, at the phase where they differ most from what lies
+    between.
+    """
     down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
     pitch = round((down * down + aside * aside) / down)
     every = max(1, usable.shape[1] // Finding.columns)
@@ -215,7 +219,7 @@ def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
 
 
 def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
-    """Find beds, mortar and joints; MethodError where no course is whole."""
+    """Find beds, mortar and joints. Raise MethodError if no course is whole."""
     coarse = vector[0] ** 2 + vector[1] ** 2 > (Finding.coarse * UNIT) ** 2
     smooth = averages(picture.astype(np.int32), 1) if coarse else picture
     line = line_of(smooth, usable, vector)
@@ -229,7 +233,7 @@ def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
 
 
 def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Brickwork:
-    """Find the joints of the whole courses between beds, mortar being known; MethodError where no course is whole."""
+    """Find the joints of whole courses between known beds. Raise MethodError if no course is whole."""
     spans = _spans(usable, beds, Finding.outside * line.pitch / UNIT)
     found, of_course = list[Array](), dict[int, list[int]]()
     for k, span in spans.items():
@@ -241,7 +245,9 @@ def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Brickwor
 
 
 def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
-    """In which columns each whole course lies, at most `out` px beyond the exemplar; MethodError where none is."""
+    """Return the columns of each whole course, at most `out` px beyond the exemplar. Raise MethodError if there is
+    none.
+    """
     spans = {}
     for k, (above, below) in enumerate(pairwise(beds)):
         inside = (above >= -out) & (below <= len(usable) + out) & _readable(usable, above, below)
@@ -255,7 +261,7 @@ def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
 
 
 def _resolved(line: Line, beds: Array, shape: Pair) -> Line:
-    """The line moved to where the beds are."""
+    """Return the line with the phase that fits the beds."""
     inside = (beds >= 1) & (beds < shape[0] - 1)
     if not inside.any():
         return line
@@ -264,7 +270,7 @@ def _resolved(line: Line, beds: Array, shape: Pair) -> Line:
 
 
 def straying(cost: Array, line: Array, reach: int, beyond: int) -> Int64:
-    """What it costs a bed to stray from a line (W,): (W, 2 reach + 1); `beyond` outside of the exemplar."""
+    """Return what it costs a bed to leave a line (W,): (W, 2 reach + 1); `beyond` outside of the exemplar."""
     aside = np.arange(-reach, reach + 1)
     y = line[:, None] + aside
     found = cost[np.clip(y, 0, len(cost) - 1), np.arange(len(line))[:, None]].astype(np.int64)
@@ -274,14 +280,14 @@ def straying(cost: Array, line: Array, reach: int, beyond: int) -> Int64:
 
 
 def _beds(faces: Array, line: Line) -> Int64:
-    """The beds near their lines that stay in mortar best."""
+    """Return the cheapest paths through mortar near the lines of the beds."""
     reach = max(1, int(Finding.stray * line.pitch / UNIT))
     rows = line.rows(faces.shape)
     return np.stack([row + paths.cheapest(straying(faces, row, reach, FACE // 2)) - reach for row in rows])
 
 
 def _readable(usable: Array, above: Array, below: Array) -> Mask:
-    """The columns in which most of a course may be used."""
+    """Return the columns in which most of a course is usable."""
     height = usable.shape[0]
     good = np.concatenate([np.zeros((1, usable.shape[1]), np.int64), np.cumsum(usable, axis=0)])
     x = np.arange(usable.shape[1])
@@ -291,7 +297,7 @@ def _readable(usable: Array, above: Array, below: Array) -> Mask:
 
 
 def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[Int64]:
-    """The joints of one course: for each its column in every row of the exemplar."""
+    """Return the joints of one course: for each its column in every row of the exemplar."""
     height = len(faces)
     x0, x1 = span
     tall = int(np.median(below[x0:x1] - above[x0:x1]))
@@ -315,7 +321,7 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
 
 
 def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
-    """How far the middle of the mortar lies from a path, row by row; the first pixel of its right half."""
+    """Return how far the middle of the mortar lies from a path, row by row; the first pixel of its right half."""
     found = [0]
     quarter = len(rows) // 4
     for y, x in zip(rows[quarter : len(rows) - quarter], path[quarter : len(rows) - quarter], strict=True):
@@ -327,7 +333,7 @@ def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
 
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
-    """The median width of the joints in the middle half of their courses, px."""
+    """Return the median width of the joints in the middle half of their courses, px."""
     widths: list[int] = []
     for k, some in of_course.items():
         top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
@@ -343,7 +349,7 @@ Brick = tuple[int, int, int, int, int]
 
 
 class Sorting:
-    """Which bricks of an exemplar are shown. Counts are of 16 walls of 512 px (docs/design/012)."""
+    """Which bricks of an exemplar are used. Counts are of 16 walls of 512 px (docs/design/012)."""
 
     margin = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
     broken = 0.3  # of the usual brick is the least; halved: one wall lays chips, doubled: 9 of 67 are lost
@@ -355,7 +361,7 @@ class Sorting:
 
 
 class Bond:
-    """What joints cost by where those of other courses lie, in units of `Costs`; from the same 16 walls."""
+    """Costs of joints by the nearest joints of other courses, in units of `Costs`; from the same 16 walls."""
 
     stacked = 500  # one upon another; at 0 417 joints instead of 313, halved 125 for 123, doubled 87 for 83
     unusual = 240  # as they never lie in the exemplar; at 0 a drawn English bond has 53 of 279 near others, not 22
@@ -384,7 +390,7 @@ class Bricks(NamedTuple):
 
 
 def bricks_of(work: Brickwork) -> Bricks | None:
-    """List the bricks; None where the courses are not made of bricks."""
+    """Return the bricks; None if the courses are not made of bricks."""
     places = {k: _places(work, k) for k in work.spans}
     if sum(len(p) for p in places.values()) < max(2, len(places) // 2):
         return None
@@ -433,7 +439,7 @@ def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
 
 
 def _places(work: Brickwork, k: int) -> list[int]:
-    """The columns of the joints of a course, in the middle of it."""
+    """Return the columns of the joints of a course, in the middle of it."""
     x0, x1 = work.spans[k]
     y = int(np.median(work.beds[k][x0:x1] + work.beds[k + 1][x0:x1])) // 2
     height = work.joints.shape[1]
@@ -442,7 +448,7 @@ def _places(work: Brickwork, k: int) -> list[int]:
 
 
 def _distances(places: dict[int, list[int]], step: int) -> list[int]:
-    """How far each joint lies from the nearest of another course."""
+    """Return how far each joint lies from the nearest one of another course."""
     found = []
     for k, some in places.items():
         other = places.get(k + step)
@@ -453,7 +459,9 @@ def _distances(places: dict[int, list[int]], step: int) -> list[int]:
 
 
 def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
-    """What a distance costs: the more the rarer it is, and dear below what nearly all keep."""
+    """Return the cost of each distance, higher the rarer it is, highest below what nearly all keep; and the most
+    common.
+    """
     reach = int(2 * usual) + 2
     if not distances:
         return np.zeros(reach, np.int64), int(usual / 2)

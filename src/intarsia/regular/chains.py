@@ -1,8 +1,8 @@
-"""Which brick lies where: every course is a chain from anchor to anchor, joints off those of the courses around.
+"""Course layout by dynamic programming: bricks between fixed knots, joints staggered against the courses around.
 
-An anchor is a joint at a place that follows from its number only, with a drawn brick behind it. Between two anchors
-the least costly chain of bricks is found that fits in exactly. Every fourth course is chained alone, then the one
-half-way between, then the others: each knows those around it that came before, so any part can be made alone.
+A knot (anchor) is a joint at a place that follows from its number only, followed by a random brick. Between two knots
+the cheapest sequence of bricks that fits exactly is found. Every fourth course is laid out first, then the one half-way
+between, then the others: each depends on earlier ones around it only, so that any part can be made alone.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Around = list[tuple[int, list[Piece]]]  # chains: how many courses off, and thei
 
 
 def neighbours(chain: list[Piece]) -> list[Pair]:
-    """Return the pairs of stones of which the second lies right of the first."""
+    """Return the pairs of adjacent stones, left and right."""
     return [(a.brick, b.brick) for a, b in pairwise(chain)]
 
 
@@ -39,7 +39,7 @@ NEVER = 1_000_000  # more than any chain costs
 
 
 class Costs:
-    """What a chain pays; only their ratios count. Counts are sums over 16 walls of 512 px (docs/design/012)."""
+    """Costs of a course; only their ratios count. Counts are sums over 16 walls of 512 px (docs/design/012)."""
 
     turn = 100  # a brick that it is not the turn of: the unit; without it a third fewer bricks are used
     again = 2000  # a brick shown one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
@@ -52,7 +52,7 @@ class Costs:
 
 
 class Laying:
-    """Which stones lie in a course, and what pairs that return cost."""
+    """Which stones fit a course, and what pairs that are repeated cost."""
 
     near = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
     fewest = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
@@ -64,7 +64,9 @@ class Laying:
 
 
 class Chains:
-    """Chains of bricks along the courses of an endless canvas; `own`: how high each is, where courses are unequal."""
+    """The courses of an endless canvas, piece by piece; `own`: the height of each stone, for courses of unequal
+    heights.
+    """
 
     def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int, own: Int64 | None = None) -> None:
         self.rows, self.seed, self.bricks = rows, seed, bricks
@@ -84,7 +86,7 @@ class Chains:
             self.rounds, self.cards = Laying.rounds, [_alike(bricks, own, height) for height in rows.heights]
 
     def pieces(self, i: int, first: int, end: int) -> list[Piece]:
-        """The pieces of course i that touch some columns, from left to right."""
+        """Return the pieces of course i that touch some columns, from left to right."""
         s = first * self.pace[1] // self.pace[0] - 1
         found: list[Piece] = []
         while self.anchor(i, s) < end:
@@ -93,7 +95,7 @@ class Chains:
         return found
 
     def anchor(self, i: int, s: int) -> int:
-        """The column of anchor s of course i."""
+        """Return the column of knot s of course i."""
         i, s, by = self.named(i, s)
         if (i, s) not in self._anchors:
             whole, parts = self.pace
@@ -102,36 +104,36 @@ class Chains:
         return self._anchors[i, s] + by
 
     def chain(self, i: int, s: int) -> list[Piece]:
-        """The pieces of course i between its anchors s and s + 1."""
+        """Return the pieces of course i between its knots s and s + 1."""
         i, s, by = self.named(i, s)
         if (i, s) not in self._known:
             self._known[i, s] = self._chained(i, s)
         return [p._replace(first=p.first + by, end=p.end + by) for p in self._known[i, s]]
 
     def named(self, i: int, s: int) -> tuple[int, int, int]:
-        """The course and the anchor that are the same around a canvas, and how many columns further on they lie."""
+        """Return the course and the knot modulo the canvas, and how many columns further on they lie."""
         turns, s = divmod(s, self.pace[1]) if self.rows.width else (0, s)
         return self.rows.named(i, turns), s, turns * self.rows.width
 
     def _around(self, i: int, s: int) -> Around:
-        """The chains around that came before: how many courses off, and their pieces."""
+        """Return the chains around that are made earlier: how many courses off, and their pieces."""
         around = [(off, part) for off in (-2, -1, 1, 2) for part in (s - 1, s, s + 1)]
         before = [p for p in around if self.rows.rank(self.named(i + p[0], p[1])[0]) < self.rows.rank(i)]
         return [(abs(off), self.chain(i + off, part)) for off, part in before]
 
     def _around_anchor(self, i: int, s: int) -> Around:
-        """The same for an anchor; none where leaning courses meet others once around, for both would wait."""
+        """Return the same for a knot; none if slanted courses meet others once around, as both would wait."""
         return [] if s == 0 and self.rows.turn else self._around(i, s)
 
     def _late(self, i: int, s: int, place: int, room: int) -> int:
-        """How far behind its place an anchor lies, less than `room`: best above and below the joints that are there."""
+        """Return how far behind its place a knot lies, less than `room`: best staggered against the courses around."""
         choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
         drawn = [below(Costs.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
         return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
     def _joints(self, around: Around, at: Array) -> Int64:
-        """What joints at some columns cost, by those around."""
+        """Return the cost of joints at some columns, by the joints around."""
         total = np.zeros(len(at), np.int64)
         for off, table in ((1, self.bricks.beside), (2, self.bricks.beyond)):
             placed = np.array([*{u for o, chain in around if o == off for p in chain for u in (p.first, p.end)}])
@@ -141,7 +143,7 @@ class Chains:
         return total
 
     def _hand(self, i: int, s: int) -> list[int]:
-        """The bricks that a chain may show, the first one first: dealt from a shuffled deck, so all are shown."""
+        """Return the bricks that a chain may use, the first one first: from a shuffled deck, so that all are used."""
         cards = self.cards[self.rows.kind(i)]
         n = len(cards)
         held = min(HAND, n)
@@ -159,7 +161,7 @@ class Chains:
         return [first, *[e for e in mine if e != first]]
 
     def _chained(self, i: int, s: int) -> list[Piece]:
-        """The cheapest chain, or of several the one in which the fewest pairs return."""
+        """Return the cheapest chain, or of several the one that repeats the fewest pairs."""
         if not self.rounds:
             return self._linked(i, s, {})
         near = Counter[Pair]()
@@ -183,7 +185,7 @@ class Chains:
         return best
 
     def _linked(self, i: int, s: int, more: Mapping[Pair, int]) -> list[Piece]:
-        """The cheapest chain; `more` is what some bricks cost one after another, besides."""
+        """Return the cheapest chain; `more`: additional costs of some pairs."""
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
         hand = self._hand(i, s)
@@ -207,7 +209,7 @@ class Chains:
         return [self._piece(hand[int(k)], first + int(a), first + int(b)) for k, a, b in out[:count]]
 
     def _piece(self, brick: int, first: int, end: int) -> Piece:
-        """A brick from column to column; cut at its right end where it is much too long."""
+        """Return a brick from column to column; cut at its right end if it is much too long."""
         k, low, high, left, right = (int(v) for v in self.bricks.table[brick])
         over = end - first - (high - low)
         if over < -2:
@@ -215,7 +217,7 @@ class Chains:
         return Piece(first, end, low - over // 2, k, left, right, low, high, brick)
 
     def _pairs(self, hand: list[int]) -> Int64:
-        """What it costs that one brick follows another."""
+        """Return the cost of each brick after each other one."""
         left, right, mean = self.bricks.table[hand, 3], self.bricks.table[hand, 4], self.mean[hand]
         apart = np.abs(mean[:, None] - mean) / self.bricks.usual
         cost = Costs.loose + np.rint(Costs.odd * np.minimum(apart, 1)).astype(np.int64)
@@ -228,7 +230,7 @@ class Chains:
     def _starts(
         self, hand: list[int], around: Around, first: int, length: int
     ) -> Int64:
-        """What each brick costs by the column that it begins at."""
+        """Return the cost of each brick by the column that it begins at."""
         count, usual = len(hand), self.bricks.usual
         turn = (np.arange(length + 1) / usual).astype(np.int64)
         cost = Costs.turn * ((np.arange(count)[:, None] - turn) % count) // count
@@ -246,7 +248,7 @@ class Chains:
 
 
 def boards_of(work: Brickwork) -> Bricks:
-    """Courses without joints: each is one brick, which the border of the exemplar cuts at both ends."""
+    """Return courses without joints as bricks, one each, cut by the border of the exemplar at both ends."""
     table = []
     for k, (x0, x1) in work.spans.items():
         spare = min(Sorting.margin, (x1 - x0 - 1) // 2)
@@ -258,7 +260,7 @@ def boards_of(work: Brickwork) -> Bricks:
 
 
 def _alike(bricks: Bricks, own: Int64, height: int) -> list[int]:
-    """The stones about as high as a course, those that fit best if they are few."""
+    """Return the stones about as high as a course; those nearest in height if they are few."""
     off = np.abs(own - height)
     beyond = np.maximum(off - int(Laying.near * height), 0)  # px too high or too low
     order = np.argsort(beyond, kind="stable")

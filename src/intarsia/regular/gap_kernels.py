@@ -1,4 +1,4 @@
-"""Kernels of block assembly: places of blocks, the best block for a gap, its cut."""
+"""Kernels of block mosaics: costs of phases, mitred wedges, the search for the best block of a gap, its graph cut."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LIMIT = np.int64(1) << 32  # above any mismatch
 
 @kernel
 def crossings(cost: Any, band: int) -> Any:
-    """What the cheapest path along each band of a field (n, k) costs a px: (k - band + 1,)."""
+    """Return what the cheapest path along each band of a field (n, k) costs a px: (k - band + 1,)."""
     out = np.empty(cost.shape[1] - band + 1, np.int64)
     for first in range(len(out)):
         out[first] = accumulate(cost[:, first : first + band], 0)[-1].min() // len(cost)
@@ -27,7 +27,7 @@ def crossings(cost: Any, band: int) -> Any:
 
 @kernel
 def all_usable(places: Any, sides: Any, valid: Any) -> Any:
-    """Say of every place (n, 2) whether the block spanned by `sides` (2, 2) covers usable pixels only."""
+    """Return for every place (n, 2) whether the block spanned by `sides` (2, 2) covers usable pixels only."""
     ok = np.ones(len(places), np.bool_)
     determinant = sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0]
     height, width = valid.shape
@@ -45,10 +45,10 @@ def all_usable(places: Any, sides: Any, valid: Any) -> Any:
 
 @kernel
 def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
-    """Describe the window of a block: `sides` (h, w), the neighbour each pixel lies towards, and `core`, the block.
+    """Compute the window of a block: `sides` (h, w), the neighbour each pixel lies towards, and `core`, the block.
 
-    Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for what
-    belongs to none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred. `frame`:
+    Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for
+    pixels of none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred. `frame`:
     block sides (rows, columns; dy, dx) and corner in 1/256 px, relative to the window's first pixel.
     """
     determinant = float(frame[0] * frame[3] - frame[1] * frame[2])
@@ -73,10 +73,10 @@ def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
 
 @kernel
 def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> Any:
-    """What the neighbours of a gap show in every `step`-th pixel of its seam zone: places (n, 2), values (n, C).
+    """Return the pixels of the neighbours in every `step`-th pixel of a gap's overlap: places (n, 2), values (n, C).
 
-    And how many pixels these are taken from: those that a neighbour cannot show are left out. `zone` (m, 3): rows,
-    columns, side of the seam zone's pixels (canvas px relative to the window); `t` (4, 2): the neighbours' shifts.
+    Also return from how many pixels they were taken: those that a neighbour cannot show are left out. `zone` (m, 3):
+    rows, columns, side of the overlap's pixels (canvas px relative to the window); `t` (4, 2): the neighbours' shifts.
     """
     channels = picture.shape[2]
     places = np.empty((len(zone), 2), np.int64)
@@ -95,10 +95,10 @@ def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> An
 
 @kernel
 def mismatch(picture: Any, usable: Any, seen: Any, ty: int, tx: int, limit: Any) -> Any:
-    """Mean squared difference (1/16 units) around a gap, if it is filled with shift (ty, tx).
+    """Return the mean squared difference (1/16 units) around a gap that is filled with shift (ty, tx).
 
-    `seen`: as :func:`neighbours_of` makes it. Pixels without a source here do not count; FAR where fewer than half have
-    both sources, or where the mean is above `limit` for certain.
+    `seen`: from :func:`neighbours_of`. Pixels without a source here do not count; FAR if fewer than half have both
+    sources, or if the mean is certainly above `limit`.
     """
     height, width = usable.shape
     places, values, sampled = seen
@@ -120,7 +120,7 @@ def mismatch(picture: Any, usable: Any, seen: Any, ty: int, tx: int, limit: Any)
 
 @kernel
 def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
-    """Say whether a block can be read whole at shift (ty, tx)."""
+    """Return whether all pixels of a block are usable at shift (ty, tx)."""
     for y in range(core.shape[0]):
         for x in range(core.shape[1]):
             if core[y, x] and not readable(usable, y + ty, x + tx):
@@ -132,9 +132,9 @@ def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
 def best_fits(
     picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int
 ) -> Any:
-    """Find the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3).
+    """Return the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3).
 
-    All `shifts` (n, 2) are compared on a part of the zone, the best `keep` then moved by up to `tolerance` px.
+    All `shifts` (n, 2) are compared on a part of the overlap, the best `keep` are then refined by up to `tolerance` px.
     """
     rough = neighbours_of(picture, usable, zone, t, max(1, len(zone) // 300))
     fine = neighbours_of(picture, usable, zone, t, max(1, len(zone) // 1200))
@@ -159,7 +159,7 @@ def best_fits(
 
 @kernel
 def best_shifts(picture: Any, usable: Any, seen: Any, shifts: Any, keep: int) -> Any:
-    """The numbers of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
+    """Return the numbers of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
     order, cost = np.empty(keep, np.int64), np.empty(keep, np.int64)
     count = 0
     for n in range(len(shifts)):
@@ -178,10 +178,10 @@ def best_shifts(picture: Any, usable: Any, seen: Any, shifts: Any, keep: int) ->
 
 @kernel
 def fill_gap(picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int) -> Any:
-    """Cut a gap's block into its window: what the gap decides, (h, w), and the exemplar pixels shown there, (h, w, 2).
+    """Cut a gap's block into its window (min cut): which pixels it owns, (h, w), and the exemplar pixels, (h, w, 2).
 
-    `sides` (h, w): the neighbour that a pixel of the seam zone lies towards, or -1; `core` (h, w): the block;
-    `t` (4, 2): the neighbours' shifts, `ty`, `tx` the gap's, relative to the window's first pixel.
+    `sides` (h, w): the neighbour that a pixel of the overlap lies towards, or -1; `core` (h, w): the block; `t` (4, 2):
+    the neighbours' shifts, `ty`, `tx` the gap's, relative to the window's first pixel.
     """
     h, w = core.shape
     channels = picture.shape[2]
@@ -214,16 +214,16 @@ def fill_gap(picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, 
 
 @kernel
 def readable(usable: Any, y: int, x: int) -> bool:
-    """Say whether an exemplar pixel exists and may be used."""
+    """Return whether an exemplar pixel exists and is usable."""
     return bool(0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x])
 
 
 @kernel
 def at_rim(sides: Any, core: Any, y: int, x: int) -> bool:
-    """Say whether a pixel of the seam zone touches what is not in the zone.
+    """Return whether a pixel of the overlap touches one outside of it.
 
-    Or, inside the gap, what lies towards another neighbour: if both stayed, these two would meet along the mitre in a
-    seam that no cut counts.
+    Or, inside the gap, one that lies towards another neighbour: if both kept their neighbours, these two would meet
+    along the mitre in a seam that no cut counts.
     """
     h, w = core.shape
     for k in range(4):

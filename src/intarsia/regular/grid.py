@@ -1,8 +1,8 @@
-"""The grid of blocks that a near-regular texture is assembled from: whole periods, edges in the joints.
+"""Block grid of near-regular textures: parallelograms of whole periods whose edges lie in the joints.
 
-All lengths are whole numbers of 1/256 px, so that a block's place in the lattice is exact however far out it lies
-(rows and columns may be as large as 2**40 px). A block is a parallelogram spanned by two lattice vectors; for the
-usual lattices of bricks, tiles and weaves it is a rectangle.
+All lengths are whole numbers of 1/256 px, so that the place of a block is exact however far out it lies (rows and
+columns may be as large as 2**40 px). A block is spanned by two lattice vectors; for the usual lattices of bricks, tiles
+and weaves it is a rectangle.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class BlockGrid:
 
     @property
     def vectors(self) -> Vectors:
-        """The lattice vectors, of which there must be two."""
+        """The lattice vectors; there must be two."""
         assert self.cell[1] is not None
         return self.cell[0], self.cell[1]
 
@@ -49,14 +49,14 @@ class BlockGrid:
         return self.rows[0] * self.columns[1] - self.rows[1] * self.columns[0]
 
     def origin(self, i: int, j: int) -> Pair:
-        """First corner of a block, 1/256 px; exact for any i, j."""
+        """Return the first corner of a block, 1/256 px; exact for any i, j."""
         return (
             self.phase[0] + i * self.rows[0] + j * self.columns[0],
             self.phase[1] + i * self.rows[1] + j * self.columns[1],
         )
 
     def block_of(self, y: int, x: int) -> Pair:
-        """The block that covers the canvas pixel (y, x)."""
+        """Return the block that covers the canvas pixel (y, x)."""
         dy, dx = y * UNIT - self.phase[0], x * UNIT - self.phase[1]
         return (
             (dy * self.columns[1] - dx * self.columns[0]) // self.determinant,
@@ -71,11 +71,11 @@ class BlockGrid:
 
 
 def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> BlockGrid:
-    """Choose the two sides of a block: whole periods, along the axes where the lattice allows it; the phase is 0.
+    """Return a grid of blocks of whole periods, along the axes if the lattice allows it; its phase is 0.
 
-    Where the lattice has rows alone a block is as wide as they are apart. `target`: wanted side in px (None: one
-    period, or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at most half.
-    The second is turned so that they are right-handed.
+    If the lattice has courses only, a block is as wide as their pitch. `target`: wanted side in px (None: one period,
+    or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at most half. The second
+    side is turned so that both are right-handed.
     """
     v1, v2 = cell
     if v2 is None:
@@ -96,10 +96,10 @@ def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> Block
 
 
 def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Floats | None:
-    """What cuts along an axis cost wherever they lie in a period, 1/16 of a feature unit a px; None: nothing tells.
+    """Return what cuts along an axis cost at every phase of a period, 1/16 of a feature unit a px; None if unknown.
 
-    For every row (axis 0) the cost of the cheapest path along it is measured, between the exemplar and itself
-    shifted by lattice vectors, and averaged over the rows that are whole periods apart; infinite where none lies.
+    For every row (axis 0) the cheapest path along it is measured, between the exemplar and itself shifted by lattice
+    vectors, and averaged over the rows that are whole periods apart; infinite at phases without a row.
     """
     picture, band = features if axis == 0 else features.swapaxes(0, 1), max(border, 2)
     period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
@@ -119,14 +119,14 @@ def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Flo
 
 
 def colour_distances(a: Array, b: Array) -> Int64:
-    """How far pixels (..., C) differ, 1/16 of a feature unit."""
+    """Return how far pixels (..., C) differ, 1/16 of a feature unit."""
     return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
 
 def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
-    """Return how clearly blocks are parted by joints: what cuts in these cost, over what they cost anywhere.
+    """Return how clearly joints separate blocks: the cost of cuts in them, divided by the cost of cuts anywhere.
 
-    Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
+    The larger one of both axes; 0: cuts cost nothing, 1: the phase makes no difference, or is unknown.
     """
     grid, worst = block_grid(cell, None, picture.shape), 0.0
     for axis in (0, 1):
@@ -138,9 +138,9 @@ def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
 
 
 def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tuple[float, float]]:
-    """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period.
+    """Return the grid with the phase at which cuts are cheapest, on all axes along which it has a period.
 
-    Also returns what these cuts cost, 1/16 of a feature unit a px along each axis.
+    Also return what these cuts cost, 1/16 of a feature unit a px along each axis.
     """
     (down, along), second = grid.cell
     found = [(0, 0.0), (0, 0.0)]
@@ -154,16 +154,16 @@ def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tup
 
 
 def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
-    """Where the grid of the smallest blocks begins, (y, x) px."""
+    """Return where the grid of the smallest blocks begins, (y, x) px."""
     y, x = phased(picture, block_grid(cell, 1.0, picture.shape), 14)[0].phase
     return y / UNIT, x / UNIT
 
 
 def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
-    """List the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
+    """Return the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
 
-    `valid` (H, W): usable pixels. The whole block must lie on usable pixels. `kind`: 0 or 1 each, where blocks are
-    half periods: those an odd number of rows or columns away from block (0, 0) show other places.
+    `valid` (H, W): usable pixels; the whole block must lie on them. `kind`: 0 or 1 each, for blocks of half periods:
+    those an odd number of rows or columns away from block (0, 0) have other places.
     """
     v1, v2 = grid.vectors
     height, width = valid.shape
@@ -181,7 +181,7 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
 
 
 def _upright(v1: Vector, v2: Vector, room: tuple[int, ...]) -> Vectors:
-    """The shortest vectors of a lattice along both axes; the two given where it has none."""
+    """Return the shortest vectors of a lattice along both axes; the two given if there are none."""
     times = slice(-COMBINATIONS, COMBINATIONS + 1)
     sums = np.mgrid[times, times].reshape(2, -1).T @ np.array((v1, v2))
     # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
@@ -194,7 +194,7 @@ def _upright(v1: Vector, v2: Vector, room: tuple[int, ...]) -> Vectors:
 
 
 def _shortest_along(sums: list[Vector], axis: int, room: tuple[int, ...]) -> Vector | None:
-    """The shortest vector along an axis, if one is at most half the exemplar long."""
+    """Return the shortest vector along an axis, if one is at most 0.6 of the exemplar long."""
     near = [v for v in sums if 0 < v[axis] <= room[axis] * UNIT * 0.6 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
     if not near:
         return None
@@ -207,7 +207,7 @@ def _towards(v: Vector, axis: int) -> Vector:
 
 
 def _lattice_shifts(cell: Cell, shape: tuple[int, ...]) -> list[Vector]:
-    """Lattice translations that leave at least half of the exemplar in common with itself, px, spread evenly."""
+    """Return lattice vectors that leave at least half of each side in common with the exemplar, px, spread evenly."""
     v1, v2 = cell
     if v2 is None:
         length = math.hypot(*v1)

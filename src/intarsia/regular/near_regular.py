@@ -1,4 +1,4 @@
-"""Near-regular textures at work: a lattice is found, then blocks, courses or one tile are laid by it."""
+"""Method near-regular: a lattice is found, then blocks, courses or one tile are placed by it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Layer = Wall | Mosaic | TileLayout  # an endless texture: any window of it can b
 
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
-    """Lay the courses straight and find the lattice; MethodError where there is none."""
+    """Rectify the courses and find the lattice. Raise MethodError if there is none."""
     if method.heights == "unequal" and method.straighten == "on":
         raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
     if method.heights == "unequal" and canvas.start is not None:
@@ -40,7 +40,7 @@ def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearR
 
 
 def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
+    """Place the random blocks of the canvas, then fill the gaps; courses are placed brick by brick."""
     start = Continuation.of(canvas, method.border)
     if start is not None and start.full:
         return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
@@ -58,7 +58,7 @@ def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: 
 
 
 def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
+    """Place the blocks that meet a box; what they are cut from is prepared once for an exemplar and a seed."""
 
     def prepared() -> tuple[NearRegular, tuple[Rectified, Layer]]:
         plane = Canvas(1, 1)
@@ -83,7 +83,10 @@ def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
 def _layer(
     method: NearRegular, exemplar: Exemplar, canvas: Canvas, start: Continuation | None, seed: int, run: Run
 ) -> tuple[Rectified, Layer]:
-    """What is laid, of what, so that the lattice of a start goes on; too small an exemplar gives one tile."""
+    """Return the rectified exemplar and the endless texture; the best tile if the exemplar is too small for blocks.
+
+    With a start map, the texture is placed so that its lattice goes on.
+    """
     rectified = _rectified(method, exemplar)
     exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights
     if len(lattice) == 1:

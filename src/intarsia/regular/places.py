@@ -1,11 +1,9 @@
-"""Where in the exemplar a mosaic's blocks may be read: all whole blocks of it, and those that are completed.
+"""Exemplar places of mosaic blocks: all whole blocks, and periods cut by the border that are completed from others.
 
-The exemplar, continued past its edges: periods that its border cuts are completed from others, if these fit.
-
-Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods
-is cut in two. Where at least half of it is there, the rest is taken one or more periods away (on the opposite side of
-the exemplar, if that fits best), joined along the cheapest seam (Kwatra et al. 2003, eq. 1). A seam that is dearer than
-those between blocks would be seen: then the periods stay cut, and are not shown.
+Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods is
+cut in two. If at least half of such a period is there, the rest is taken one or more periods away (from the opposite
+side of the exemplar, if that fits best) and joined along the cheapest seam (Kwatra et al. 2003, eq. 1). If the seam
+costs more than those between blocks it would be visible: then the period stays cut and is not used.
 """
 
 from __future__ import annotations
@@ -43,7 +41,7 @@ class Continued(NamedTuple):
     before: Pair = (0, 0)  # rows and columns added above and to the left, px
 
     def placed(self, grid: BlockGrid) -> BlockGrid:
-        """The grid of the exemplar as it lies here."""
+        """Return the grid of the exemplar in the coordinates of the continued one."""
         y, x = grid.phase
         return replace(grid, phase=(y + self.before[0] * UNIT, x + self.before[1] * UNIT))
 
@@ -78,7 +76,7 @@ def continued(
 def _longer(
     known: Continued, axis: int, end: int, more: int, vectors: Int64, border: int, limit: float
 ) -> Continued | None:
-    """Add `more` px at one end of an axis; None where no continuation joins at a cost of at most `limit`."""
+    """Add `more` px at one end of an axis; None if no continuation joins at a cost of at most `limit`."""
     sign = 1 if end else -1  # so that what is added comes below
     picture, usable, source = (np.moveaxis(a, axis, 0)[::sign] for a in (known.picture, known.usable, known.source))
     moves: list[Pair] = np.unique(vectors[:, (axis, 1 - axis)] * (sign, 1), axis=0).tolist()
@@ -102,14 +100,14 @@ def _longer(
 
 
 def _last_step(picture: Array, move: Pair) -> Int64:
-    """What changes from the last row to the next, seen one translation of the lattice before: (W, C)."""
+    """Return the change from the last row to the next, one lattice vector before: (W, C)."""
     x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
     y = len(picture) - move[0]
     return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
 
 
 class Strip(NamedTuple):
-    """The last rows of a picture and those to be added below them, as one translation reads them."""
+    """The last rows of a picture and those to be added below them, read at one translation."""
 
     y: Array  # (rows,): what is read
     x: Array  # (columns,): the same
@@ -121,7 +119,7 @@ class Strip(NamedTuple):
 
 
 def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, steps: list[Int64]) -> Strip | None:
-    """Read a strip; None where too little of it exists. `steps`: as :func:`_last_step` finds them elsewhere."""
+    """Read a strip at one translation; None if too little of it exists. `steps`: from :func:`_last_step`."""
     height, width = usable.shape
     y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]
     if y[border] < -ASIDE or y[-1] >= height:
@@ -148,15 +146,17 @@ def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, st
 
 
 class FewPlaces(MethodError):
-    """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
+    """The exemplar holds too few places for a mosaic; its best tile can still be repeated."""
 
 
 def grid_and_places(
     settings: NearRegular, picture: Int16, usable: Mask, cell: Cell
 ) -> tuple[BlockGrid, Continued, Places]:
-    """Choose the blocks and complete the periods around them; smaller ones where there are too few places for large.
+    """Choose the blocks and complete the periods around them; smaller blocks if there are too few places for large
+    ones.
 
-    Returns the grid as it lies in the exemplar, what blocks are read from, and their places there.
+    Return the grid in the exemplar, what blocks are read from, and their places there. Raise FewPlaces if there are
+    fewer than two for a block of one period.
     """
     one = block_grid(cell, 1.0, picture.shape)
     periods = one.rows[0] / UNIT, abs(one.columns[1]) / UNIT

@@ -1,11 +1,11 @@
-"""Exemplars whose courses slant, converge or bow, laid straight: the same pixels, moved by whole px.
+"""Rectification: exemplars whose courses slant, converge or bow are straightened by moving pixels by whole px.
 
-Every pixel of the straight exemplar is one of the exemplar, so that copies stay exact; where courses are widened some
-pixels are shown twice, where they are narrowed some are left out. Pixels move across the courses, to where the phase of
-the courses puts them; along them only as much as makes the joints between bricks stand upright. The phase is a
-polynomial of few numbers through the beds that were found between courses.
+Every pixel of the rectified exemplar is one of the exemplar, so that copies stay exact; where courses are widened some
+pixels are used twice, where they are narrowed some are left out. Pixels move across the courses, to where the phase of
+the courses puts them; along them only as much as makes the head joints upright. The phase is a polynomial of few
+coefficients through the beds that were found between courses.
 
-Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); how is not said there.
+Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); the procedure is not given there.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
 
 
 class Following:
-    """How the beds of courses are followed. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
+    """How the beds of courses are fitted. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
 
     places = 64  # of each bed are looked at; halved and doubled: the same
     stray = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
@@ -46,9 +46,9 @@ AROUND = 2  # gaps to either side say how far beds lie apart
 
 
 def _factors(beds: Int64, usable: Mask) -> list[int] | None:
-    """The factors of TERMS, 1 / TURN courses, of the course that each place lies in; None where heights differ.
+    """Return the coefficients of TERMS, 1 / TURN courses, of the phase through the beds; None if heights differ.
 
-    Beds (n, W) px; places run from -1 to 1 over what is usable (H, W), which alone is looked at.
+    Beds (n, W) px; places run from -1 to 1 over the usable pixels (H, W), which alone are used.
     """
     height, width = usable.shape
     x = np.arange(0, width, max(width // Following.places, 1))
@@ -72,7 +72,7 @@ def _factors(beds: Int64, usable: Mask) -> list[int] | None:
 
 
 def _numbered(y: Array, seen: Array) -> Array:
-    """The number of each bed (n, places): one that was not found is passed over, by the pitch of those around."""
+    """Return the number of each bed (n, places); a missing bed is skipped, by the pitch of those around."""
     both = seen[1:] & seen[:-1]
     gaps = np.where(both, np.diff(y, axis=0), 0).sum(axis=1) / np.maximum(both.sum(axis=1), 1)
     usual = [median_high(gaps[max(k - AROUND, 0) : k + AROUND + 1]) for k in range(len(gaps))]
@@ -80,7 +80,7 @@ def _numbered(y: Array, seen: Array) -> Array:
 
 
 def _phase(factors: list[int], shape: Pair) -> Int64:
-    """The phase of every pixel, 1 / TURN courses; products one by one, the same on every machine."""
+    """Return the phase of every pixel, 1 / TURN courses; products one by one, the same on every machine."""
     across, along = (np.asarray((2.0 * np.arange(n) + 1 - n) / n) for n in shape)
     terms = zip(factors, TERMS, strict=True)
     parts = (math.prod([across[:, None]] * i + [along] * j, start=float(f)) for f, (i, j) in terms)
@@ -88,7 +88,7 @@ def _phase(factors: list[int], shape: Pair) -> Int64:
 
 
 class Gain:
-    """When the straight exemplar is taken: of 163 textures nine can be, two gain (docs/design/012)."""
+    """When the rectified exemplar is used: of 163 textures nine can be straightened, two gain (docs/design/012)."""
 
     least = 1.4  # times the confidence as it is; at 1 stone blocks are moved, too (1.2), doubled: one is left
     clear = 2.0  # times what is asked, if it has none as it is; halved and doubled: the same
@@ -98,24 +98,24 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """The exemplar that blocks are read from, its lattice (x, y) px, and how it was laid straight, if it was."""
+    """The exemplar that blocks are read from, its lattice (x, y) px, and how it was straightened, if it was."""
 
     exemplar: Exemplar
     lattice: Steps
     straight: Straight | None
 
     def to_exemplar(self, yx: Int32) -> Int32:
-        """Turn pixels of it into pixels of the exemplar as it was given."""
+        """Return the pixels of the given exemplar for pixels of the rectified one."""
         return yx if self.straight is None else np.ascontiguousarray(self.straight.yx[yx[..., 0], yx[..., 1]])
 
 
 def rectified_for(
     exemplar: Exemplar, slug: str, lattice: Steps | None = None, choice: str = "auto", weights: Weights = None
 ) -> Rectified:
-    """Decide whether courses are laid straight, and find the lattice; MethodError, of the method `slug`, without one.
+    """Decide whether to rectify, and find the lattice. Raise MethodError, naming the method `slug`, if there is none.
 
     `choice`: auto, on or off. With given vectors, `lattice` (x, y) px, ``auto`` leaves the exemplar as it is; with
-    ``on`` they are those of the straight one.
+    ``on`` they are those of the rectified one.
     """
     if lattice is not None:
         straight = straight_of(exemplar, weights) if choice == "on" else None
@@ -131,9 +131,9 @@ def rectified_for(
 
 
 def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
-    """The exemplar laid straight and its lattice, where it is much surer than as it is; else None.
+    """Return the rectified exemplar and its lattice, if that is much more confident than as it is; else None.
 
-    None, too, where two vectors are known as it is: patches in step with them bend as it does.
+    None, too, if the exemplar has two vectors as it is: patches aligned to that lattice follow its bends.
     """
     plain = lattices_of(exemplar, weights).accepted
     if plain is not None and plain.kind == "2-D":
@@ -150,7 +150,7 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
 
 
 def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
-    """The exemplar laid straight and its lattice; None where it is straight already, or has none."""
+    """Return the rectified exemplar and its lattice; None if it is straight already, or has none."""
     straight = straight_of(exemplar, weights)
     if straight is None:
         return None
@@ -160,7 +160,7 @@ def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
 
 
 def _level(found: Lattice, laid: Exemplar) -> Lattice:
-    """Courses that hardly lean, made level."""
+    """Return the lattice with courses that slant by less than `Gain.level` px made level."""
     ((y, x),) = found.vectors
     if abs(x) * laid.width < Gain.level * abs(y):
         return replace(found, vectors=((abs(y), 0),))
@@ -171,7 +171,7 @@ LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit
 
 
 class Bending:
-    """Which courses are laid straight; halved and doubled (docs/design/012)."""
+    """Which courses are rectified; halved and doubled (docs/design/012)."""
 
     move = 1.0  # px: less is not worth a change: pixels move by whole ones; halved: a straight wall is bent
     narrowest = 0.5  # times as wide may a course become; halved: the same, doubled: none may
@@ -182,7 +182,7 @@ class Bending:
 
 @dataclass(frozen=True, eq=False)
 class Straight:
-    """An exemplar laid straight."""
+    """A rectified exemplar."""
 
     exemplar: Exemplar  # its pixels where they lie now; what lay outside is not usable
     yx: Int32  # (H, W, 2): the pixel of the given exemplar that each pixel is
@@ -192,12 +192,12 @@ class Straight:
 
 
 def straight_of(exemplar: Exemplar, weights: Weights = None) -> Straight | None:
-    """Lay the courses of an exemplar straight; None where none are found, or they are straight already."""
+    """Rectify the courses of an exemplar; None if there are none, or they are straight already."""
     return exemplar.memo(("straight", weights), lambda: _straight(exemplar, weights))
 
 
 def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
-    """Follow the beds of a wall; None where they are no smooth change of straight ones of one pitch, or no change."""
+    """Rectify by the beds; None if these are no smooth deformation of straight equal courses, or are straight."""
     wall = masonry_if_any(exemplar, weights)
     if wall is None:
         return None
@@ -224,7 +224,8 @@ def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
 
 
 def _flat(at: Int64) -> tuple[float, float, float]:
-    """The straight, parallel and equal courses next to a phase: pitch px, slope, and how far it is off at most, px."""
+    """Return the straight, parallel, equal courses nearest to a phase: pitch px, slope, and the largest distance, px.
+    """
     height, width = at.shape
     y, x = np.arange(height) * 2 + 1 - height, np.arange(width) * 2 + 1 - width
     # Sums of whole numbers; the places sum to nothing, so that each slope is a quotient.
@@ -235,7 +236,7 @@ def _flat(at: Int64) -> tuple[float, float, float]:
 
 
 def _lean(picture: Array, usable: Mask) -> int:
-    """How far the joints between bricks lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
+    """Return how far head joints lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
     smooth = np.rint(blurred(picture.astype(np.float64), 1.5, "symmetric") * 16).astype(np.int64)
     across, along = np.zeros(smooth.shape, np.int64), np.zeros(smooth.shape, np.int64)
     across[1:-1], along[:, 1:-1] = smooth[2:] - smooth[:-2], smooth[:, 2:] - smooth[:, :-2]
@@ -248,7 +249,7 @@ def _lean(picture: Array, usable: Mask) -> int:
 
 
 def _moved(at: Int64, pitch: int, lean: int) -> tuple[Int64, Mask]:
-    """The pixel next to each place of the straight exemplar (courses along x, `pitch` 1/256 px), and which exist."""
+    """Return the pixel of each place of the rectified exemplar (courses along x, `pitch` 1/256 px), and which exist."""
     width = at.shape[1]
     low, high = int(at.min()), int(at.max())
     tall = (high - low) * pitch // (TURN * 256) + 1
@@ -269,7 +270,7 @@ def _moved(at: Int64, pitch: int, lean: int) -> tuple[Int64, Mask]:
 
 
 def _gathered(exemplar: Exemplar, yx: Int32, usable: Mask) -> Exemplar:
-    """The exemplar of other pixels, in all planes; vectors of normal maps stay as they are."""
+    """Return the exemplar of other pixels, in all planes; vectors of normal maps stay as they are."""
 
     def moved(plane: Plane) -> Plane:
         pixels, y, x = plane.pixels, yx[..., 0], yx[..., 1]

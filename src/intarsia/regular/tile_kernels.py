@@ -1,4 +1,4 @@
-"""The tile laid out: whole numbers, one row after the other."""
+"""Kernel of best tiles: the tile repeated over a window, in whole numbers."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ def lay_tile(
     out: Int32, begin: Int64, rates: Int64, whole: int, vectors: Int64,
     anchor: Int64,
 ) -> None:  # fmt: skip
-    """Fill in, for every px, the px of the tile at `anchor` that repeats there (Lopez Recas 2011, eq. 3.29).
+    """Write for every px the exemplar px of the tile at `anchor` that repeats there (Lopez Recas 2011, eq. 3.29).
 
-    How far a px lies along both vectors (1/256 px), in whole periods, grows by rates[0] / whole with every row and by
-    rates[1] / whole with every column; `begin` is that of the first px; all lie in 0 to whole - 1. Only whole numbers:
-    floats would miss at the lattice points themselves.
+    The position along both vectors (1/256 px), in units of 1 / whole periods, grows by rates[0] with every row and by
+    rates[1] with every column; `begin` is that of the first px; all lie in 0 to whole - 1. Only whole numbers: floats
+    would miss at the lattice points themselves.
     """
     first, second = begin[0], begin[1]
     half = 128 * whole

@@ -1,16 +1,14 @@
-"""The tile that repeats best: the piece of an exemplar, one lattice cell large, whose opposite sides agree most.
+"""Best tile: the parallelogram of one lattice cell whose opposite borders match best, and its exact repetition.
 
-Laid side by side it gives an endless regular pattern; where the exemplar is regular nothing shows the joints. It is
-also what is left where an exemplar holds hardly more than one period.
+Repeated side by side it gives a regular pattern; if the exemplar is regular no joint is visible. It is the fallback for
+exemplars that hold hardly more than one period.
 
-Source: Lopez Recas 2011 (near-regular textures), section 4.1. Departures: borders are compared by vectors rounded to
-whole px; differences are added up in whole numbers; pixels under a mask are not used.
+The position along both lattice vectors is an exact fraction, so that nothing drifts, however far out. On a canvas that
+wraps, the lattice is strained a little so that it closes.
 
-A tile laid out over the endless plane, or strained a little so that it closes around a canvas.
-
-How far a px lies along both lattice vectors is an exact fraction, so that nothing drifts, however far out.
-
-Source: Lopez Recas 2011 (near-regular textures), eq. 3.29. Departures: vectors of fractions of a px; the strain.
+Source: Lopez Recas 2011 (near-regular textures), section 4.1 and eq. 3.29. Departures: borders are compared by vectors
+rounded to whole px; differences are summed in whole numbers; pixels under a mask are not used; vectors of fractions of
+a px; the strain.
 """
 
 from __future__ import annotations
@@ -62,7 +60,7 @@ class TileLayout:
 
     @classmethod
     def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas) -> TileLayout:
-        """Lay a tile out as its sides say; ParameterError where the canvas wraps at no whole number of them."""
+        """Repeat a tile by its sides. Raise ParameterError if the canvas wraps at no whole number of periods."""
         (p, q), (r, s) = vectors
         area, lengths = p * s - q * r, (canvas.height, canvas.width)
         sides = [_once_around(vectors, canvas, axis) for axis in (0, 1)]
@@ -81,7 +79,8 @@ class TileLayout:
         return cls(anchor, vectors, rates)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """The exemplar pixels (height, width, 2) of a window, all upright; y0 and x0 may be negative and huge."""
+        """Return the exemplar pixels (height, width, 2) of a window, all upright; y0 and x0 may be negative and huge.
+        """
         whole = _denominator(self.rates)
         steps = [[int(f * whole) % whole for f in rate] for rate in self.rates]
         y, x = y0 - self.anchor[0], x0 - self.anchor[1]
@@ -97,9 +96,9 @@ def _denominator(rates: Rates) -> int:
 
 
 def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
-    """Which px around its corner a tile of sides in 1/256 px may read, and where in that array the corner is.
+    """Return which px around its corner a tile of sides in 1/256 px may read, and where in that array the corner is.
 
-    Real vectors: all px whose square meets the parallelogram. Whole ones: those of one period, no more.
+    For fractional vectors: all px whose square meets the parallelogram. For whole ones: those of one period.
     """
     corners = np.array([(0, 0), *vectors, np.add(*vectors)])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -119,9 +118,9 @@ def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
 
 
 def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, int, int]]:
-    """List which periods lead straight down (axis 0) or to the right (axis 1), at most `longest` px, rising.
+    """Return the lattice vectors that lead straight down (axis 0) or right (axis 1), at most `longest` px, rising.
 
-    Each as the number of both vectors, and the length in px, rounded.
+    Each as the multiples of both vectors, and the length in px, rounded.
     """
     ((p, q), (r, s)) = vectors if axis == 0 else ((vectors[0][1], vectors[0][0]), (vectors[1][1], vectors[1][0]))
     swapped = abs(q) > abs(s)  # count the vector that leads less far aside
@@ -143,7 +142,7 @@ def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, 
 
 
 def _once_around(vectors: Vectors, canvas: Canvas, axis: int) -> Vector | None:
-    """How many of both vectors go once around the canvas along an axis; None where it does not wrap."""
+    """Return the multiples of both vectors that go once around the canvas along an axis; None if it does not wrap."""
     length, wraps = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))[axis]
     if not wraps:
         return None
@@ -180,7 +179,7 @@ class Tile(NamedTuple):
     cost : int
         Sum of the squared differences of both pairs of opposite borders, in feature units.
     costs : int64 array, shape (H, W)
-        The cost of every anchor; -1 where the tile or its border leaves the exemplar.
+        The cost of every anchor; -1 if the tile or its border leaves the exemplar.
     """
 
     anchor: Vector
@@ -192,7 +191,7 @@ class Tile(NamedTuple):
 def best_tile(
     features: Int16, vectors: Vectors, usable: Mask | None = None, band: int = BAND
 ) -> Tile:
-    """Find the tile whose left and right, and top and bottom borders agree best.
+    """Find the tile whose left and right, and top and bottom borders match best.
 
     Parameters
     ----------
@@ -207,9 +206,9 @@ def best_tile(
     Raises
     ------
     ParameterError
-        where the band is below 1 or the vectors are parallel.
+        If the band is below 1 or the vectors are parallel.
     MethodError
-        where no tile with its borders fits into the exemplar.
+        If no tile with its borders fits into the exemplar.
     """
     whole = _in_px(vectors[0]), _in_px(vectors[1])
     (p, q), (r, s) = whole
@@ -236,9 +235,9 @@ def best_tile(
 
 
 def _add_border(costs: Int64, difference: Int64, side: Vector, band: int) -> None:
-    """Add to every anchor's cost the differences in a band around its side (dy, dx), |dy| >= |dx|, dy not 0.
+    """Add to the cost of every anchor the differences in a band around a side (dy, dx), |dy| >= |dx|, dy not 0.
 
-    In every row of the side the band is `band` px wide, centred on the side. -1 where a difference is missing.
+    In every row of the side the band is `band` px wide, centred on the side. The cost is -1 if a difference is missing.
     """
     (dy, dx), (height, width) = side, costs.shape
     rows = abs(dy)
@@ -254,7 +253,7 @@ def _add_border(costs: Int64, difference: Int64, side: Vector, band: int) -> Non
 
 
 def squared_steps(features: Int16, usable: Mask, step: Vector) -> Int64:
-    """The squared difference of every px from the one a step away; -1 where either cannot be used."""
+    """Return the squared difference of every px from the one a step away; -1 if either is not usable."""
     out, (here, there) = np.full(usable.shape, -1, np.int64), overlap(usable.shape, step)
     apart = features[there].astype(np.int64) - features[here]
     out[here] = np.where(usable[here] & usable[there], (apart * apart).sum(axis=2), -1)
@@ -262,9 +261,10 @@ def squared_steps(features: Int16, usable: Mask, step: Vector) -> Int64:
 
 
 def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> float:
-    """Say how much the periods of a texture differ: 0 they are equal, 1 they are no more alike than any two places.
+    """Return how much the periods of a texture differ: 0 they are equal, 1 no more alike than any two places.
 
-    The root mean square of the differences over both vectors (1/256 px, taken as whole px), over that of any two px.
+    The root mean square of the differences over both vectors (1/256 px, rounded to px), divided by that of random
+    pairs.
     """
     known = features[usable].astype(np.float64)
     spread = 2 * float(((known - known.mean(axis=0)) ** 2).sum(axis=1).mean())
@@ -280,7 +280,7 @@ def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> floa
 
 @dataclass(frozen=True)
 class Tiling:
-    """The best tile of an exemplar, and the width in px of the border that was compared."""
+    """The best tile of an exemplar, its vectors (1/256 px), and the width in px of the border that was compared."""
 
     tile: Tile
     vectors: Vectors
@@ -288,7 +288,7 @@ class Tiling:
 
     @classmethod
     def of(cls, lattice: Pairs, weights: Weights, band: int, exemplar: Exemplar) -> Tiling:
-        """Find the tile; MethodError where none fits, however narrow its border is."""
+        """Find the best tile, with narrower borders if none fits. Raise MethodError if none fits at all."""
         picture = features([exemplar], weights).pictures[0]
         shape = int(picture.shape[0]), int(picture.shape[1])
         first, second = cell_of(lattice, shape)
@@ -309,7 +309,7 @@ class Tiling:
             band //= 2
 
     def layout(self, canvas: Canvas) -> TileLayout:
-        """The tile over the endless plane, or around a canvas that wraps."""
+        """Return the layout over the endless plane, or around a canvas that wraps."""
         return TileLayout.of(self.tile.anchor, self.vectors, canvas)
 
 
@@ -319,7 +319,7 @@ def _in_px(vector: Vector) -> Vector:
 
 
 def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
-    """Give cost -1 to anchors whose tile leaves the exemplar, or holds a px that cannot be used."""
+    """Set the cost to -1 for anchors whose tile leaves the exemplar or holds an unusable px."""
     height, width = costs.shape
     read, (above, before) = read_offsets(vectors)
     below, after = read.shape[0] - 1 - above, read.shape[1] - 1 - before
@@ -333,7 +333,9 @@ def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
 
 
 def _sides(vector: Vector, shape: Pair) -> list[Vector]:
-    """Sides across the only lattice vector: there nothing returns, so any length may be cut off. The longest first."""
+    """Return sides perpendicular to the only lattice vector, the longest first: nothing repeats there, any length will
+    do.
+    """
     length = math.hypot(*vector)
     y, x = -vector[1] / length, vector[0] / length
     room = min(n / abs(c) if abs(c) > 1e-9 else math.inf for n, c in zip(shape, (y, x), strict=True))

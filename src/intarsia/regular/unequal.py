@@ -1,8 +1,7 @@
-"""What an exemplar of courses of unequal heights holds, by the lines that run across it.
+"""Courses of unequal heights: bed joints from the lines across an exemplar, and the stones between them.
 
-Lines lie on the outlines of stones, so a wide bed has two. They are drawn together where that makes beds which differ
-most from what lies between; then beds and mortar are found from one another, as in walls of one pitch. How they are
-found is this project's own.
+Lines lie on the outlines of stones, so a wide bed has two. They are merged to the beds that differ most from what lies
+between; then beds and mortar are found from one another, as in walls of one pitch. The method is this project's own.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ from .wall_kernels import FACE as CUT
 
 
 class Unequal:
-    """How beds are found by lines, and what walls are. Halved and doubled on 12 exemplars that hold 181 stones."""
+    """How beds are found by lines, and what is a wall. Halved and doubled on 12 exemplars that hold 181 stones."""
 
     near = 24  # the reach of lines is this part of the shorter side, as lines lie apart; 12: 171 stones, 48: 177
     least = 6  # px at least; 3: the same, 12: 182
@@ -57,7 +56,7 @@ class Unequal:
 
 
 class Masonry(NamedTuple):
-    """Courses of unequal heights, which run along x: what the exemplar shows, whole bricks, and heights."""
+    """Courses of unequal heights along x: what the exemplar holds, whole bricks, and heights."""
 
     picture: Int16  # (H, W, C): features, axes swapped where courses stand upright
     usable: Mask
@@ -70,32 +69,32 @@ class Masonry(NamedTuple):
 
     @property
     def sure(self) -> bool:
-        """Whether its stones and their joints are clear enough to be laid one by one without being asked."""
+        """Whether its stones and joints are clear enough to be used by the automatic choice."""
         known = int((self.own * self.bricks.sizes).sum()) >= Unequal.covered * self.usable.size
         whole = int((self.bricks.table[:, 3:] != CUT).all(axis=1).sum())
         return known and whole >= Unequal.enough and self.faces <= Unequal.joints
 
     @property
     def told(self) -> str:
-        """What it is made of, in words."""
+        """A description of its stones and courses."""
         size = "wide" if self.upright else "high"
         high = f"{min(self.heights)} to {max(self.heights)}" if len(set(self.heights)) > 1 else f"{self.heights[0]}"
         return f"{len(self.own)} stones lie in courses {high} px {size}"
 
     @property
     def pitch(self) -> tuple[float, float]:
-        """The step from course to course in the mean: (x, y) px."""
+        """The mean step from course to course: (x, y) px."""
         step = sum(self.heights) / len(self.heights)
         return (step, 0.0) if self.upright else (0.0, step)
 
 
 def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
-    """Find the courses of an exemplar by its lines; MethodError where it has none, or they are not made of bricks."""
+    """Return the courses of an exemplar by its lines. Raise MethodError if there are none, or they hold no bricks."""
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
 def masonry_if_any(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
-    """Its courses; None where it has none, or they are not made of bricks."""
+    """Return the courses of an exemplar; None if it has none, or they hold no bricks."""
     try:
         return masonry_of(exemplar, weights)
     except MethodError:
@@ -103,7 +102,7 @@ def masonry_if_any(exemplar: Exemplar, weights: Weights = None) -> Masonry | Non
 
 
 def sure_masonry(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
-    """Its courses where their stones are clear enough to be laid one by one without being asked; None else."""
+    """Return the courses of an exemplar if they are clear enough for the automatic choice; else None."""
     found = masonry_if_any(exemplar, weights)
     return found if found is not None and found.sure else None
 
@@ -130,7 +129,7 @@ def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
 
 
 def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
-    """Leave out what holds joints or lies within a wide bed, and what the border cuts where the rest is enough."""
+    """Leave out bricks that hold joints or lie within a wide bed, and those cut by the border if there are enough."""
     own = _heights(work, bricks)
     least = max(Unequal.low * median_high(own), 4)
     full = [_filled(work, brick) for brick in bricks.table.tolist()]
@@ -143,7 +142,7 @@ def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
 
 
 def _filled(work: Brickwork, brick: list[int]) -> bool:
-    """Whether a brick looks like one inside, and not like several with joints between."""
+    """Return whether a brick is one face inside, and not several with joints between."""
     k, a, b = brick[:3]
     rim = min(max(work.thickness, 2), (b - a - 1) // 2)
     top, end = work.beds[k, a + rim : b - rim] + rim, work.beds[k + 1, a + rim : b - rim] - rim
@@ -154,13 +153,13 @@ def _filled(work: Brickwork, brick: list[int]) -> bool:
 
 
 def _heights(work: Brickwork, bricks: Bricks) -> Int64:
-    """How high every brick is, with half of the beds above and below."""
+    """Return the height of every brick, with half of the beds above and below."""
     between = [work.beds[k + 1, a:b] - work.beds[k, a:b] for k, a, b, _, _ in bricks.table]
     return np.array([int(high.sum()) // len(high) for high in between], np.int64)
 
 
 def faces_at_joints(work: Brickwork) -> int:
-    """How much joints look like faces in the mean, 0 to 255."""
+    """Return how much joints look like faces in the mean, 0 to 255."""
     (height, width), total, count = work.faces.shape, 0, 0
     y = np.arange(height)
     for k, some in work.of_course.items():
@@ -172,7 +171,7 @@ def faces_at_joints(work: Brickwork) -> int:
 
 
 def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
-    """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
+    """Find beds, mortar and joints by lines (n, W). Raise MethodError if no course is whole."""
     reach = max(min(usable.shape) // Unequal.near, Unequal.least)
     smooth = averages(picture.astype(np.int32), Unequal.wide)
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
@@ -193,7 +192,7 @@ def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
 
 
 def _fields(smooth: Array, reach: int) -> list[Int64]:
-    """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
+    """Return the cost of a bed at every pixel, 0 to 255: for dark beds, and for bright ones."""
     light, side = smooth.sum(axis=2), 2 * reach + 1
     closed = lowest(highest(light, side, "symmetric"), side, "symmetric")
     opened = highest(lowest(light, side, "symmetric"), side, "symmetric")
@@ -206,13 +205,13 @@ def _fields(smooth: Array, reach: int) -> list[Int64]:
 
 
 def _drawn(cost: Array, lines: Array, reach: int) -> Int64:
-    """The cheapest paths not farther from lines (n, W) than some px."""
+    """Return the cheapest paths at most `reach` px from lines (n, W)."""
     fields = [straying(cost, line, reach, FACE - FACE // 2) for line in lines]
     return np.asarray(lines + np.stack([surest_line(-field.T, Unequal.bend)[0] for field in fields]) - reach)
 
 
 def _apart(beds: Array, reach: int) -> Int64:
-    """Beds of which no two are the same."""
+    """Return the beds with those that are the same merged."""
     kept: list[Array] = []
     for bed in np.sort(beds, axis=0):
         if kept and int((bed - kept[-1]).sum()) < Unequal.same * reach * len(bed):

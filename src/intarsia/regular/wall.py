@@ -1,9 +1,9 @@
-"""Textures of courses: rows of whole bricks, at one pitch or of unequal heights, with joints wherever they may be.
+"""Walls: an endless texture of courses of whole bricks, of one pitch or unequal heights, with free head joints.
 
-What lies where depends only on its place and the seed: any window of the endless texture can be made alone.
+Which piece lies where depends only on its place and the seed: any window of the endless texture can be made alone.
 
-Where only rows repeat, Lopez Recas 2011 lays blocks as elsewhere; to lay whole bricks course by course is not in the
-source.
+For textures of which only courses repeat, Lopez Recas 2011 places blocks as elsewhere; placing whole bricks course by
+course is not in the source.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Made = TypeVar("Made", bound=tuple[Array, ...])
 
 
 class Lately(Generic[Made]):
-    """Tuples of arrays by where they are, in so many bytes; those that were used longest ago give way."""
+    """LRU cache of tuples of arrays by their places, limited in bytes."""
 
     def __init__(self, most: int) -> None:
         self._most, self._held = most, dict[Pair, Made]()  # not changed but replaced: threads share it
@@ -51,7 +51,7 @@ class Lately(Generic[Made]):
     def all(
         self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
     ) -> list[Made]:
-        """Return what belongs to the keys; `make` is asked for those that are not there."""
+        """Return the values of the keys; `make` makes those that are missing."""
         held = self._held
         found = {key: held[key] for key in keys if key in held}
         missing = [key for key in keys if key not in found]
@@ -75,7 +75,7 @@ RIM = 4  # joints are so many times as wide as rims of stones, which count as fa
 
 
 class Reach:
-    """How far cuts wander, and what they pay; of nine walls of 320 px, less than 1 % changes where nothing is said."""
+    """How far cuts may wander, and their costs; of nine walls of 320 px, less than 1 % changes if nothing is noted."""
 
     beyond = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
     most = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
@@ -86,7 +86,8 @@ class Reach:
 def courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
-    """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
+    """Return the courses of an exemplar, its features, usable pixels, and whether courses are upright (axes swapped).
+    """
 
     def found() -> tuple[Brickwork, Array, Array, bool]:
         vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
@@ -98,7 +99,7 @@ def courses_of(
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
-    """Return how much of the courses is whole bricks; 0 where there are none, or what parts them looks like faces."""
+    """Return the share of the courses that is whole bricks; 0 if there are none, or joints look like faces."""
     try:
         work = courses_of(lattice, None, exemplar)[0]
         bricks = bricks_of(work)
@@ -127,9 +128,9 @@ class Wall:
     def of(
         cls, lattice: Pairs, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
-        """Find courses and bricks, without a lattice courses of unequal heights by their lines.
+        """Find courses and bricks; without a lattice courses of unequal heights, by their lines.
 
-        MethodError where no course is whole, ParameterError where rows cannot close.
+        Raise MethodError if no course is whole, ParameterError if the courses cannot close around the canvas.
         """
         if lattice is None:
             picture, usable, upright, work, bricks, own, heights, _ = masonry_of(exemplar, weights)
@@ -145,7 +146,7 @@ class Wall:
         return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """The exemplar pixels (height, width, 2) of a window of the wall, all upright."""
+        """Return the exemplar pixels (height, width, 2) of a window of the wall, all upright."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
         out = np.full((height, width, 2), -1, np.int32)
@@ -173,12 +174,12 @@ class Wall:
         return self._usable(out)
 
     def _draft(self, out: Int32) -> Laid:
-        """What of a window is laid."""
+        """Return the placed part of a window."""
         laid = out[:, :, 0] >= 0
         return self._usable(out), None, laid.T if self.upright else laid
 
     def _usable(self, out: Int32) -> Int32:
-        """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
+        """Return usable exemplar pixels, with the axes of the exemplar."""
         yx: Array = np.clip(out, 0, np.subtract(self.scene[1].shape, 1))
         if self.known is not None:
             yx = np.moveaxis(self.known[:, yx[..., 0], yx[..., 1]], 0, 2)
@@ -186,31 +187,31 @@ class Wall:
 
     @property
     def _reach(self) -> int:
-        """How far a bed may lie from its line, px."""
+        """How far a cut may leave the line of a bed, px."""
         return max(2, min(Reach.most, self.work.line.pitch // UNIT // Reach.bed))
 
     @property
     def _pace(self) -> Pair:
-        """How many columns so many chunks are wide."""
+        """Columns of a number of chunks, and that number."""
         return (wide, max(1, wide // CHUNK)) if (wide := self.rows.width) else (CHUNK, 1)
 
     def _from(self, m: int) -> int:
-        """The first column of a chunk of columns."""
+        """Return the first column of a chunk of columns."""
         columns, chunks = self._pace
         return m * columns // chunks
 
     def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
-        """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
+        """Make courses of chunks. Chains depend on one another, so they are made in turn; cutting runs in parallel."""
         spare = RUN_UP + 2 * Reach.most
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
         return each(self._strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
     def _parted(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
-        """Cut courses of chunks together with those below them."""
+        """Cut courses of chunks against those below them."""
         return each(self._cut, [both[name] for name in names])
 
     def _strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
-        """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""
+        """Make a course: its pixels (R, w, 2), the costs beyond its beds (R, w), the row of its first pixel (w,)."""
         m, i, pieces = course
         first = self._from(m) - RUN_UP
         wide = self._from(m + 1) + RUN_UP + 1 - first
@@ -225,7 +226,7 @@ class Wall:
         return out, wrong, top - reach + y0
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
-        """A piece as the kernels read it, its beds as far from the line above as from the one below."""
+        """Return a piece as the kernels read it, its beds as far from the line above as from the one below."""
         line = self.work.line
         here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
         x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
@@ -235,7 +236,7 @@ class Wall:
         return p.first - first, p.end - first, p.source - p.first + first, ty, *p[3:8]
 
     def _span(self, i: int, k: int, pieces: list[Piece], y0: int) -> tuple[int, int, int]:
-        """Of the junction before a piece the first row, how many, and how far its cut may wander."""
+        """Return the first row of the head joint before a piece, its number of rows, and how far its cut may wander."""
         if k == 0:
             return 0, 1, 0
         left, right = pieces[k - 1], pieces[k]
@@ -245,7 +246,9 @@ class Wall:
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
     def _cut(self, both_strips: tuple[Strip, Strip]) -> Cut:
-        """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
+        """Cut two courses along their bed: for every column of the chunk, how many rows of the band the upper one
+        keeps.
+        """
         upper, lower = both_strips
         cost, gap = wall_kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
         wide, both = len(cost), 2 * RUN_UP + 1
@@ -259,7 +262,7 @@ class Wall:
 
 
 def _weighted(picture: Array, work: Brickwork, shown: Array) -> Int64:
-    """What showing a pixel out of place costs: as much as it differs from mortar, in the units of colour."""
+    """Return what a pixel out of place costs: its difference from mortar, in units of colour."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]
     contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0)) if len(mortar) and len(face) else 0.0

@@ -1,11 +1,9 @@
-"""Courses laid in rows: pieces cut together in their joints, and courses cut together in the beds between them.
+"""Kernels of walls: course layout by dynamic programming, least cuts in head joints and in bed joints.
 
-A scene is what the exemplar shows: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs where
-it does not belong, beds (n, W), joints (m, H), and (2,) how wide the right and the left half
-of a joint are). A piece is a row of nine numbers:
-first column and end on the canvas, what to add to a canvas column and row to read it, the number of its course,
-what lies at its left and right end (a joint's number; FACE: the course is cut there), and the exemplar columns of
-both ends.
+A scene is what the exemplar holds: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs out of
+place, beds (n, W), joints (m, H), and (2,) the widths of the right and the left half of a joint). A piece is a row of
+nine numbers: first column and end on the canvas, what to add to a canvas column and row to read it, the number of its
+course, the joints at its left and right end (FACE: the course is cut there), and the exemplar columns of both ends.
 """
 
 from __future__ import annotations
@@ -25,14 +23,13 @@ SLIVER = 3000  # the shortest of all pieces; at 0 six wrapped walls cut theirs t
 
 @kernel
 def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any) -> int:
-    """Choose the elements of a chain of `length` px: `out` (n, 3): element, first column, end. Returns how many.
+    """Find the cheapest chain of `length` px: `out` (n, 3): element, first column, end. Return how many elements.
 
-    `sizes` (K,): lengths of the elements; `start` (K, length + 1): what an element costs by where it begins;
-    `joint` (length + 1,): what a joint costs by where it lies; `pair` (K, K): what one after another costs;
-    `closing` (K,): before what follows the chain. `rules`: the first element; by how many px the chain may miss
-    its length; the least px that the last element may be cut to, and what cutting it costs; what an element costs
-    that was shown two or three before; which element follows the chain, or -1. The last element may be cut, so that
-    there always is a chain.
+    `sizes` (K,): lengths of the elements; `start` (K, length + 1): cost of an element by where it begins; `joint`
+    (length + 1,): cost of a joint by where it lies; `pair` (K, K): cost of one after another; `closing` (K,): cost
+    before what follows the chain. `rules`: the first element; by how many px the chain may miss its length; the least
+    px that the last element may be cut to, and the cost of that; the cost of an element used two or three before; which
+    element follows the chain, or -1. The last element may be cut, so that there always is a chain.
     """
     first, slack, least, cut, again, following = rules[0], rules[1], rules[2], rules[3], rules[4], rules[5]
     count = len(sizes)
@@ -77,7 +74,7 @@ def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: An
 
 @kernel
 def _written(length: int, sizes: Any, back: Any, end: int, last: int, tail: int, out: Any) -> int:
-    """Walk a chain back and write it forwards; what it misses of its length is spread over its joints."""
+    """Trace a chain back and write it forwards; the px it misses of its length are spread over its joints."""
     n, u, k = 0, end, last
     while u > 0:
         n += 1
@@ -102,7 +99,7 @@ BEYOND = 1 << 40  # px: beyond any exemplar
 
 @kernel
 def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
-    """What it costs to show an exemplar pixel, perhaps beyond what it is to be a part of."""
+    """Return the cost of an exemplar pixel that may lie beyond the piece it belongs to."""
     if not readable(usable, y, x):
         return UNREADABLE
     return int(faces[y, x]) + STEP if beyond else 0
@@ -110,7 +107,7 @@ def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
 
 @kernel
 def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
-    """The distance of two exemplar pixels; those outside count as the nearest inside."""
+    """Return the distance of two exemplar pixels; those outside count as the nearest inside."""
     h, w = picture.shape[:2]
     a, b, y, x = min(max(a, 0), h - 1), min(max(b, 0), w - 1), min(max(y, 0), h - 1), min(max(x, 0), w - 1)
     total = np.int64(0)
@@ -122,7 +119,8 @@ def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
 
 @kernel
 def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> int:
-    """The column at which a piece begins (side 0) or ends (1) in a row of the exemplar, with its half of the joint."""
+    """Return the column at which a piece begins (side 0) or ends (1) in a row of the exemplar, with half of its joint.
+    """
     if kind == FACE:
         return end + half if side == 0 else end - half
     if not 0 <= y < joints.shape[1]:
@@ -132,7 +130,7 @@ def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> in
 
 @kernel
 def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int) -> None:
-    """Cut two pieces together, row by row from canvas row `first`: `cut` (n,) is the first column of the right one."""
+    """Cut two pieces row by row from canvas row `first`: `cut` (n,) is the first column of the right one."""
     n, wide = len(cut), 2 * reach + 1
     u = right[0]
     cost = np.empty((n, wide), np.int64)
@@ -160,11 +158,11 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
 
 @kernel
 def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) -> None:
-    """Lay the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) what lies beyond its beds.
+    """Place the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) their costs beyond its beds.
 
-    `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the junction before
-    every piece its first canvas row, how many rows, and how far it may reach; `pieces` (n, 9) from left to right
-    over all columns, canvas columns counted from the first of `out`.
+    `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the joint before every
+    piece its first canvas row, how many rows, and how far it may wander; `pieces` (n, 9) from left to right over all
+    columns, canvas columns counted from the first of `out`.
     """
     tall, wide = out.shape[:2]
     n = len(pieces)
@@ -192,12 +190,12 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
 
 @kernel
 def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
-    """What each cut between two courses costs: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
+    """Return the cost of each cut between two courses: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
 
-    Also how much both courses differ at each pixel of the band: (w, 2 reach + 1).
+    Also return how much both courses differ at each pixel of the band: (w, 2 reach + 1).
 
-    `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) as :func:`lay` makes them; the band is the first
-    2 reach + 1 rows of the lower one, and lies `shift` (w,) rows down in the upper one.
+    `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) from :func:`lay`; the band is the first 2 reach + 1 rows of the
+    lower one, and lies `shift` (w,) rows down in the upper one.
     """
     band = 2 * reach + 1
     wide = len(shift)
@@ -221,7 +219,7 @@ def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
 
 @kernel
 def pour(pixels: Any, rows: Any, top: Any, end: Any, out: Any, at: Any) -> None:
-    """Write the rows top .. end of a laid course (R, w, 2) to a window `out` whose first column is column -`at`."""
+    """Write the rows top .. end of a course (R, w, 2) to a window `out` whose first column is column -`at`."""
     for x in range(len(top)):
         u = x + at
         if not 0 <= u < out.shape[1]:
