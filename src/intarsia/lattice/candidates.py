@@ -126,8 +126,7 @@ def overlap(shape: Sequence[int], shift: Pair) -> tuple[tuple[slice, ...], tuple
 
 
 def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Sequence[int]) -> Int64:
-    """Return the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, ordered by a, then
-    b.
+    """Return the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, by a, then b.
 
     `first`, `v1`, `v2`: (y, x) in 1/256 px; `low`, `high`: first and last px of the box, (y, x).
     """

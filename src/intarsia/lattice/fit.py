@@ -98,8 +98,7 @@ ENOUGH = 4  # lattice points of a half plane that do not agree by chance; 2: thr
 
 
 class Ranking:
-    """Which lattice is ranked first. Halved and doubled on 35 textures: how many accept another one (docs/design/012).
-    """
+    """Which lattice is ranked first; halved and doubled on 35 textures: how many change (docs/design/012)."""
 
     promising = 400  # those whose mean is best: only they are compared with half cells; halved and doubled: none
     fitted = 60  # and only so many with the whole ring; 30 and 120: none

@@ -140,8 +140,7 @@ def lattice_mean(
 
 @kernel
 def means(values: Int32, weights: Int32, lattices: Int64, phases: Int64) -> Int64:
-    """Return the best mean of every lattice over the phases (n, 2), in eighths of its vectors, and its points: (2, n).
-    """
+    """Return the best mean of every lattice over the phases (n, 2), eighths of its vectors, and its points: (2, n)."""
     best = np.zeros((2, len(lattices)), np.int64)
     for k in range(len(lattices)):
         best[0, k] = NOTHING

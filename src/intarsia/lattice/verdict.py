@@ -123,9 +123,7 @@ def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
 
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
-    """Fit the pitch to the peaks of the profile near its multiples. Return the pitch, rms residual (px), and lines
-    seen.
-    """
+    """Fit the pitch to the peaks of the profile near its multiples: pitch, rms residual (px), lines seen."""
     found, lines = [], 0
     for k in itertools.count(1):
         at = 2 * k * pitch

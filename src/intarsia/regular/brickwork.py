@@ -22,8 +22,7 @@ from .wall_kernels import FACE as CUT
 
 
 def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
-    """Return the features, the features without slopes, and the usable pixels; axes are swapped if courses are upright.
-    """
+    """Return features, features without slopes, and usable pixels; axes are swapped if courses are upright."""
     found = feats.pictures[0], feats.level, exemplar.free
     one, two, three = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in found) if upright else found
     return one, two, three
@@ -85,8 +84,7 @@ class Contrast(NamedTuple):
 
     @classmethod
     def of(cls, smooth: Array, usable: Mask, beds: Array, pitch: float) -> Contrast:
-        """Return Fisher's linear discriminant between pixels on the beds (n, W) and in the middle between them; score 0
-        if none.
+        """Return Fisher's linear discriminant between pixels on the beds (n, W) and midway between; score 0 if none.
 
         The weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
         """
@@ -201,9 +199,7 @@ class Brickwork(NamedTuple):
 
 
 def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
-    """Return the line of the beds: perpendicular to the vector, at the phase where they differ most from what lies
-    between.
-    """
+    """Return the line of the beds, perpendicular to the vector, at the phase of the highest contrast."""
     down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
     pitch = round((down * down + aside * aside) / down)
     every = max(1, usable.shape[1] // Finding.columns)
@@ -245,9 +241,7 @@ def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Brickwor
 
 
 def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
-    """Return the columns of each whole course, at most `out` px beyond the exemplar. Raise MethodError if there is
-    none.
-    """
+    """Return the columns of each whole course, at most `out` px beyond the exemplar; MethodError if there is none."""
     spans = {}
     for k, (above, below) in enumerate(pairwise(beds)):
         inside = (above >= -out) & (below <= len(usable) + out) & _readable(usable, above, below)
@@ -459,9 +453,7 @@ def _distances(places: dict[int, list[int]], step: int) -> list[int]:
 
 
 def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
-    """Return the cost of each distance, higher the rarer it is, highest below what nearly all keep; and the most
-    common.
-    """
+    """Return the cost of each distance, higher for rare ones, highest for the smallest; and the most common one."""
     reach = int(2 * usual) + 2
     if not distances:
         return np.zeros(reach, np.int64), int(usual / 2)

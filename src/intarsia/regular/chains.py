@@ -64,9 +64,7 @@ class Laying:
 
 
 class Chains:
-    """The courses of an endless canvas, piece by piece; `own`: the height of each stone, for courses of unequal
-    heights.
-    """
+    """The courses of an endless canvas, piece by piece; `own`: the height of each stone, if courses are unequal."""
 
     def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int, own: Int64 | None = None) -> None:
         self.rows, self.seed, self.bricks = rows, seed, bricks

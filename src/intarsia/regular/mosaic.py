@@ -75,8 +75,7 @@ class LaidBlocks:
         return cls(laid, (around[0], around[1]), (canvas.height, canvas.width), half)
 
     def origin(self, i: int, j: int) -> Pair:
-        """Return the first corner of a block, 1/256 px; if the canvas wraps the last block ends where the first begins.
-        """
+        """Return the first corner of a block, 1/256 px; on a canvas that wraps the last ends where the first begins."""
         y, x = self.grid.origin(i, j)
         if self.around[0]:
             y += i * self.lengths[0] * UNIT // self.around[0] - i * self.grid.rows[0]
@@ -255,8 +254,7 @@ class Mosaic:
         return np.asarray(found[np.argsort(found[:, 0], kind="stable")])
 
     def _random(self, i: int, j: int) -> int:
-        """Return the place that a random block is read from: a shuffled deck of all places for each square of blocks.
-        """
+        """Return the place of a random block, from a shuffled deck of all places for each square of blocks."""
         i, j = returning(self.laid.around, i, j)
         count = len(self.places[i % 2, j % 2])
         side = 2 * math.ceil(math.sqrt(count / 2))
@@ -274,8 +272,7 @@ class Mosaic:
         return np.asarray(self.places[i % 2, j % 2][self._random(i, j)])
 
     def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
-        """Return the place that best continues the start map; None if that is empty there, or no place reaches so far.
-        """
+        """Return the place that best continues the start map; None if that is empty here, or out of reach."""
         at, sides, core = self.laid.window(i, j)
         zone = start.zone(at, core | (sides >= 0), 0)
         if not len(zone):

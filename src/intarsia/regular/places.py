@@ -152,8 +152,7 @@ class FewPlaces(MethodError):
 def grid_and_places(
     settings: NearRegular, picture: Int16, usable: Mask, cell: Cell
 ) -> tuple[BlockGrid, Continued, Places]:
-    """Choose the blocks and complete the periods around them; smaller blocks if there are too few places for large
-    ones.
+    """Choose the blocks, smaller ones if there are too few places for large ones; complete the periods around them.
 
     Return the grid in the exemplar, what blocks are read from, and their places there. Raise FewPlaces if there are
     fewer than two for a block of one period.

@@ -224,8 +224,7 @@ def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
 
 
 def _flat(at: Int64) -> tuple[float, float, float]:
-    """Return the straight, parallel, equal courses nearest to a phase: pitch px, slope, and the largest distance, px.
-    """
+    """Return the straight equal courses nearest to a phase: pitch px, slope, and the largest distance, px."""
     height, width = at.shape
     y, x = np.arange(height) * 2 + 1 - height, np.arange(width) * 2 + 1 - width
     # Sums of whole numbers; the places sum to nothing, so that each slope is a quotient.

@@ -43,8 +43,9 @@ class Rows:
 
     @classmethod
     def equal(cls, line: Line, canvas: Canvas, upright: bool) -> Rows:
-        """Place courses of one pitch on a canvas (`upright`: they run down it). Raise ParameterError if they cannot
-        close.
+        """Place courses of one pitch on a canvas (`upright`: they run down it).
+
+        Raise ParameterError if they cannot close.
         """
         down, along, height, width = turned(canvas, upright)
         pitch, around, slope, turn = (line.pitch, UNIT), 0, line.slope, 0
@@ -92,9 +93,7 @@ class Rows:
         return number * sum(self.heights[c] for c in order) + sum(self.heights[c] for c in order[:k])
 
     def place(self, twice: int, u: Any) -> Any:
-        """Return the row at which course `twice` / 2 begins in columns (whole numbers), 1/256 px; exact at any
-        distance.
-        """
+        """Return the row at which course `twice` / 2 begins in columns (whole numbers), 1/256 px; exact anywhere."""
         (a, b), (c, d) = self.pitch, self.slope
         at = self._top(twice // 2) + self._top((twice + 1) // 2)
         return self.phase + (at * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)

@@ -79,8 +79,7 @@ class TileLayout:
         return cls(anchor, vectors, rates)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """Return the exemplar pixels (height, width, 2) of a window, all upright; y0 and x0 may be negative and huge.
-        """
+        """Return the exemplar pixels (height, width, 2) of a window, all upright; y0, x0 may be negative and huge."""
         whole = _denominator(self.rates)
         steps = [[int(f * whole) % whole for f in rate] for rate in self.rates]
         y, x = y0 - self.anchor[0], x0 - self.anchor[1]
@@ -333,9 +332,7 @@ def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
 
 
 def _sides(vector: Vector, shape: Pair) -> list[Vector]:
-    """Return sides perpendicular to the only lattice vector, the longest first: nothing repeats there, any length will
-    do.
-    """
+    """Return sides perpendicular to the only lattice vector, the longest first: no period limits their length."""
     length = math.hypot(*vector)
     y, x = -vector[1] / length, vector[0] / length
     room = min(n / abs(c) if abs(c) > 1e-9 else math.inf for n, c in zip(shape, (y, x), strict=True))

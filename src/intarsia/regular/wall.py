@@ -86,8 +86,7 @@ class Reach:
 def courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
-    """Return the courses of an exemplar, its features, usable pixels, and whether courses are upright (axes swapped).
-    """
+    """Return the courses of an exemplar, its features, its usable pixels, and whether axes are swapped (upright)."""
 
     def found() -> tuple[Brickwork, Array, Array, bool]:
         vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
@@ -246,8 +245,7 @@ class Wall:
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
     def _cut(self, both_strips: tuple[Strip, Strip]) -> Cut:
-        """Cut two courses along their bed: for every column of the chunk, how many rows of the band the upper one
-        keeps.
+        """Cut two courses along their bed: how many rows of the band the upper one keeps in each column of the chunk.
         """
         upper, lower = both_strips
         cost, gap = wall_kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)

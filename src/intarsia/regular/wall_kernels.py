@@ -119,8 +119,7 @@ def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
 
 @kernel
 def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> int:
-    """Return the column at which a piece begins (side 0) or ends (1) in a row of the exemplar, with half of its joint.
-    """
+    """Return the column where a piece begins (side 0) or ends (1) in a row of the exemplar, with half its joint."""
     if kind == FACE:
         return end + half if side == 0 else end - half
     if not 0 <= y < joints.shape[1]:
