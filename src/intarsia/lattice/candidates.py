@@ -59,9 +59,8 @@ class CorrelationMap(NamedTuple):
 
 def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
     """Return the high-pass filtered colours and the edge strength of features in 1/16."""
-    weight = None if usable is None else usable.astype(np.float64)
     values = _evened(features, usable)
-    colours = np.rint(high_pass(values, weight, min(features.shape[:2]) / LIGHT))
+    colours = np.rint(high_pass(values, usable, min(features.shape[:2]) / LIGHT))
     down, along = ((step * step).sum(axis=2) for step in np.gradient(values, axis=(0, 1)))
     edges, inner = np.rint(np.sqrt(down + along))[..., None], None
     if usable is not None:
@@ -97,14 +96,14 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     return CorrelationMap(*(array.astype(np.int32) for array in arrays))
 
 
-def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
+def high_pass(picture: Floats, usable: Mask | None, sigma: float) -> Floats:
     """Subtract a Gaussian blur of `sigma` px with mirrored borders, channel by channel.
 
     With a mask the blur is divided by the blurred mask, so that masked pixels do not leak in.
     """
     planes = np.moveaxis(picture, 2, 0).copy()  # transforms of one at a time stay in a core's cache
-    mass = 1.0 if weight is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
-    weight = np.ones(picture.shape[:2]) if weight is None else weight
+    weight = np.ones(picture.shape[:2]) if usable is None else usable.astype(np.float64)
+    mass = 1.0 if usable is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
     return np.stack([(plane - widely_blurred(plane * weight, sigma) / mass) * weight for plane in planes], axis=2)
 
 

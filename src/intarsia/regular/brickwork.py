@@ -309,21 +309,17 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
         at = valley - 1
         path = np.concatenate([paths.trace(up, at, 0), paths.trace(down, at, 0)[::-1][1:]]) + x0
         rows = middle[at + x0] + v
-        path += int(np.median(_middles(faces, rows, path)))
+        inner = slice(len(v) // 4, len(v) - len(v) // 4)
+        path += int(np.median([(a + b) // 2 - x for a, b, x in _mortar(faces, rows[inner], path[inner])] or [0]))
         joints.append(np.interp(np.arange(height), rows, path).round().astype(np.int64))
     return joints
 
 
-def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
-    """Return how far the middle of the mortar lies from a path, row by row; the first pixel of its right half."""
-    found = [0]
-    quarter = len(rows) // 4
-    for y, x in zip(rows[quarter : len(rows) - quarter], path[quarter : len(rows) - quarter], strict=True):
-        if 0 <= y < len(faces):
-            a, b = mortar_at(faces[y], int(x))
-            if b > a:
-                found.append((a + b) // 2 - int(x))
-    return found[1:] or found
+def _mortar(faces: Array, rows: Array, columns: Array) -> list[tuple[int, int, int]]:
+    """Return the mortar around places, (first, end, column), row by row, without places that are no mortar."""
+    places = zip(rows.tolist(), columns.tolist(), strict=True)
+    found = [(*mortar_at(faces[y], x), x) for y, x in places if 0 <= y < len(faces)]
+    return [place for place in found if place[1] > place[0]]
 
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
@@ -332,10 +328,9 @@ def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], bed
     for k, some in of_course.items():
         top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
         quarter = max(1, (end - top) // 4)
+        rows = np.arange(max(0, top + quarter), min(len(faces), end - quarter))
         for j in some:
-            for y in range(max(0, top + quarter), min(len(faces), end - quarter)):
-                a, b = mortar_at(faces[y], int(joints[j, y]))
-                widths += [b - a] if b > a else []
+            widths += [b - a for a, b, _ in _mortar(faces, rows, joints[j, rows])]
     return int(np.median(widths)) if widths else 4
 
 

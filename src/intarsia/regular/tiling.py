@@ -121,7 +121,7 @@ def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, 
 
     Each as the multiples of both vectors, and the length in px, rounded.
     """
-    ((p, q), (r, s)) = vectors if axis == 0 else ((vectors[0][1], vectors[0][0]), (vectors[1][1], vectors[1][0]))
+    (p, q), (r, s) = (v if axis == 0 else v[::-1] for v in vectors)
     swapped = abs(q) > abs(s)  # count the vector that leads less far aside
     if swapped:
         (p, q), (r, s) = (r, s), (p, q)
