@@ -28,7 +28,7 @@ from .scoring_kernels import top_of
 
 MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below
 READ = 0.3  # offsets at which less than this share of the pixels overlaps have weight 0
-REACH = 0.8  # of each side: the largest offset looked at
+REACH = 0.8  # of each side: the largest offset
 LIGHT = 6  # the short side over this is the sigma of what counts as light
 
 

@@ -26,7 +26,7 @@ from .candidates import CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
 
 WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
-POINTS = 12  # lattice points looked at: two of each direction
+POINTS = 12  # lattice points compared: two of each direction
 ANGLES = 6  # directions of a half circle, 30 degrees each, over which they are spread
 FARTHEST = 0.5  # of each side: the other half is left to compare
 SPARE = 2  # px besides those that one px of the reduced copy stands for: the peak may lie beside its px
@@ -114,7 +114,7 @@ class Fitting:
 
     radius = 0.12  # of the shorter vector: peaks are looked for within; halved: three, doubled: one
     least = 1.5  # px, and at least so far; halved and doubled: none
-    drift = 0.15  # of the shorter vector: who moves further found another; 0: a rule differs
+    drift = 0.15  # of the shorter vector: a fit that moves further found another lattice; 0: a rule differs
     slack = 2.0  # px more, for grain; 1 and 4: none
     loose = 0.01  # of the shorter vector: peaks further off make a lattice loose,; 0: one is 1 px off
     blur = 0.05  # and its map is blurred by this much; halved and doubled: one or two move by 1 px

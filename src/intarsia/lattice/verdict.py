@@ -172,8 +172,8 @@ class Limits:
     scattered = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
     faint = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
     exact = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
-    doubted = 0.025  # confidence of one that its peaks tell; halved: jeans get one, doubled: bamboo loses its
-    told = 4.0  # 10 to this: the odds that tell it; halved: the same, doubled: bamboo and lizards lose it
+    doubted = 0.025  # least confidence for the chance test; halved: jeans get one, doubled: bamboo loses its
+    told = 4.0  # 10 to this: odds that pass the chance test; halved: the same, doubled: bamboo and lizards lose it
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,7 @@ class Finding:
     stray = 0.22  # of the pitch a bed may leave its line; halved: 117 joints of 129, doubled: false courses
     pull = 40  # of 255 is paid for straying so far; at 0 3 joints of 18 are lost, at 160 6 of 88 are invented
     rounds = 3  # times that mortar and beds are found from one another; at 1 507 joints lie over others for 310
-    columns = 64  # are looked at for the phase, at least; 32, 128: the same, all: a map of normals gains a joint
+    columns = 64  # compared for the phase, at least; 32, 128: the same, all: a map of normals gains a joint
     phases = 12  # are tried; halved: one wall finds 21 joints of 26, doubled: as is
     coarse = 24  # px of pitch: px are averaged above it; never: one course of 5 is lost, always: 75 joints of 148
     low = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
@@ -341,12 +341,12 @@ class Sorting:
     """Which bricks of an exemplar are used. Counts are of 16 walls of 512 px (docs/design/012)."""
 
     margin = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
-    broken = 0.3  # of the usual brick is the least; halved: one wall lays chips, doubled: 9 of 67 are lost
+    broken = 0.3  # of the usual brick is the least; halved: one wall uses chips, doubled: 9 of 67 are lost
     half = 0.45  # of it must be seen at the border, where whole ones are few; halved: slivers in four walls
-    least = 0.9  # of the shortest whole one, where they are many; halved: three walls show halved setts
-    few = 8  # whole bricks; halved: 859 pieces cut by the border are shown instead of 268, doubled: 343
-    enough = 16  # of them: none is shown that the border cuts; at 20 whole stones one piece in seven looked cut
-    straying = 70  # of 255 is what beds of a brick may look like; without it setts show two stones as one
+    least = 0.9  # of the shortest whole one, where they are many; halved: three walls use halved setts
+    few = 8  # whole bricks; halved: 859 pieces cut by the border are used instead of 268, doubled: 343
+    enough = 16  # of them: none that the border cuts is used; at 20 whole stones one piece in seven looked cut
+    straying = 70  # of 255 is what beds of a brick may look like; without it two setts count as one stone
 
 
 class Bond:

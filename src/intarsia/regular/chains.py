@@ -42,11 +42,11 @@ class Costs:
     """Costs of a course; only their ratios count. Counts are sums over 16 walls of 512 px (docs/design/012)."""
 
     turn = 100  # a brick that it is not the turn of: the unit; without it a third fewer bricks are used
-    again = 2000  # a brick shown one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
+    again = 2000  # a brick used one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
     near = 500  # a brick beside itself; halved: 730 instead of 652 near themselves, doubled: 138 instead of 150
     loose = 15  # bricks that are no neighbours in the exemplar; at 0: 2666 such pairs instead of 2404, at 60: 2399
     odd = 150  # bricks of courses of other lengths; at 0 a drawn English bond mixes 118 pairs instead of 32
-    border = 30  # a brick cut by the border of the exemplar; halved: 379 are shown instead of 339, doubled: 266
+    border = 30  # a brick cut by the border of the exemplar; halved: 379 are used instead of 339, doubled: 266
     cut = 250  # a brick cut to fit; halved: 50 cut ones instead of 42, doubled: the same on 13 walls of 16
     drawn = 60  # up to so much by chance, at anchors; halved and doubled: other places, nothing is seen
 
@@ -56,11 +56,11 @@ class Laying:
 
     near = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
     fewest = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
-    twice = 600  # what a pair costs that is shown nearby already; at 300 125 return in rows, not 106
+    twice = 600  # a pair that is used nearby already; at 300 125 are repeated in rows, not 106
     give = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
     wider = 2  # px: a stone that is too long by more is a cut one
     cut = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
-    rounds = 6  # times at most that a chain is laid while pairs return in it; 4 and 8: a few pairs more or less
+    rounds = 6  # times at most that a chain is made while it repeats pairs; 4 and 8: a few pairs more or less
 
 
 class Chains:
@@ -76,7 +76,7 @@ class Chains:
         course = bricks.table[:, 0]
         self.mean = np.array([bricks.sizes[course == k].mean() for k in course])
         # Px by which a joint may be wider or narrower, what a brick costs that is cut to fit, times that a chain is
-        # laid, and which bricks each course of the exemplar may show.
+        # made, and which bricks each course of the exemplar may use.
         self.give, self.cut, self.rounds = 1, Costs.cut, 0
         self.cards: list[Sequence[int]] = [range(len(bricks.table))]
         if own is not None:

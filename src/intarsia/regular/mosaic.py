@@ -136,7 +136,7 @@ shuffled = lru_cache(maxsize=64)(deck)  # an endless mosaic must not fill the me
 class Mosaic:
     """An endless mosaic."""
 
-    settings: NearRegular  # the parameters that it is laid by
+    settings: NearRegular  # its parameters
     seed: int  # what the draws follow from
     laid: LaidBlocks  # where the blocks lie
     ground: Continued  # the exemplar with completed periods, which blocks are read from
@@ -219,7 +219,7 @@ class Mosaic:
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
-        if self.start is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
+        if self.start is not None:  # the start map is a fifth neighbour, at its anchor
             there = self.start.zone(at, core | (sides >= 0), len(near))
             free = np.full(core.shape, True)
             free[there[:, 0], there[:, 1]] = False

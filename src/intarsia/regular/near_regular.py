@@ -65,7 +65,7 @@ def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: 
         known = method.resolved(exemplars, plane)
         return known, _layer(known, exemplars[0], plane, None, seed, run)
 
-    beside = f"near-regular {seed % SEEDS}"  # so that a few that are looked at in turn do not drive each other out
+    beside = f"near-regular {seed % SEEDS}"  # so that a few seeds used in turn do not evict each other
     known, (rectified, layer) = exemplars[0].latest(beside, (method, seed), prepared)
     yx = rectified.to_exemplar(layer.window(box.y0, box.x0, box.height, box.width, run))
     return SourceMap(yx, None, None, (exemplars[0].source,), blend=known.blend)

@@ -27,7 +27,7 @@ WELL = 1.3  # a seam may cost so much more than the average one between blocks
 UNSEEN = 4 * 16  # a seam of 4 grey levels of 1023 is never seen
 SPARE = 2  # px more than is missing, since places are rounded
 ASIDE = 4  # px at the ends of a strip that repeat the last one
-REACH = 24  # multiples of the vectors that are looked at
+REACH = 24  # multiples of the vectors that are tried
 TRIED = 6  # continuations of which the seam is sought
 COVERED = 0.6  # of a strip must exist
 
@@ -37,7 +37,7 @@ class Continued(NamedTuple):
 
     picture: Int16  # (H, W, C): the features
     usable: Mask  # (H, W): which of them exist
-    source: Int32  # (H, W, 2): the exemplar's pixel that each shows
+    source: Int32  # (H, W, 2): the exemplar's pixel at each place
     before: Pair = (0, 0)  # rows and columns added above and to the left, px
 
     def placed(self, grid: BlockGrid) -> BlockGrid:
@@ -85,7 +85,7 @@ def _longer(
     fitting = [s for s in sorted(strips, key=lambda s: (s.parted, s.mismatch))[:TRIED] if s.cost <= limit]
     if not fitting:
         return None
-    # From far away, if it goes: that is what no whole period shows.
+    # From far away if possible: whole periods do not use that part.
     best = min(fitting, key=lambda s: (s.parted, int(s.y[0]), s.cost))
     rows, columns = np.indices(best.there.shape)
     own = np.zeros(rows.shape, bool)

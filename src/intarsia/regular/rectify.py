@@ -35,10 +35,10 @@ TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
 class Following:
     """How the beds of courses are fitted. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
 
-    places = 64  # of each bed are looked at; halved and doubled: the same
+    places = 64  # samples of each bed; halved and doubled: the same
     stray = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
     loose = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: 3 more
-    faint = 0.001  # keeps what beds do not tell near nothing; halved and doubled: the same
+    faint = 0.001  # ridge: keeps coefficients that beds do not determine near 0; halved and doubled: the same
     fits = 4  # times that weights follow from what is left over; halved and doubled: the same
 
 LEAST = 8  # places of a bed must be usable, or it is left out
@@ -92,7 +92,7 @@ class Gain:
 
     least = 1.4  # times the confidence as it is; at 1 stone blocks are moved, too (1.2), doubled: one is left
     clear = 2.0  # times what is asked, if it has none as it is; halved and doubled: the same
-    off = 3.0  # px: what is straighter gives way in step, too; halved and doubled: the same
+    off = 3.0  # px: patches aligned to the lattice follow smaller bends; halved and doubled: the same
     level = 2.0  # px over the exemplar: courses that lean less are level, as 1 px at each end is rounding
 
 

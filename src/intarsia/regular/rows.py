@@ -22,7 +22,7 @@ from ..model.canvas import Canvas
 from .brickwork import Line
 
 DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # levels of draws: of bricks, of courses, of where these begin
-SPARE = 64  # px above the height of a canvas that sums of heights are looked for: far above what may be strained
+SPARE = 64  # px above the height of a canvas up to which sums of heights are tried: far above the strain
 STAGE = 2012  # keeps the draws of courses apart from those of others
 STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
 
@@ -158,7 +158,7 @@ class Piece(NamedTuple):
 
     first: int  # its columns on the canvas, up to the middle of the joints at both ends
     end: int
-    source: int  # the exemplar column that `first` shows
+    source: int  # the exemplar column at `first`
     course: int  # of the exemplar that it is a piece of
     left: int  # what lies at its left end: a joint, or FACE
     right: int  # and at its right end

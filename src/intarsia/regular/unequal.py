@@ -49,7 +49,7 @@ class Unequal:
     full = 170  # of 255: what looks less like faces holds joints, and is no stone; 180: the same, 220: 174
     like = 0.2  # of a course's height stones may be higher or lower. At 0.25 they touch across beds
     some = 4  # such stones, or the course is left; 2: two stones take turns in a row, 8: three of six are lost
-    many = 8  # whole stones: where there are so many, none is laid that the border cuts; 4: 176, 16: 187
+    many = 8  # whole stones: from so many on, none that the border cuts is used; 4: 176, 16: 187
     enough = 10  # whole stones: fewer are no wall; 5: one more of cobbles is, 20: five of ten are none
     covered = 0.45  # of the exemplar is stones that are known; of ten 0.53 to 0.73, of a house's front 0.25
     joints = 96  # of 255: what joints look like faces at most; of ten 5 to 68, hexagons 130, letters 114 and 176

@@ -117,7 +117,7 @@ class Wall:
     work: Brickwork  # what the exemplar holds; its courses run along x
     layout: Chains  # which piece lies where
     rows: Rows  # where the courses lie
-    scene: tuple[Any, ...]  # what the kernels show: see :mod:`intarsia.regular.wall_kernels`
+    scene: tuple[Any, ...]  # what the kernels read: see :mod:`intarsia.regular.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
     strips: Lately[Strip] = field(default_factory=partial(Lately, HELD), repr=False)
