@@ -25,7 +25,6 @@ from ..foundation.geometry import UNIT
 from .candidates import CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
 
-WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
 POINTS = 12  # lattice points compared: two of each direction
 ANGLES = 6  # directions of a half circle, 30 degrees each, over which they are spread
 FARTHEST = 0.5  # of each side: the other half is left to compare
@@ -42,7 +41,7 @@ def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -
     rows, right, found = [], [], np.empty(2)
     for index in _furthest(vectors, *features.shape[:2]):
         near = np.rint(np.array(index) @ vectors / UNIT).astype(np.int64)
-        if best_shift(features, mask, near, factor + SPARE, WINDOW, found):
+        if best_shift(features, mask, near, factor + SPARE, found):
             rows.append(index)
             right.append(found.tolist())
     return _least_squares(np.array(rows, np.float64), np.array(right), vectors, factor) if rows else None

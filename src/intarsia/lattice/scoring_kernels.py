@@ -19,6 +19,7 @@ def top_of(before: float, here: float, after: float) -> float:
     return 0.5 * (after - before) / bend if bend > 0 else 0.0
 
 
+WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
 SPARSE = 128  # px: of larger overlaps every second px is compared along each axis
 
 
@@ -28,23 +29,22 @@ def best_shift(
     usable: Mask,
     near: Int64,
     radius: int,
-    window: int,
     found: Floats,
 ) -> bool:
     """Find the shift near `near` of least squared difference of a picture from itself; False if none stands out.
 
-    For every shift the same px are compared, at most window x window around the middle of the overlap, every second one
+    For every shift the same px are compared, at most WINDOW x WINDOW around the middle of the overlap, every second one
     if there are many, in whole numbers; a constant difference is subtracted. `usable` of one px: all px are usable.
     """
     height, width, channels = picture.shape
     top, left = max(0, radius - near[0]), max(0, radius - near[1])
     bottom, right = min(height, height - near[0] - radius), min(width, width - near[1] - radius)
-    if bottom - top > window:
-        top = (top + bottom - window) // 2
-        bottom = top + window
-    if right - left > window:
-        left = (left + right - window) // 2
-        right = left + window
+    if bottom - top > WINDOW:
+        top = (top + bottom - WINDOW) // 2
+        bottom = top + WINDOW
+    if right - left > WINDOW:
+        left = (left + right - WINDOW) // 2
+        right = left + WINDOW
     if bottom - top < 8 or right - left < 8:
         return False
     masked, step = usable.size > 1, 2 if min(bottom - top, right - left) > SPARSE else 1

@@ -25,6 +25,7 @@ Cell = tuple[Vector, Vector | None]
 LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered
 UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
 COMBINATIONS = 6
+BORDER = 14  # px: the band of a cut, as near-regular has it by default
 PAIRS = 10  # shifted copies that the cost of a phase is averaged over
 
 
@@ -123,14 +124,14 @@ def colour_distances(a: Array, b: Array) -> Int64:
     return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
 
-def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
+def joints(picture: Int16, cell: Cell) -> float:
     """Return how clearly joints separate blocks: the cost of cuts in them, divided by the cost of cuts anywhere.
 
     The larger one of both axes; 0: cuts cost nothing, 1: the phase makes no difference, or is unknown.
     """
     grid, worst = block_grid(cell, None, picture.shape), 0.0
     for axis in (0, 1):
-        costs = phase_costs(picture, grid, border, axis)
+        costs = phase_costs(picture, grid, BORDER, axis)
         seen = np.ones(1) if costs is None else costs[np.isfinite(costs)]
         whole = float(seen.sum())
         worst = max(worst, float(seen.min()) * len(seen) / whole if whole else 0.0)
@@ -155,11 +156,11 @@ def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tup
 
 def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
     """Return where the grid of the smallest blocks begins, (y, x) px."""
-    y, x = phased(picture, block_grid(cell, 1.0, picture.shape), 14)[0].phase
+    y, x = phased(picture, block_grid(cell, 1.0, picture.shape), BORDER)[0].phase
     return y / UNIT, x / UNIT
 
 
-def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
+def block_places(grid: BlockGrid, valid: Mask, kind: Pair) -> Int64:
     """Return the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
 
     `valid` (H, W): usable pixels; the whole block must lie on them. `kind`: 0 or 1 each, for blocks of half periods:
