@@ -82,11 +82,11 @@ def _longer(
     moves: list[Pair] = np.unique(vectors[:, (axis, 1 - axis)] * (sign, 1), axis=0).tolist()
     steps = [_last_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
     strips = [s for m in moves if (s := _strip(picture, usable, m, more, border, steps)) is not None]
-    fitting = [s for s in sorted(strips, key=lambda s: (s.parted, s.mismatch))[:TRIED] if s.cost <= limit]
+    fitting = [s for s in sorted(strips, key=lambda s: (s.incomplete, s.mismatch))[:TRIED] if s.cost <= limit]
     if not fitting:
         return None
     # From far away if possible: whole periods do not use that part.
-    best = min(fitting, key=lambda s: (s.parted, int(s.y[0]), s.cost))
+    best = min(fitting, key=lambda s: (s.incomplete, int(s.y[0]), s.cost))
     rows, columns = np.indices(best.there.shape)
     own = np.zeros(rows.shape, bool)
     own[:border] = usable[-border:]
@@ -113,7 +113,7 @@ class Strip(NamedTuple):
     x: Array  # (columns,): the same
     there: Mask  # (rows, columns): which of it exists
     path: Int64  # (columns,): the row of the cheapest seam
-    parted: bool  # whether some of it does not exist
+    incomplete: bool  # whether some of it does not exist
     mismatch: float  # how far the last rows differ from what is read, on average, 1/16 of a feature unit
     cost: float  # what a px of that seam costs, on average
 
