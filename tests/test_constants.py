@@ -45,7 +45,10 @@ def has_origin(lines: list[str], body: list[ast.stmt], k: int) -> bool:
 
 
 def is_table(node: ast.ClassDef) -> bool:
-    return any(getattr(base, "id", "") == "NamedTuple" for base in node.bases)
+    """Whether a class is a table of numbers: a named tuple, or what only gives names to values."""
+    named = any(getattr(base, "id", "") == "NamedTuple" for base in node.bases)
+    plain = not (node.bases or node.decorator_list or any(isinstance(n, ast.FunctionDef) for n in node.body))
+    return named or plain
 
 
 def without_origin(lines: list[str], module: ast.Module) -> list[str]:
@@ -74,7 +77,9 @@ def test_every_number_says_where_it_comes_from(path: Path) -> None:
         ("SIDE = 1 << 9", 1),
         ('NAME = "rows"', 0),
         ("class Costs(NamedTuple):\n    turn: int = 100\n    near: int = 5  # of 16 walls", 1),
-        ("class Other:\n    turn: int = 100", 0),
+        ("class Costs:\n    turn = 100\n    near = 5  # of 16 walls", 1),
+        ("@dataclass\nclass Other:\n    turn: int = 100", 0),
+        ("class Other:\n    turn = 100\n    def near(self): ...", 0),
     ],
 )
 def test_numbers_without_a_word_are_found(text: str, missing: int) -> None:

@@ -149,7 +149,6 @@ def test_a_mask_hides_pixels():
 def test_large_exemplars_are_reduced_and_refined():
     vectors = np.array([(3.4, 61.37), (80.9, -20.2)])
     found = find_lattice(of(tiling(vectors, 1100, 4)))
-    assert (found.reduction, found.refined) == (3, True)
     assert apart(found.accepted.pixels, vectors) == (1, pytest.approx(0, abs=0.05))
 
 

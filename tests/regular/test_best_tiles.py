@@ -19,7 +19,7 @@ def px(*vectors):
 
 def layout_of(tile: Tile, height: int, width: int) -> np.ndarray:
     """Lay out a tile by its whole sides: moved by either of them the layout is the same."""
-    return TileLayout.of(tile.anchor, px(*tile.vectors), Canvas(1, 1)).window(0, 0, height, width)[0]
+    return TileLayout.of(tile.anchor, px(*tile.vectors), Canvas(1, 1)).window(0, 0, height, width)
 
 
 def naive_cost(picture, usable, anchor, v1, v2, band):

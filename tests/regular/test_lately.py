@@ -27,8 +27,8 @@ def test_windows_one_after_another_are_those_made_alone(case: Any) -> None:
     exemplar = Exemplar.of(pixels)
     one = Wall.of(lattice, None, exemplar, Canvas(10, 10), 5)
     for threads, (y, x) in enumerate(PLACES):
-        alone = Wall.of(lattice, None, exemplar, Canvas(10, 10), 5).window(y, x, 64, 64)[0]
-        np.testing.assert_array_equal(one.window(y, x, 64, 64, Run(threads % 2 + 1))[0], alone)
+        alone = Wall.of(lattice, None, exemplar, Canvas(10, 10), 5).window(y, x, 64, 64)
+        np.testing.assert_array_equal(one.window(y, x, 64, 64, Run(threads % 2 + 1)), alone)
 
 
 def test_a_window_beside_lays_only_what_is_new(monkeypatch: pytest.MonkeyPatch) -> None:

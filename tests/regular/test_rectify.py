@@ -15,6 +15,7 @@ from intarsia.regular import rectify
 from intarsia.regular.rectify import (
     TERMS,
     TURN,
+    Rectified,
     Straight,
     _factors,
     _moved,
@@ -135,7 +136,8 @@ def test_every_pixel_is_a_pixel_of_the_exemplar() -> None:
     np.testing.assert_array_equal(made.planes["roughness"].pixels, small[y // 2, x // 2])
     assert made.usable is not None
     assert usable[y, x][made.usable].all()
-    np.testing.assert_array_equal(straight.to_exemplar(np.argwhere(made.usable)), straight.yx[made.usable])
+    shown = Rectified(made, (), straight).to_exemplar(np.argwhere(made.usable))
+    np.testing.assert_array_equal(shown, straight.yx[made.usable])
     grown = ia.synthesize(e, 200, ia.NearRegular(), seed=1)
     assert grown.method.straighten == "on"
     assert usable[grown.map.yx[..., 0], grown.map.yx[..., 1]].all()
@@ -320,8 +322,8 @@ def test_wrapped_courses_close() -> None:
     size = (round(12 * method.lattice[0][1]), 210)
     base, canvas = rectified_for(e, method.slug, method.lattice, method.straighten), Canvas(*size, ia.Wrap.BOTH)
     courses = Wall.of(base.lattice, None, base.exemplar, canvas, 4)
-    here = courses.window(0, 0, *size)[0]
-    np.testing.assert_array_equal(courses.window(size[0], -size[1], *size)[0], here)
+    here = courses.window(0, 0, *size)
+    np.testing.assert_array_equal(courses.window(size[0], -size[1], *size), here)
     made = ia.synthesize(e, size, method, seed=4, wrap="both")
     np.testing.assert_array_equal(made.map.yx, base.to_exemplar(here))
 

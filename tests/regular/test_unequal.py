@@ -13,9 +13,9 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.regular.chains import LAYING
+from intarsia.regular.chains import Laying
 from intarsia.regular.rows import Rows, closing
-from intarsia.regular.unequal import UNEQUAL, masonry_of
+from intarsia.regular.unequal import Unequal, masonry_of
 from intarsia.regular.wall import Wall
 from intarsia.testing.cases import noise, texture
 
@@ -100,11 +100,11 @@ def test_stones_lie_in_courses_about_as_high_as_they_are() -> None:
     wall = Wall.of(None, None, Exemplar.of(pixels), Canvas(10, 10), 1)
     found = found_in(pixels)
     for height, cards in zip(found.heights, wall.layout.cards, strict=True):
-        assert cards == naive.stones_about(found.own.tolist(), height, LAYING, UNEQUAL.like)
+        assert cards == naive.stones_about(found.own.tolist(), height, Laying, Unequal.like)
     for i in range(-8, 9):
         height = found.heights[wall.rows.kind(i)]
         for piece in wall.layout.pieces(i, 0, 700):
-            assert abs(found.own[piece.brick] - height) <= UNEQUAL.like * height
+            assert abs(found.own[piece.brick] - height) <= Unequal.like * height
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -161,9 +161,9 @@ CASES = [rubble()[0], UPRIGHT, rubble(seed=4, joint=4)[0]]
 @pytest.mark.parametrize(("case", "corner"), [(0, (0, 0)), (1, (-150, 77)), (2, (2**40 - 3, -(2**40) - 11))])
 def test_a_window_is_a_crop(case: int, corner: tuple[int, int]) -> None:
     e, (y, x) = Exemplar.of(CASES[case]), corner
-    whole = Wall.of(None, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)[0]
+    whole = Wall.of(None, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = Wall.of(None, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)[0]
+        part = Wall.of(None, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -172,9 +172,9 @@ def test_a_wrapped_canvas_continues_in_itself(case: int, along: int) -> None:
     """The window one canvas further on shows the same."""
     height, width = (along, 260) if case == 1 else (260, along)
     wall = Wall.of(None, None, Exemplar.of(CASES[case]), Canvas(height, width, ia.Wrap.BOTH), 3)
-    here = wall.window(0, 0, height, width)[0]
-    np.testing.assert_array_equal(wall.window(height, -width, height, width)[0], here)
-    np.testing.assert_array_equal(wall.window(-100, 200, height, width)[0], np.roll(here, (100, -200), (0, 1)))
+    here = wall.window(0, 0, height, width)
+    np.testing.assert_array_equal(wall.window(height, -width, height, width), here)
+    np.testing.assert_array_equal(wall.window(-100, 200, height, width), np.roll(here, (100, -200), (0, 1)))
 
 
 def test_upright_courses_are_courses_turned() -> None:
@@ -245,10 +245,10 @@ class TestChoice:
 
     def test_few_stones_are_not(self) -> None:
         found = found_in(rubble(heights=(40, 52, 36, 44), width=110)[0])
-        assert len(found.own) < UNEQUAL.enough
+        assert len(found.own) < Unequal.enough
         assert not found.sure
 
     def test_joints_that_hardly_show_are_not(self) -> None:
         found = found_in(CASES[0])
-        assert not found._replace(faces=UNEQUAL.joints + 1).sure
+        assert not found._replace(faces=Unequal.joints + 1).sure
         assert not found._replace(own=found.own // 3).sure

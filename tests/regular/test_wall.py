@@ -74,9 +74,9 @@ def test_beds_and_joints_are_found(kind) -> None:
     course, _, joint = kind
     picture = features([Exemplar.of(pixels)]).pictures[0]
     work = brickwork_of(picture, np.ones(picture.shape[:2], bool), (course * 256, 0))
-    assert len(work.courses) >= len(pixels) // course - 1
+    assert len(work.spans) >= len(pixels) // course - 1
     assert abs(work.thickness - joint) <= 1
-    for k in work.courses:
+    for k in work.spans:
         bed = np.median(work.beds[k])
         assert min(bed % course, -bed % course) <= 1
         middle = int(np.median(work.beds[k] + work.beds[k + 1])) // 2
@@ -95,7 +95,7 @@ def test_the_material_of_setts_has_ten_stones_in_a_course() -> None:
     work = courses_of(((0.0, COURSE),), None, ia.read("sample:setts"))[0]
     off = np.median(work.beds, axis=1) / COURSE
     assert np.abs(off - off.round()).max() * COURSE < 2
-    assert {len(work.of_course[k]) for k in work.courses} <= {10, 11}
+    assert {len(work.of_course[k]) for k in work.spans} <= {10, 11}
 
 
 @pytest.mark.parametrize("kind", [FREE, THIN])
@@ -227,9 +227,9 @@ CASES = [
 def test_a_window_is_a_crop(case, corner: tuple[int, int]) -> None:
     (pixels, lattice), (y, x) = case, corner
     e = Exemplar.of(pixels)
-    whole = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)[0]
+    whole = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)[0]
+        part = Wall.of(lattice, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -241,9 +241,9 @@ def test_a_wrapped_canvas_continues_in_itself(case, long: int) -> None:
     pitch = (a * a + b * b) / max(abs(a), abs(b))
     height, width = (round(7 * pitch), long) if abs(b) > abs(a) else (long, round(7 * pitch))
     wall_ = Wall.of(lattice, None, e, Canvas(height, width, ia.Wrap.BOTH), 3)
-    here = wall_.window(0, 0, height, width)[0]
-    np.testing.assert_array_equal(wall_.window(height, -width, height, width)[0], here)
-    np.testing.assert_array_equal(wall_.window(-100, 200, height, width)[0], np.roll(here, (100, -200), (0, 1)))
+    here = wall_.window(0, 0, height, width)
+    np.testing.assert_array_equal(wall_.window(height, -width, height, width), here)
+    np.testing.assert_array_equal(wall_.window(-100, 200, height, width), np.roll(here, (100, -200), (0, 1)))
 
 
 def test_sizes_that_strain_the_courses_are_refused() -> None:

@@ -1,19 +1,15 @@
-"""The lattice of a near-regular texture: candidates, fit, and the verdict whether there is one.
+"""Lattice detection for near-regular textures: candidates, least-squares fit, and the decision whether there is one.
 
-The lattice of a texture: by which two steps tiles, bricks or threads repeat, or that they do not.
+A lattice is found from the exemplar alone. Candidates come from peaks of its autocorrelation and of its spectrum. Each
+is scored by how much better the texture matches itself at the lattice points than anywhere else in the cell; the best
+are fitted to a fraction of a px, and the winner is accepted only if enough points support it. Courses without a period
+along them have one vector. Most textures have no lattice.
 
-Found from the exemplar alone: guess lattices from peaks of the correlation and of the spectrum, score each by
-how much better the texture agrees with itself at its points than anywhere else in the cell, fit the best ones
-to a fraction of a px, and accept the winner only if enough points say so. Rows without a period along them
-have one vector; most textures have none, and are told so.
+Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``. All decisions
+compare whole numbers.
 
-Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``.
-All decisions compare whole numbers.
-
-Lengths of which a lattice goes into itself: a whole number of periods along an axis.
-
-Source: no paper; a definition. Around an axis of n px the lattice closes where one of its vectors is (n, 0); how far
-the nearest one is from that is the misfit.
+This module also finds canvas lengths around which a lattice closes (no paper; a definition): along an axis of n px it
+closes where one of its vectors is (n, 0). The misfit is the distance of the nearest lattice vector from (n, 0).
 """
 
 from __future__ import annotations
@@ -41,8 +37,8 @@ from .candidates import (
     pictures,
     waves_of,
 )
-from .fit import RING, fitted, refined, relatives, score, shortlist
-from .verdict import FAINT, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
+from .fit import fitted, refined, relatives, score, shortlist
+from .verdict import REFUSED, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
 Vectors = tuple[Vector, Vector]
@@ -52,7 +48,7 @@ Pairs = Sequence[Sequence[float]] | None
 def lattice_of(
     exemplar: Exemplar, slug: str, channel_weights: Weights = None
 ) -> Steps:
-    """Find the lattice vectors of an exemplar, (x, y) in px; MethodError where it has none."""
+    """Return the lattice vectors of an exemplar, (x, y) in px. Raise MethodError if it has none."""
     found = lattices_of(exemplar, channel_weights)
     if found.accepted is None:
         confidence = found.ranked[0].confidence if found.ranked else 0.0
@@ -64,26 +60,25 @@ def lattice_of(
 
 
 def lattices_of(exemplar: Exemplar, channel_weights: Weights = None) -> Lattices:
-    """What is known of the lattice of an exemplar; looked for once."""
-
-    def looked() -> Lattices:
-        return find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable)
-
-    return exemplar.memo(("lattices", channel_weights), looked)
+    """Return the detected lattices of an exemplar; computed once and kept with it."""
+    return exemplar.memo(
+        ("lattices", channel_weights),
+        lambda: find_lattice(features([exemplar], channel_weights).pictures[0], exemplar.usable),
+    )
 
 
 def vectors_of(found: Lattice) -> Steps:
-    """The vectors of a lattice as methods take them: (x, y) px."""
+    """Return the vectors of a lattice as methods take them: (x, y) px."""
     return tuple((x / UNIT, y / UNIT) for y, x in found.vectors)
 
 
 def check_lattice(lattice: Pairs, exemplar: Exemplar) -> None:
-    """Refuse vectors that span no lattice, or leave the exemplar."""
+    """Raise ParameterError for vectors that span no lattice or are longer than the exemplar."""
     cell_of(lattice, (exemplar.height, exemplar.width))
 
 
 def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | None]:
-    """The lattice vectors as (rows, columns) in 1/256 px, refusing what spans no lattice."""
+    """Return the lattice vectors as (rows, columns) in 1/256 px. Raise ParameterError if they span no lattice."""
     vectors = [(round(y * UNIT), round(x * UNIT)) for x, y in lattice or ()]
     for v in vectors:
         if not UNIT <= math.hypot(*v) <= UNIT * max(shape):
@@ -97,7 +92,7 @@ def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | No
 
 
 def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
-    """Say why a canvas does not close, and at which sizes it does."""
+    """Return the message for a canvas size that does not close: why, and which sizes do."""
     remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
     return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
 
@@ -107,7 +102,7 @@ LEAST = 1.5  # px: no finer misfit is seen, rounding to whole px makes half of i
 
 
 def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vector]]:
-    """A step of `length` px along an axis, and points of a lattice about it, but for its origin; 1/256 px."""
+    """Return the step of `length` px along an axis, and lattice points near it without the origin; 1/256 px."""
     (a, b), (c, d) = vectors
     goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
     area = a * d - b * c
@@ -117,10 +112,10 @@ def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vect
 
 
 def once_around(vectors: Vectors, length: int, axis: int) -> Vector:
-    """Return the step of a lattice, (rows, columns) in 1/256 px, that is to lead once around `length` px of an axis.
+    """Return the lattice vector, (rows, columns) in 1/256 px, that goes once around `length` px of an axis.
 
-    0: rows, 1: columns. The one nearest to that, as a share of its own length: a canvas of less than half a period is
-    to hold one, not none.
+    `axis`: 0 rows, 1 columns. It is the vector nearest to the exact step, relative to its own length, so that a canvas
+    of less than half a period holds one period and not none.
     """
     (y, x), points = _points(vectors, length, axis)
     return min(points, key=lambda p: Fraction((p[0] - y) ** 2 + (p[1] - x) ** 2, p[0] ** 2 + p[1] ** 2))
@@ -129,7 +124,7 @@ def once_around(vectors: Vectors, length: int, axis: int) -> Vector:
 def misfit(vectors: Sequence[Vector], length: int, axis: int) -> float:
     """Return how far, px, a lattice is from closing around `length` px of an axis (0: rows, 1: columns).
 
-    `vectors`: one or two of (rows, columns) in 1/256 px. Of rows alone only their pitch must close.
+    `vectors`: one or two of (rows, columns) in 1/256 px. With one vector only its pitch must close.
     """
     if len(vectors) == 2:
         goal, points = _points((vectors[0], vectors[1]), length, axis)
@@ -140,15 +135,15 @@ def misfit(vectors: Sequence[Vector], length: int, axis: int) -> float:
 
 
 def allowed(vectors: Sequence[Vector]) -> float:
-    """Return the misfit, px, below which a lattice is taken to close."""
+    """Return the misfit, px, up to which a lattice counts as closed."""
     return max(LEAST, NEAR * min(math.hypot(*v) for v in vectors) / UNIT)
 
 
 def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int = 1) -> int | None:
     """Return the largest multiple of `unit` up to `length` px, at least half of it, around which a lattice closes.
 
-    Of neighbouring lengths that do the one that fits best; `length` itself where it does, or where it runs along rows
-    that nearly keep to the axis. None: there is none.
+    Of neighbouring multiples that close the one with the least misfit is returned; `length` itself if it closes, or if
+    it runs along courses that nearly keep to the axis. None if no length closes.
     """
     most = allowed(vectors)
     if len(vectors) == 1 and length * UNIT * abs(vectors[0][axis]) < math.hypot(*vectors[0]) ** 2:
@@ -168,12 +163,12 @@ FAMILY = 6  # best lattices whose double and half cells are tried as well
 
 
 def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = False) -> Lattices:
-    """Find by which steps a texture repeats.
+    """Detect the lattice of a texture.
 
     Parameters
     ----------
     features : int16 array, shape (H, W, C)
-        Any size. Above 512 px a side a box-reduced copy is searched, and the vectors are then refined.
+        Any size. Above 512 px a side a box-reduced copy is searched, and the vectors are then refined at full size.
     usable : bool array, shape (H, W), optional
         False where pixels do not count.
     courses : bool
@@ -187,12 +182,14 @@ def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = Fa
     Raises
     ------
     ParameterError
-        where the mask does not fit.
+        If the mask has another shape.
     """
-    if usable is not None and usable.shape != features.shape[:2]:
-        raise ParameterError(f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal.")
-    if usable is not None and usable.all():
-        usable = None
+    if usable is not None:
+        if usable.shape != features.shape[:2]:
+            raise ParameterError(
+                f"the mask has shape {usable.shape}, the features {features.shape[:2]}; make them equal."
+            )
+        usable = None if usable.all() else usable
     if min(features.shape[:2]) < LEAST_SIDE:
         return Lattices(None, (), f"Below {LEAST_SIDE} px a side nothing can repeat.")
     factor = factor_for(features.shape)
@@ -201,55 +198,46 @@ def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = Fa
 
 
 def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
-    """Search an exemplar of its own size."""
-    height, width = features.shape[:2]
+    """Detect the lattice of features of at most the working size."""
     prepared = pictures(features, usable)
     found = correlation_map(prepared)
     if found is None:
         return Lattices(None, (), "The exemplar is constant.")
     waves = waves_of(prepared)
-    ranked = [] if one else _two(found, guesses(found, waves, height, width), prepared)
-    if ranked and ranked[0].verdict == SURE:
-        return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
-    rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]
-    if rows and rows[0].verdict == SURE:
-        return Lattices(rows[0], (rows[0], *ranked[: SHOWN - 1]), rows[0].reasons[-1])
-    if ranked and ranked[0].verdict == FAINT:
-        return Lattices(ranked[0], tuple(ranked), ranked[0].reasons[-1])
-    together = tuple(sorted([*ranked, *rows], key=lambda one: -one.share)[:SHOWN])
-    return Lattices(None, together, together[0].reasons[-1] if together else "No offset agrees with the exemplar.")
+    ranked = [] if one else _two(found, guesses(found, waves, *features.shape[:2]), prepared)
+    best = ranked[0].verdict if ranked else REFUSED
+    if best != SURE:
+        rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]
+        if rows and rows[0].verdict == SURE:
+            best, ranked = SURE, [rows[0], *ranked[: SHOWN - 1]]
+        elif best == REFUSED:
+            ranked = sorted([*ranked, *rows], key=lambda one: -one.share)[:SHOWN]
+    why = ranked[0].reasons[-1] if ranked else "No offset agrees with the exemplar."
+    return Lattices(None if best == REFUSED else ranked[0], tuple(ranked), why)
 
 
 def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) -> list[Lattice]:
-    """Rank lattices of two vectors: shortlist, fit, score; then the relatives of the best."""
+    """Return the best lattices of two vectors: shortlist, fit, score, then try double and half cells of the best."""
     size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)
-    scored = score(found, lattices, RING)
+    scored = score(found, lattices)
     kin = relatives(scored.vectors[scored.best(FAMILY)])
     more, others = fitted(found, distinct(kin, *size), size)
-    scored = score(found, distinct(np.concatenate([lattices, more]), *size), RING)
-    fits = {**others, **fits}
-    ranked = []
-    for k in scored.ranked(SHOWN):
-        one = fits[tuple(scored.vectors[k].ravel().tolist())]
-        ranked.append(two_vectors(found, scored, int(k), one, prepared))
-    return ranked
+    scored = score(found, distinct(np.concatenate([lattices, more]), *size))
+    fits = others | fits
+    best = [(k, fits[tuple(scored.vectors[k].ravel().tolist())]) for k in scored.ranked(SHOWN)]
+    return [two_vectors(found, scored, k, one, prepared) for k, one in best]
 
 
 def _at_full_size(found: Lattices, features: Int16, usable: Mask | None, factor: int) -> Lattices:
-    """Scale the vectors back, and refine those of the accepted lattice at full resolution."""
-
-    def scaled(one: Lattice) -> Lattice:
-        rows = tuple((y * factor, x * factor) for y, x in one.vectors)
-        return replace(one, vectors=rows, residual=one.residual * factor)
-
-    ranked = tuple(scaled(one) for one in found.ranked)
+    """Scale the vectors back, and refine those of the accepted lattice (the first one) at full resolution."""
+    ranked = [
+        replace(one, vectors=tuple((y * factor, x * factor) for y, x in one.vectors), residual=one.residual * factor)
+        for one in found.ranked
+    ]
     if found.accepted is None:
-        return replace(found, ranked=ranked, reduction=factor, refined=False)
-    best = scaled(found.accepted)
-    exact = refined(features, usable, np.array(best.vectors, np.int64), factor)
+        return replace(found, ranked=tuple(ranked))
+    exact = refined(features, usable, np.array(ranked[0].vectors, np.int64), factor)
     if exact is not None:
-        rows = tuple((int(y), int(x)) for y, x in exact)
-        best = replace(best, vectors=rows)
-    ranked = tuple(best if one is found.accepted else other for one, other in zip(found.ranked, ranked, strict=True))
-    return replace(found, accepted=best, ranked=ranked, reduction=factor, refined=exact is not None)
+        ranked[0] = replace(ranked[0], vectors=tuple((y, x) for y, x in exact.tolist()))
+    return replace(found, accepted=ranked[0], ranked=tuple(ranked))

@@ -1,30 +1,26 @@
-"""Guesses at the lattice of a texture: pairs of offsets at which it agrees with itself, and pairs of waves.
+"""Lattice candidates: pairs of peaks of the autocorrelation, and pairs of peaks of the spectrum.
 
-A texture that repeats has peaks in its correlation at every lattice vector, and peaks in its spectrum at every
-wave that fits the lattice. Each alone misses some textures; together they miss few. Neither is trusted: both
-only propose, a score decides.
+A texture that repeats has correlation peaks at its lattice vectors and spectral peaks at the waves of its reciprocal
+lattice. Either alone misses some textures; together they miss few. Both only propose candidates, the score decides.
 
-Source: Lopez Recas 2011, section 3.3 (peaks, pairs, reduction); regions of dominance: Liu, Collins and Tsin,
-"A computational model for periodic pattern perception", PAMI 2004. Departures: the waves are ours.
+Two pictures are correlated with themselves: the high-pass filtered colours, and the edge strength, which joints share
+where stones differ in colour. The correlation map is the mean of both.
 
-Where a texture agrees with itself: the correlation map that lattices are read from.
-
-Two pictures are correlated with themselves: the colours without slow changes of light, and the strength of
-the edges, which joints have in common where stones differ in colour. The map is their mean.
-
-Source: Lopez Recas 2011, sections 3.1 and 3.2. Departures: high-pass, second channel, whole numbers.
+Source: Lopez Recas 2011, sections 3.1 to 3.3 (correlation, peaks, pairs, reduction); regions of dominance: Liu, Collins
+and Tsin, "A computational model for periodic pattern perception", PAMI 2004. Departures: high-pass filter, edge
+strength as second channel, whole numbers, pairs of waves.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from ..analysis import spreads
 from ..analysis.elements import autocorrelation
+from ..foundation import ndimage
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
 from ..foundation.filters import blurred, fast_length, highest, widely_blurred
 from ..foundation.geometry import UNIT
@@ -32,15 +28,14 @@ from .scoring_kernels import top_of
 
 MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below
 READ = 0.3  # offsets at which less than this share of the pixels overlaps have weight 0
-REACH = 0.8  # of each side: the largest offset looked at
+REACH = 0.8  # of each side: the largest offset
 LIGHT = 6  # the short side over this is the sigma of what counts as light
 
 
-@dataclass(frozen=True)
-class CorrelatedPictures:
-    """The two pictures that are correlated, and which of their pixels count.
+class CorrelatedPictures(NamedTuple):
+    """The two pictures that are correlated, and their masks.
 
-    Whole numbers, 0 where pixels do not count; no mask where all of them do.
+    Whole numbers, 0 where pixels do not count; masks are None if all pixels count.
     """
 
     colours: Floats  # (H, W, C)
@@ -48,18 +43,11 @@ class CorrelatedPictures:
     usable: Mask | None  # (H, W): which pixels of the colours count,
     inner: Mask | None  # and of the edges: those with four usable neighbours
 
-    @property
-    def steps(self) -> Floats:
-        """The edges, less their mean."""
-        known = np.ones(self.edges.shape[:2], bool) if self.inner is None else self.inner
-        return (self.edges - self.edges[known].mean()) * known[..., None] if known.any() else self.edges
 
+class CorrelationMap(NamedTuple):
+    """The normalised autocorrelation of a texture at every offset; offset 0 is in the middle.
 
-@dataclass(frozen=True)
-class CorrelationMap:
-    """How well the texture agrees with itself at every offset; the offset 0 is in the middle.
-
-    All are (2 rows + 1, 2 columns + 1).
+    All arrays are (2 rows + 1, 2 columns + 1).
     """
 
     values: Int32  # correlations in millionths,
@@ -70,41 +58,28 @@ class CorrelationMap:
 
 
 def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
-    """Prepare what is correlated: colours without slow light, and edges, of features in 1/16."""
-    weight = None if usable is None else usable.astype(np.float64)
+    """Return the high-pass filtered colours and the edge strength of features in 1/16."""
     values = _evened(features, usable)
-    colours = np.rint(high_pass(values, weight, min(features.shape[:2]) / LIGHT))
-    strength = np.zeros(features.shape[:2])
-    for axis in (0, 1):
-        if features.shape[axis] > 1:
-            step = np.gradient(values, axis=axis)
-            strength += (step * step).sum(axis=2)
-    edges = np.rint(np.sqrt(strength))[..., None]
-    inner = None
+    colours = np.rint(high_pass(values, usable, min(features.shape[:2]) / LIGHT))
+    down, along = ((step * step).sum(axis=2) for step in np.gradient(values, axis=(0, 1)))
+    edges, inner = np.rint(np.sqrt(down + along))[..., None], None
     if usable is not None:
-        inner = usable.copy()
-        for axis in (0, 1):
-            near, far = np.moveaxis(inner, axis, 0), np.moveaxis(usable, axis, 0)
-            near[1:] &= far[:-1]
-            near[:-1] &= far[1:]
+        inner = ndimage.binary_erosion(usable, border_value=1)
         colours[~usable] = 0
         edges[~inner] = 0
     return CorrelatedPictures(colours, edges, usable, inner)
 
 
 def _evened(features: Int64, usable: Mask | None) -> Floats:
-    """Let channels count alike, whatever weights the features gave to colours; faint ones at most fourfold."""
+    """Return the features with all channels scaled to the contrast of the strongest, at most fourfold."""
     chosen = features.reshape(-1, features.shape[2]) if usable is None else features[usable]
     deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in spreads(chosen)]))
     top = deviation.max()
-    if top <= 0:
-        return features.astype(np.float64)
-    evened: Floats = np.rint(features * (top / np.maximum(deviation, top / 4)))
-    return evened
+    return np.rint(features * (top / np.maximum(deviation, top / 4))) if top > 0 else features.astype(np.float64)
 
 
 def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
-    """Correlate the pictures with themselves; None where there is nothing to correlate."""
+    """Return the autocorrelation map of the pictures; None if they are constant."""
     height, width = prepared.colours.shape[:2]
     reach = int(REACH * height), int(REACH * width)
     colours, pairs = autocorrelation(prepared.colours, prepared.usable, reach)
@@ -121,14 +96,14 @@ def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
     return CorrelationMap(*(array.astype(np.int32) for array in arrays))
 
 
-def high_pass(picture: Floats, weight: Floats | None, sigma: float) -> Floats:
-    """Take away what changes slowly: a Gaussian of `sigma` px with mirrored borders, channel by channel.
+def high_pass(picture: Floats, usable: Mask | None, sigma: float) -> Floats:
+    """Subtract a Gaussian blur of `sigma` px with mirrored borders, channel by channel.
 
-    With a mask it is divided by the blurred mask, so that what does not count does not leak in.
+    With a mask the blur is divided by the blurred mask, so that masked pixels do not leak in.
     """
     planes = np.moveaxis(picture, 2, 0).copy()  # transforms of one at a time stay in a core's cache
-    mass = 1.0 if weight is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
-    weight = np.ones(picture.shape[:2]) if weight is None else weight
+    weight = np.ones(picture.shape[:2]) if usable is None else usable.astype(np.float64)
+    mass = 1.0 if usable is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
     return np.stack([(plane - widely_blurred(plane * weight, sigma) / mass) * weight for plane in planes], axis=2)
 
 
@@ -140,14 +115,21 @@ WAVES = 10  # spectral peaks that are paired, of each picture
 LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
 
 
+def overlap(shape: Sequence[int], shift: Pair) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Return two indices into a picture: the pixels that have another one a shift (y, x) away, and those others."""
+    here, there = (
+        tuple(slice(max(0, -k * d), max(0, n - max(0, k * d))) for d, n in zip(shift, shape, strict=False))
+        for k in (1, -1)
+    )
+    return here, there
+
+
 def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Sequence[int]) -> Int64:
-    """List the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, a by a.
+    """Return the points first + a v1 + b v2 that lie, rounded to px, in a box: (n, 2) in 1/256 px, by a, then b.
 
     `first`, `v1`, `v2`: (y, x) in 1/256 px; `low`, `high`: first and last px of the box, (y, x).
     """
     ends = [(a * UNIT - UNIT // 2, b * UNIT + UNIT // 2 - 1) for a, b in zip(low, high, strict=True)]
-    if any(last < begin for begin, last in ends):
-        return np.empty((0, 2), np.int64)
     corners = [((y - first[0]) * v2[1] - (x - first[1]) * v2[0]) // (v1[0] * v2[1] - v1[1] * v2[0])
                for y in ends[0] for x in ends[1]]  # fmt: skip
     a = np.arange(min(corners), max(corners) + 2)
@@ -164,22 +146,19 @@ def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Se
     return np.asarray(first + np.repeat(a, counts)[:, None] * v1 + b[:, None] * v2, np.int64)
 
 
-class Sensible(NamedTuple):
-    """What the pairs of a lattice must be like. Bounds of what a picture can show."""
+class Sensible:
+    """Bounds of candidates: what an exemplar can show at all."""
 
-    cells: float = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
-    overlap: int = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
-    parallel: float = 1e-7  # squared cycles per px: waves of one direction span no lattice
-    far: float = 1e6  # px: no picture is so large
-
-
-SENSIBLE = Sensible()
+    cells = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
+    overlap = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
+    parallel = 1e-7  # squared cycles per px: waves of one direction span no lattice
+    far = 1e6  # px: no picture is so large
 
 
 def canonical(vectors: Int64) -> Int64:
-    """Reduce pairs of vectors (n, 2, 2), whole numbers, to the shortest pair of the same lattice (Gauss).
+    """Reduce pairs of whole vectors (n, 2, 2) to the shortest pair of the same lattice (Gauss reduction).
 
-    The shorter first; both with dx > 0, or dx = 0 and dy > 0; so that equal lattices are equal pairs, but for
+    The shorter one comes first; both have dx > 0, or dx = 0 and dy > 0. Equal lattices give equal pairs, except for
     ties of length.
     """
     v, w = vectors[:, 0].copy(), vectors[:, 1].copy()
@@ -199,22 +178,22 @@ def canonical(vectors: Int64) -> Int64:
 
 
 def correlation_peaks(found: CorrelationMap) -> Floats:
-    """Find the offsets of one half plane at which the texture agrees with itself best: (n, 2), px.
+    """Return the best correlation peaks of one half plane: (n, 2) offsets in px.
 
-    Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the
-    lattice dominates a cell, what lies between its peaks does not.
+    Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the lattice
+    dominates a cell, peaks between lattice points do not.
     """
     smooth = found.smooth
-    i, j = _maxima(smooth, found.share >= SENSIBLE.overlap).T
+    i, j = _maxima(smooth, found.share >= Sensible.overlap).T
     value = smooth[i, j].astype(np.int64)
     at = np.stack([i, j], axis=1) - (smooth.shape[0] // 2, smooth.shape[1] // 2)
     square = (at * at).sum(axis=1)
     order = np.lexsort((at[:, 1], at[:, 0], square, -value))[:LOOKED_AT]
     at, value, square = at[order], value[order], square[order]
-    apart = ((at[:, None] - at[None]) ** 2).sum(axis=2)
-    apart[value[None, :] < value[:, None] - EQUAL] = np.iinfo(np.int64).max
-    np.fill_diagonal(apart, np.iinfo(np.int64).max)
-    dominance = np.minimum(apart.min(axis=1, initial=np.iinfo(np.int64).max), square)
+    apart, far = ((at[:, None] - at) ** 2).sum(axis=2), np.iinfo(np.int64).max
+    apart[value < value[:, None] - EQUAL] = far
+    np.fill_diagonal(apart, far)
+    dominance = np.minimum(apart.min(axis=1, initial=far), square)
     half = (square >= SHORTEST**2) & ((at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0)))
     at, value, dominance, square = at[half], value[half], dominance[half], square[half]
     rank = value * value // 1000 * dominance  # the square of height x distance
@@ -223,14 +202,14 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
 
 
 def _maxima(values: Array, among: Mask) -> Int64:
-    """Positions (n, 2) of numbers above 0 that no neighbour exceeds, of equal ones the last; none at the border."""
+    """Return the positions (n, 2) of local maxima above 0, of equal neighbours the last one; none at the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
     top = (highest(ranked, 3, "edge") == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 
 def _refined(values: Array, at: Int64) -> Floats:
-    """Move peaks (n, 2), px from the middle, to the tops of the parabolas along both axes."""
+    """Return peaks (n, 2), px from the middle, moved to the vertex of the parabola along each axis."""
     result = at.astype(np.float64)
     for n, (i, j) in enumerate((at + np.array(values.shape) // 2).tolist()):
         result[n, 0] += top_of(*values[i - 1 : i + 2, j].astype(np.float64).tolist())
@@ -239,13 +218,13 @@ def _refined(values: Array, at: Int64) -> Floats:
 
 
 def spectral_peaks(picture: Floats) -> Floats:
-    """Find the waves that a picture (H, W, C) is made of, strongest first: (n, 2), cycles per px.
+    """Return the strongest waves of a picture (H, W, C), strongest first: (n, 2), cycles per px.
 
-    Only periods of at least 4 px that fit 1.5 times or more into the short side.
+    Only periods of at least 4 px that fit 1.5 times or more into the shorter side.
     """
     height, width = picture.shape[:2]
     window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
-    size = [fast_length(2 * height), fast_length(2 * width)]
+    size = fast_length(2 * height), fast_length(2 * width)
     power = np.zeros((size[0], size[1] // 2 + 1))
     for c in range(picture.shape[2]):
         wave = np.fft.rfft2(picture[..., c] * window[0][:, None] * window[1], size)
@@ -264,14 +243,12 @@ def spectral_peaks(picture: Floats) -> Floats:
     whole = (f >= LONGEST_WAVE / min(height, width)) & (f <= 1 / SHORTEST) & ((fx > 0) | ((fx == 0) & (fy > 0)))
     at = _maxima(level, whole)
     order = np.lexsort((at[:, 1], at[:, 0], -level[at[:, 0], at[:, 1]]))[:WAVES]
-    middle = np.array([level.shape[0] // 2, level.shape[1] // 2])
-    peaks = _refined(level, at[order] - middle) + middle
-    result: Floats = (peaks - (low, 2)) / size
-    return result
+    middle = np.array(level.shape) // 2
+    return np.asarray((_refined(level, at[order] - middle) + middle - (low, 2)) / size)
 
 
 def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
-    """Pair peaks with peaks and waves with waves; (n, 2, 2) in 1/256 px, reduced, each lattice once."""
+    """Return the candidates: pairs of correlation peaks and of waves, reduced, each once; (n, 2, 2) in 1/256 px."""
     peaks = correlation_peaks(found)
     i, j = np.triu_indices(len(peaks), 1)
     pairs = [np.stack([peaks[i], peaks[j]], axis=1)]
@@ -279,28 +256,30 @@ def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int)
         i, j = np.triu_indices(len(f), 1)
         a, b = f[i], f[j]
         determinant = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        good = np.abs(determinant) > SENSIBLE.parallel
+        good = np.abs(determinant) > Sensible.parallel
         a, b, determinant = a[good], b[good], determinant[good]
         # The vectors v with v1.a = 1, v1.b = 0, v2.a = 0, v2.b = 1.
         v1 = np.stack([b[:, 1], -b[:, 0]], axis=1) / determinant[:, None]
         v2 = np.stack([-a[:, 1], a[:, 0]], axis=1) / determinant[:, None]
         pairs.append(np.stack([v1, v2], axis=1))
     whole = np.concatenate(pairs)
-    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < SENSIBLE.far]
+    whole = whole[np.abs(whole).max(axis=(1, 2), initial=0) < Sensible.far]
     return distinct(canonical(np.rint(UNIT * whole).astype(np.int64)), height, width)
 
 
 def distinct(lattices: Int64, height: int, width: int) -> Int64:
-    """Keep the first of reduced lattices that agree to half a px; none that is too short, or has a cell too large."""
-    lengths = np.sqrt((lattices * lattices).sum(axis=2).astype(np.float64)) / UNIT
-    area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0]) / UNIT**2
-    room = SENSIBLE.cells * height * width
-    lattices = lattices[(lengths[:, 0] >= SHORTEST) & (area > 0) & (area <= room)]
+    """Return the first of reduced lattices that agree to half a px, without vectors too short or cells too large."""
+    area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0])
+    long = (lattices[:, 0] ** 2).sum(axis=1) >= (SHORTEST * UNIT) ** 2
+    lattices = lattices[long & (area > 0) & (area <= Sensible.cells * height * width * UNIT**2)]
     coarse = (lattices + UNIT // 4) // (UNIT // 2)
     _, first = np.unique(coarse.reshape(-1, 4), axis=0, return_index=True)
     return lattices[np.sort(first)]
 
 
 def waves_of(prepared: CorrelatedPictures) -> list[Floats]:
-    """Find the waves of both pictures."""
-    return [spectral_peaks(prepared.colours), spectral_peaks(prepared.steps)]
+    """Return the spectral peaks of both pictures: of the colours, and of the edges minus their mean."""
+    edges = prepared.edges
+    known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner
+    steps = (edges - edges[known].mean()) * known[..., None] if known.any() else edges
+    return [spectral_peaks(prepared.colours), spectral_peaks(steps)]

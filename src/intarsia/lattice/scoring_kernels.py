@@ -1,7 +1,7 @@
-"""How well lattices agree with a correlation map: sums over their points, whole numbers throughout.
+"""Kernels of lattice scoring: sums of a correlation map over lattice points, in whole numbers.
 
-A map holds the correlation at every offset, in millionths, offset 0 in its middle; its weights are 0 where too
-little overlaps. Positions are in 1/2048 px: an eighth of a 1/256 px, so that phases are whole numbers too.
+A map holds the correlation at every offset in millionths, offset 0 in its middle; its weights are 0 where too little
+overlaps. Positions are in 1/2048 px, an eighth of 1/256 px, so that phases are whole numbers, too.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from ..foundation.arrays import Floats, Int16, Int32, Int64, Mask, Pair
 from ..kernels.jit import kernel
 
 
+@kernel
 def top_of(before: float, here: float, after: float) -> float:
-    """Return where the parabola through three neighbours has its top, px from the middle one; 0 where it has none."""
+    """Return where the parabola through three neighbours has its maximum, px from the middle one; 0 if it has none."""
     bend = 2.0 * here - before - after
     return 0.5 * (after - before) / bend if bend > 0 else 0.0
 
 
-_top_of = kernel(top_of)
+WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
 SPARSE = 128  # px: of larger overlaps every second px is compared along each axis
 
 
@@ -28,24 +29,22 @@ def best_shift(
     usable: Mask,
     near: Int64,
     radius: int,
-    window: int,
     found: Floats,
 ) -> bool:
-    """Find the shift near `near` by which a picture differs least from itself; False where none stands out.
+    """Find the shift near `near` of least squared difference of a picture from itself; False if none stands out.
 
-    The same px, at most window x window around the middle of the overlap, of many every second one along each axis, are
-    compared for every shift, in whole numbers; a constant difference of light does not count. `usable` of one px means
-    that all are.
+    For every shift the same px are compared, at most WINDOW x WINDOW around the middle of the overlap, every second one
+    if there are many, in whole numbers; a constant difference is subtracted. `usable` of one px: all px are usable.
     """
     height, width, channels = picture.shape
     top, left = max(0, radius - near[0]), max(0, radius - near[1])
     bottom, right = min(height, height - near[0] - radius), min(width, width - near[1] - radius)
-    if bottom - top > window:
-        top = (top + bottom - window) // 2
-        bottom = top + window
-    if right - left > window:
-        left = (left + right - window) // 2
-        right = left + window
+    if bottom - top > WINDOW:
+        top = (top + bottom - WINDOW) // 2
+        bottom = top + WINDOW
+    if right - left > WINDOW:
+        left = (left + right - WINDOW) // 2
+        right = left + WINDOW
     if bottom - top < 8 or right - left < 8:
         return False
     masked, step = usable.size > 1, 2 if min(bottom - top, right - left) > SPARSE else 1
@@ -73,8 +72,8 @@ def best_shift(
     if bi == 0 or bj == 0 or bi == side - 1 or bj == side - 1:
         return False
     here = cost[bi, bj]
-    found[0] = near[0] + bi - radius + _top_of(-cost[bi - 1, bj], -here, -cost[bi + 1, bj])
-    found[1] = near[1] + bj - radius + _top_of(-cost[bi, bj - 1], -here, -cost[bi, bj + 1])
+    found[0] = near[0] + bi - radius + top_of(-cost[bi - 1, bj], -here, -cost[bi + 1, bj])
+    found[1] = near[1] + bj - radius + top_of(-cost[bi, bj - 1], -here, -cost[bi, bj + 1])
     return True
 
 
@@ -83,7 +82,7 @@ NOTHING = -(1 << 40)  # the mean of no point at all
 
 @kernel
 def sample_at(values: Int32, y: int, x: int) -> int:
-    """Read a map between its pixels, at (y, x) in 1/2048 px from its first; bilinear, rounded down."""
+    """Return the map between its pixels, at (y, x) in 1/2048 px from its first; bilinear, rounded down."""
     i, j = y >> 11, x >> 11
     fy, fx = y & 2047, x & 2047
     a, b = np.uint64(i), np.uint64(j)  # unsigned: places are not asked whether they lie before the first
@@ -95,7 +94,7 @@ def sample_at(values: Int32, y: int, x: int) -> int:
 
 @kernel
 def weight_at(weights: Int32, y: int, x: int) -> int:
-    """Read the weight of the nearest offset; 0 outside of the map."""
+    """Return the weight of the nearest offset; 0 outside of the map."""
     high, wide = weights.shape[0] >> 1, weights.shape[1] >> 1
     if abs(y) > high << 11 or abs(x) > wide << 11:
         return 0
@@ -106,10 +105,10 @@ def weight_at(weights: Int32, y: int, x: int) -> int:
 def lattice_mean(
     values: Int32, weights: Int32, lattice: Int64, i: int, j: int
 ) -> Pair:
-    """Average the map over all points (a + i/8) v1 + (b + j/8) v2; returns the mean and the number of points.
+    """Return the mean of the map over all points (a + i/8) v1 + (b + j/8) v2, and the number of points.
 
-    `lattice` holds v1 and v2 as rows (dy, dx) in 1/256 px. At phase (0, 0) one half plane is read, without the
-    origin: the other half says the same.
+    `lattice` holds v1 and v2 as rows (dy, dx) in 1/256 px. At phase (0, 0) one half plane is read without the origin,
+    as the map is symmetric.
     """
     p, q, r, s = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
     determinant = abs(p * s - q * r)
@@ -141,7 +140,7 @@ def lattice_mean(
 
 @kernel
 def means(values: Int32, weights: Int32, lattices: Int64, phases: Int64) -> Int64:
-    """Return the best mean of every lattice shifted by the phases (n, 2), in eighths of its vectors, and its points."""
+    """Return the best mean of every lattice over the phases (n, 2), eighths of its vectors, and its points: (2, n)."""
     best = np.zeros((2, len(lattices)), np.int64)
     for k in range(len(lattices)):
         best[0, k] = NOTHING
@@ -154,10 +153,10 @@ def means(values: Int32, weights: Int32, lattices: Int64, phases: Int64) -> Int6
 
 @kernel
 def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) -> Int64:
-    """Average the map along straight lines: entry s is the line s/2 px from the middle, 0 where none is seen.
+    """Return the mean of the map along straight lines, and their weights: (2, count).
 
-    Also how much each weighs: (2, count). `direction` (dy, dx) points across the lines and has length 65536; lines are
-    read every second px.
+    Entry s is the line s/2 px from the middle; 0 if no pixel of it counts. `direction` (dy, dx) is perpendicular to the
+    lines and has length 65536; lines are read every second px.
     """
     p, q = direction[0], direction[1]
     high, wide = (values.shape[0] >> 1) << 17, (values.shape[1] >> 1) << 17
@@ -191,10 +190,10 @@ def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) 
 def peak_near(
     smooth: Int32, y: float, x: float, radius: float, found: Floats
 ) -> bool:
-    """Find the peak of a map near (y, x), px from its middle; False where none lies within `radius` px.
+    """Find the peak of a map near (y, x), px from its middle; False if none lies within `radius` px.
 
-    The highest whole px that is no lower than its eight neighbours; then the top of the parabola through it
-    and its neighbours along each axis.
+    The highest px that is no lower than its eight neighbours, refined by a parabola along each axis. `found`: its place
+    and height.
     """
     height, width = smooth.shape
     cy, cx = y + (height >> 1), x + (width >> 1)
@@ -211,8 +210,8 @@ def peak_near(
             if smooth[i, j] > best:
                 return False
     here = float(best)
-    found[0] = bi - (height >> 1) + _top_of(float(smooth[bi - 1, bj]), here, float(smooth[bi + 1, bj]))
-    found[1] = bj - (width >> 1) + _top_of(float(smooth[bi, bj - 1]), here, float(smooth[bi, bj + 1]))
+    found[0] = bi - (height >> 1) + top_of(float(smooth[bi - 1, bj]), here, float(smooth[bi + 1, bj]))
+    found[1] = bj - (width >> 1) + top_of(float(smooth[bi, bj - 1]), here, float(smooth[bi, bj + 1]))
     found[2] = here
     return True
 
@@ -226,10 +225,10 @@ def fit_step(
     radius: float,
     sums: Floats,
 ) -> Pair:
-    """Gather the normal equations of v1 and v2 from the peaks near their points up to index `most`.
+    """Accumulate the normal equations of v1 and v2 over the peaks near their points up to index `most`.
 
-    `sums`: w aa, w ab, w bb, w a y, w a x, w b y, w b x, w residual^2, w. Returns how many points had a peak,
-    and how many were tried. Points weigh by overlap and height; those below 0 count as without a peak.
+    `sums`: w aa, w ab, w bb, w a y, w a x, w b y, w b x, w residual^2, w. Return how many points had a peak, and how
+    many were tried. Points are weighted by overlap and height; peaks below 0 count as none.
     """
     sums[:] = 0.0
     found = np.empty(3)

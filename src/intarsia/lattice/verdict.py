@@ -1,106 +1,96 @@
-"""What a lattice is called: sure, faint or refused, and why.
+"""Lattice decision: accepted, tentative or refused, with reasons; pitch of courses without a second period.
 
-Textures without a lattice agree with themselves somewhere by chance. How well chance can do depends on how
-many points must agree, and on whether the peaks lie on the points or merely somewhere near. And three equal coins on a
-cloth agree with each other exactly as well as the cells of a lattice do; but a lattice repeats in nearly every part.
+Textures without a lattice match themselves somewhere by chance. How well depends on how many points must agree and on
+whether peaks lie on the points. Three equal objects on a plain ground agree with each other as well as lattice cells
+do; but a lattice repeats in nearly every part of the exemplar, which is checked as well.
 
-Source: no paper; thresholds set on photographs with and without a lattice, and checked on other crops of them.
+Textures that repeat in one direction only (courses of stones, planks, lines of text) have a pitch: a vector
+perpendicular to the courses. Shifted by it along any line parallel to the courses the texture matches itself, shifted
+by half of it it does not.
 
-Textures that repeat in one direction only: courses of stones, planks, lines of text.
-
-Stones of free length make rows that lie one pitch apart; along the row nothing returns. What is known is the
-pitch, a vector across the rows: moved by it along any line parallel to the rows, the texture agrees with
-itself, and half a pitch further it does not.
-
-Source: no paper; our own rule, as two vectors must be wrong on such textures.
+Source: no paper. Thresholds were set on photographs with and without a lattice and checked on other crops of them.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from ..foundation.arrays import Array, Floats, Int64, Pair
 from ..foundation.geometry import UNIT
-from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap
+from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap, overlap
 from .fit import ENOUGH, Fit, Scored, regularity, resolved
 from .scoring_kernels import NOTHING, course_profile, top_of
 
 
-class Turning(NamedTuple):
-    """How rows are looked for. Halved and doubled on 35 textures, all accept what they did, moved by a pixel on a few.
+class Turning:
+    """How the direction and pitch of courses are refined.
 
-    What differs are the contrasts of the rows that are listed (docs/design/012).
+    Halved and doubled on 35 textures: all accept what they did, a few moved by a pixel. The contrasts of the courses
+    that are listed differ (docs/design/012).
     """
 
-    turn: float = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
-    finer: int = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
-    turns: int = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
-    waves: int = 3  # best waves that are refined; 6 and 12: the same
-    stretch: int = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
-    step: int = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
-    reach: float = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
-    least: int = 2  # half px, and at least so far; 1 and 4: the same
-    drift: float = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; at 0 three move
-    apart: float = 0.02  # of a pitch, and 1 px: nearer ones are one; 0 to 0.04: the same
+    turn = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
+    finer = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
+    turns = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
+    waves = 3  # best waves that are refined; 6 and 12: the same
+    stretch = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
+    step = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
+    reach = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
+    least = 2  # half px, and at least so far; 1 and 4: the same
+    drift = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; at 0 three move
+    apart = 0.02  # of a pitch, and 1 px: nearer ones are one; 0 to 0.04: the same
 
 
-TURNING = Turning()
-
-
-@dataclass(frozen=True)
-class RowPitch:
-    """Rows that lie one pitch apart."""
+class RowPitch(NamedTuple):
+    """The pitch of courses and its contrast."""
 
     pitch: tuple[float, float]  # (dy, dx) across the rows, px
     contrast: int  # millionths: the mean correlation along the rows minus that halfway between
     lines: int  # rows, on one side of the origin, whose offset leaves enough overlap
     residual: float  # how far the rows lie from whole pitches, rms, px
 
+    @property
+    def rank(self) -> tuple[int, tuple[float, float]]:
+        """Sort key: the highest contrast first."""
+        return -self.contrast, self.pitch
+
 
 def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
-    """Try every wave as courses, the best ones turned and stretched; best first, nearly equal ones once."""
+    """Return the pitches of all waves tried as courses, the best refined; best first, nearly equal ones once."""
     vectors = [np.rint(UNIT * f / (f @ f)) for f in np.concatenate(waves)]
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
-    tried.sort(key=_rank)
-    hint = MILLION * LIMITS.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
+    tried.sort(key=lambda known: known[0].rank)
+    hint = MILLION * Limits.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
+    best = [_refined(found, v, one) if one.contrast >= hint else one for one, v in tried[: Turning.waves]]
     kept: list[RowPitch] = []
-    for one, _ in sorted(
-        (_refined(found, v, one) if one.contrast >= hint else (one, v) for one, v in tried[: TURNING.waves]), key=_rank
-    ):
-        if all(_apart(one.pitch, other.pitch) > 1 + TURNING.apart * math.hypot(*one.pitch) for other in kept):
+    for one in sorted(best, key=lambda one: one.rank):
+        least = 1 + Turning.apart * math.hypot(*one.pitch)
+        if all(math.dist(one.pitch, np.multiply(other.pitch, k)) > least for other in kept for k in (1, -1)):
             kept.append(one)
     return kept
 
 
-def _rank(tried: tuple[RowPitch, Floats]) -> tuple[int, tuple[float, float]]:
-    return -tried[0].contrast, tried[0].pitch
-
-
-def _apart(a: tuple[float, float], b: tuple[float, float]) -> float:
-    return min(math.hypot(a[0] - b[0], a[1] - b[1]), math.hypot(a[0] + b[0], a[1] + b[1]))
-
-
-def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> tuple[RowPitch, Floats]:
-    """Turn the direction: first by half degrees, then by eighths of that."""
+def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
+    """Refine the direction: first by half degrees, then by eighths of that."""
     turn = 0.0
-    for step in (TURNING.turn, TURNING.turn / TURNING.finer):
+    for step in (Turning.turn, Turning.turn / Turning.finer):
         middle = turn
-        for k in (*range(-TURNING.turns, 0), *range(1, TURNING.turns + 1)):  # 0 is known
+        for k in (*range(-Turning.turns, 0), *range(1, Turning.turns + 1)):  # 0 is known
             one = _turned(found, v, middle + k * step)
             if one is not None and one.contrast > best.contrast:
                 best, turn = one, middle + k * step
-    return best, v
+    return best
 
 
 def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
-    """Find the best pitch about as long as v (1/256 px) across the direction v + turn * (v turned by 90 degrees)."""
+    """Return the best pitch near the length of v (1/256 px), perpendicular to v + turn * (v turned by 90 degrees)."""
     length = math.sqrt(float(v @ v)) / UNIT
     y, x = v[0] - turn * v[1], v[1] + turn * v[0]
     norm = math.sqrt(y * y + x * x)
@@ -108,7 +98,7 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
     high, wide = found.values.shape[0] // 2, found.values.shape[1] // 2
     n = 2 * int((high * abs(direction[0]) + wide * abs(direction[1])) >> 16)  # a line for every half px
     mean, mass = course_profile(found.values, found.weights, direction, n)
-    stretched = 1 + np.arange(-TURNING.stretch, TURNING.stretch + 1) / TURNING.step
+    stretched = 1 + np.arange(-Turning.stretch, Turning.stretch + 1) / Turning.step
     lengths = np.rint(2 * UNIT * length * stretched).astype(np.int64)
     contrasts = pitch_contrasts(mean, mass, lengths)
     k = int(np.argmax(contrasts))
@@ -134,29 +124,22 @@ def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
     """Fit the pitch to the peaks of the profile near its multiples: pitch, rms residual (px), lines seen."""
-    top, bottom, found, lines = 0.0, 0.0, [], 0
-    k = 1
-    while 2 * k * pitch < len(mean) - 2:
+    found, lines = [], 0
+    for k in itertools.count(1):
         at = 2 * k * pitch
-        if mass[round(at)] <= 0:
+        if at >= len(mean) - 2 or mass[round(at)] <= 0:
             break
         lines = k
-        reach = max(TURNING.least, int(TURNING.reach * pitch))
+        reach = max(Turning.least, int(Turning.reach * pitch))
         low = max(1, round(at) - reach)
         window = mean[low : min(len(mean) - 1, round(at) + reach + 1)]
         i = low + int(np.argmax(window))
         before, here, after = (float(m) for m in mean[i - 1 : i + 2])
         if here >= max(before, after) and here > 0 and mass[i + 1] > 0:
-            peak = (i + top_of(before, here, after)) / 2
-            weight = here * float(mass[i])
-            top += weight * k * peak
-            bottom += weight * k * k
-            found.append((weight, k, peak))
-        k += 1
-    if bottom <= 0:
-        return pitch, 0.0, lines
-    exact = top / bottom
-    if abs(exact - pitch) > TURNING.drift * pitch:
+            found.append((here * float(mass[i]), k, (i + top_of(before, here, after)) / 2))
+    bottom = sum(w * k * k for w, k, _ in found)
+    exact = sum(w * k * p for w, k, p in found) / bottom if bottom > 0 else math.inf
+    if abs(exact - pitch) > Turning.drift * pitch:
         return pitch, 0.0, lines
     square = sum(w * (p - k * exact) ** 2 for w, k, p in found) / sum(w for w, _, _ in found)
     return exact, math.sqrt(square), lines
@@ -172,56 +155,52 @@ LEAST_PART = 6  # px: smaller parts say nothing; 1 to 12: the same on 92 texture
 ALIKE = 0.2  # correlation of a part that repeats; halved: three false lattices, doubled: eight true ones are lost
 
 
-class Limits(NamedTuple):
-    """What is asked of a lattice; set on 50 photographs, 21 with one: 20 were right, 1 refused, 4 false alarms.
+class Limits:
+    """Thresholds of the decision; set on 50 photographs, 21 with one: 20 were right, 1 refused, 4 false alarms.
 
-    Each was halved and doubled on 92 textures, 44 of which were not there when it was set (docs/design/012).
+    Each was halved and doubled on 92 textures, 44 of which were not used to set it (docs/design/012).
     """
 
-    least: float = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
-    courses: float = 0.145  # contrast of rows; halved: rows are hinted at on five more, doubled: two walls lost
-    two: float = 0.18  # and where only two rows are seen; halved: the same, doubled: a pavement of loose setts is lost
-    pair: float = 0.5  # contrast asked of two points; 0.2: a wall of 96 px, seen to five bricks, gets a false lattice
-    few: float = 0.2  # and of three; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
-    everywhere: float = 0.6  # of the parts must repeat by them; 0.4: setts beside slabs get a lattice, 0.8: as is
-    parts: float = 0.4  # and by all others; halved: knitted wool gets a false one, 0.6: a floor is lost
-    rows: float = 0.45  # and by rows; 0.4: planks at 45 degrees are rows, 0.6: a wall is lost
-    scattered: float = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
-    faint: float = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
-    exact: float = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
-    doubted: float = 0.025  # confidence of one that its peaks tell; halved: jeans get one, doubled: bamboo loses its
-    told: float = 4.0  # 10 to this: the odds that tell it; halved: the same, doubled: bamboo and lizards lose it
-
-
-LIMITS = Limits()
+    least = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
+    courses = 0.145  # contrast of rows; halved: rows are hinted at on five more, doubled: two walls lost
+    two = 0.18  # and where only two rows are seen; halved: the same, doubled: a pavement of loose setts is lost
+    pair = 0.5  # contrast asked of two points; 0.2: a wall of 96 px, seen to five bricks, gets a false lattice
+    few = 0.2  # and of three; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
+    everywhere = 0.6  # of the parts must repeat by them; 0.4: setts beside slabs get a lattice, 0.8: as is
+    parts = 0.4  # and by all others; halved: knitted wool gets a false one, 0.6: a floor is lost
+    rows = 0.45  # and by rows; 0.4: planks at 45 degrees are rows, 0.6: a wall is lost
+    scattered = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
+    faint = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
+    exact = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
+    doubted = 0.025  # least confidence for the chance test; halved: jeans get one, doubled: bamboo loses its
+    told = 4.0  # 10 to this: odds that pass the chance test; halved: the same, doubled: bamboo and lizards lose it
 
 
 @dataclass(frozen=True)
 class Lattice:
-    """One lattice that a texture may have.
+    """One candidate lattice of a texture.
 
     Attributes
     ----------
     vectors : tuple of (dy, dx)
-        In 1/256 px. Two, the shorter first, or one where only a pitch exists: it is then perpendicular to the
-        direction in which nothing repeats, and as long as the rows are apart.
+        In 1/256 px. Two, the shorter first, or one for courses: perpendicular to them, as long as their pitch.
     confidence : float
         Two vectors: K = contrast (1 - 1 / sqrt(points)). One: the contrast.
     contrast : float
         Mean correlation at the lattice points minus the best anywhere else in the cell; of courses, minus
-        that between the rows.
+        that between them.
     points : int
-        Lattice points, or rows, that say so; opposite ones count once.
+        Lattice points, or courses, that support it; opposite ones count once.
     residual : float
-        How far the correlation peaks lie from the lattice points (rms), px: how irregular the texture is.
+        Distance of the correlation peaks from the lattice points (rms), px: how irregular the texture is.
     reasons : tuple of str
-        What speaks for and against it, in short sentences; the last one is the verdict.
+        The findings for and against it, in short sentences; the last one is the decision.
     verdict : "sure", "faint" or "refused"
-        ``faint`` is accepted only where the texture has no courses either.
+        ``faint`` (tentative) is accepted only if the texture has no courses either.
     repeats : float
-        Share of the exemplar that repeats by the vectors, 0 to 1, at least; 1 where that was not looked at.
+        Least share of the exemplar that repeats by the vectors, 0 to 1; 1 if that was not measured.
     odds : float
-        Against its peaks lying so near to its points by chance: ten to this. 0 where that was not looked at.
+        Decimal logarithm of the odds against its peaks lying so near to its points by chance; 0 if not measured.
     """
 
     vectors: tuple[Pair, ...]
@@ -246,104 +225,98 @@ class Lattice:
 
     @property
     def share(self) -> float:
-        """Confidence over what is asked for: compares lattices of both kinds."""
-        return self.confidence / (LIMITS.least if self.kind == "2-D" else LIMITS.courses)
+        """Confidence divided by the threshold: compares lattices of both kinds."""
+        return self.confidence / (Limits.least if self.kind == "2-D" else Limits.courses)
 
 
 @dataclass(frozen=True)
 class Lattices:
-    """What is known of the lattice of a texture.
+    """The detected lattices of a texture.
 
     Attributes
     ----------
     accepted : Lattice or None
-        The lattice; None where the texture has none that is sure enough.
+        The lattice; None if none is sure enough.
     ranked : tuple of Lattice
-        The best candidates, best first, accepted or not: worth showing where the confidence is small.
+        The best candidates, best first, accepted or not.
     reason : str
-        Why the first was accepted, or refused.
-    reduction : int
-        A large exemplar was looked at this many times smaller.
-    refined : bool
-        True where the vectors are exact to the exemplar's own px, though it was reduced, or was not.
+        Why the first was accepted or refused.
     """
 
     accepted: Lattice | None
     ranked: tuple[Lattice, ...]
     reason: str
-    reduction: int = 1
-    refined: bool = True
 
 
 def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
-    """Judge the k-th of the scored lattices by its score, its fit, and where in the exemplar it holds.
+    """Return the k-th of the scored lattices with its decision, by its score, its fit, and where it repeats.
 
-    One that its score alone refuses is neither fitted once more nor looked for in the parts of the exemplar.
+    The repeating share and the final fit are computed only if the score alone does not refuse it.
     """
     mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
     points = int(scored.points[k])
     near = regularity(one)
     odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))  # a peak says two things, the vectors are four
-    judged = partial(_judge, confidence, near if one.used > ENOUGH else 0.0, odds)
-    if few := points < ENOUGH:
-        judged = partial(_judge_few, contrast, points)
-    rows, parts = scored.vectors[k], 1.0
+    near = near if one.used > ENOUGH else 0.0
+    rows = scored.vectors[k]
+    lattice = Lattice((), confidence, contrast, points, one.residual, odds=odds)
     says = [
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
     ]
-    if judged(parts)[0] != REFUSED or (not few and confidence >= LIMITS.doubted):
+    if _judge(lattice, near)[0] != REFUSED or (points >= ENOUGH and confidence >= Limits.doubted):
         rows = resolved(found, rows, one.residual)
         parts = min(support(prepared, (y, x)) for y, x in rows.tolist())
         says.append(f"{100 * parts:.0f} % of the exemplar repeats, or more.")
-    vectors, (verdict, why) = tuple((y, x) for y, x in rows.tolist()), judged(parts)
-    return Lattice(vectors, confidence, contrast, points, one.residual, (*says, why), verdict, parts, odds)
+        lattice = replace(lattice, repeats=parts)
+    verdict, why = _judge(lattice, near)
+    return replace(lattice, vectors=tuple((y, x) for y, x in rows.tolist()), reasons=(*says, why), verdict=verdict)
 
 
-def _judge_few(contrast: float, points: int, parts: float) -> tuple[Verdict, str]:
-    if points < 2 or contrast < (LIMITS.pair if points == 2 else LIMITS.few):
-        return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
-    if parts < LIMITS.everywhere:
-        return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
-    return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
-
-
-def _judge(confidence: float, near: float, odds: float, parts: float) -> tuple[Verdict, str]:
-    if confidence >= LIMITS.faint and parts < LIMITS.parts:
+def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
+    """Decide whether two vectors are a lattice, and why; `near`: how far the peaks lie from its points, 0 to 1."""
+    points, confidence, contrast = one.points, one.confidence, one.contrast
+    if points < ENOUGH:
+        if points < 2 or contrast < (Limits.pair if points == 2 else Limits.few):
+            return REFUSED, f"Refused: {points} lattice points could agree by chance (contrast {contrast:.3f})."
+        if one.repeats < Limits.everywhere:
+            return REFUSED, f"Refused: {points} lattice points, and only parts of the exemplar repeat."
+        return SURE, f"Accepted: only {points} lattice points, but all of the exemplar repeats."
+    if confidence >= Limits.faint and one.repeats < Limits.parts:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but only parts of the exemplar repeat."
-    if confidence >= LIMITS.least and near > LIMITS.scattered:
+    if confidence >= Limits.least and near > Limits.scattered:
         return REFUSED, f"Refused: the confidence is {confidence:.3f}, but the peaks lie anywhere."
-    if confidence >= LIMITS.least:
-        return SURE, f"Accepted: the confidence {confidence:.3f} reaches {LIMITS.least}."
-    if confidence >= LIMITS.faint and odds >= LIMITS.exact:
+    if confidence >= Limits.least:
+        return SURE, f"Accepted: the confidence {confidence:.3f} reaches {Limits.least}."
+    if confidence >= Limits.faint and one.odds >= Limits.exact:
         return FAINT, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
-    return REFUSED, f"Refused: the confidence {confidence:.3f} is below {LIMITS.least}."
+    return REFUSED, f"Refused: the confidence {confidence:.3f} is below {Limits.least}."
 
 
 def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
-    """Return the surest lattice whose peaks hardly lie on its points by chance, refused or not; None where none is.
+    """Return the most confident lattice whose peaks pass the chance test, refused or not; None if there is none.
 
-    Things of their own shapes and colours, in step, agree little with each other, and only in parts; what agrees lies
-    where it should all the same, at twice as many points as are asked of others (with four boards of planks get one).
-    Blocks cut by such a lattice do not fit, but patches may keep to it.
+    Elements of different shapes and colours on a lattice agree little with each other, and only in parts; yet their
+    peaks lie on the lattice, at twice as many points as are required elsewhere (with four, boards of planks get one).
+    Blocks cut by such a lattice do not fit, but patches can be aligned to it.
     """
-    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= LIMITS.doubted)
-    told = (one for one in enough if one.odds >= LIMITS.told)
+    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= Limits.doubted)
+    told = (one for one in enough if one.odds >= Limits.told)
     return max(told, key=lambda one: one.confidence, default=None)
 
 
 def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
-    """Judge courses by their contrast, their number, and where in the exemplar they hold."""
+    """Return a pitch of courses with its decision, by its contrast, the number of courses, and where they repeat."""
     pitch = round(UNIT * found.pitch[0]), round(UNIT * found.pitch[1])
     if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
         pitch = -pitch[0], -pitch[1]
     contrast = found.contrast / MILLION
-    least = LIMITS.courses if found.lines > 2 else LIMITS.two
+    least = Limits.courses if found.lines > 2 else Limits.two
     if found.lines < 2:
         verdict, why = REFUSED, "Refused: a single row could agree by chance."
     elif contrast < least:
         verdict, why = REFUSED, f"Refused: the contrast {contrast:.3f} of the rows is below {least}."
-    elif support(prepared, pitch) < LIMITS.rows:
+    elif support(prepared, pitch) < Limits.rows:
         verdict, why = REFUSED, "Refused: only parts of the exemplar repeat."
     else:
         verdict, why = SURE, f"Accepted: the contrast {contrast:.3f} of the rows reaches {least}."
@@ -352,22 +325,19 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
 
 
 def support(prepared: CorrelatedPictures, vector: Pair) -> float:
-    """Return the share of parts of the overlap that repeat when moved by a vector (1/256 px)."""
-    shape, moved = prepared.colours.shape[:2], [(abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector]
-    sides = [n - abs(d) for n, d in zip(shape, moved, strict=True)]
-    parts = min(PARTS, min(sides) // LEAST_PART)
+    """Return the share of parts of the overlap that match themselves when shifted by a vector (1/256 px)."""
+    shape, (dy, dx) = prepared.colours.shape[:2], ((abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector)
+    other, one = overlap(shape, (dy, dx))
+    usable = np.ones(shape) if prepared.usable is None else prepared.usable
+    known = usable[one] * usable[other]
+    parts = min(PARTS, min(known.shape) // LEAST_PART)
     if parts < 1:
         return 0.0
-    one, other = (
-        tuple(slice(max(k * d, 0), n + min(k * d, 0)) for n, d in zip(shape, moved, strict=True)) for k in (1, -1)
-    )
-    down, right = (_begins(n, parts) for n in sides)
+    down, right = (_begins(n, parts) for n in known.shape)
 
     def added(values: Array) -> Array:
         return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=-2), right, axis=-1))
 
-    usable = np.ones(shape) if prepared.usable is None else prepared.usable
-    known = usable[one] * usable[other]
     count, size = added(known * 1.0), added(np.ones(known.shape))
     alike = count < 0  # none yet
     for layer in (prepared.colours, prepared.edges):
@@ -382,5 +352,5 @@ def support(prepared: CorrelatedPictures, vector: Pair) -> float:
 
 
 def _begins(length: int, parts: int) -> list[int]:
-    """Where about equal parts of a length begin, the same from either end of it."""
+    """Return where about equal parts of a length begin, symmetric from either end."""
     return [k * length // parts if 2 * k <= parts else length - (parts - k) * length // parts for k in range(parts)]

@@ -1,1 +1,1 @@
-"""Textures that repeat: mosaics of whole periods, one tile again and again, walls laid stone by stone."""
+"""Near-regular textures: mosaics of lattice blocks, best tiles, and walls laid brick by brick."""

@@ -1,4 +1,4 @@
-"""Best tile at work: the tile is found once for an exemplar, and laid out over a canvas or a box of the plane."""
+"""Method best-tile: the best tile of an exemplar is found once, and repeated over a canvas or a box of the plane."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .tiling import TileLayout, Tiling
 
 
 def resolved(method: BestTile, exemplars: Exemplars, canvas: Canvas) -> BestTile:
-    """Find the lattice; MethodError where there is none."""
+    """Return the method with its lattice. Raise MethodError if the exemplar has none."""
     if method.lattice is AUTO:
         return replace(method, lattice=lattice_of(exemplars[0], method.slug, method.channel_weights))
     check_lattice(method.lattice, exemplars[0])
@@ -24,22 +24,22 @@ def resolved(method: BestTile, exemplars: Exemplars, canvas: Canvas) -> BestTile
 
 
 def synthesize(method: BestTile, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Find the best tile and lay it out; the seed changes nothing."""
+    """Find the best tile and repeat it; the seed changes nothing."""
     run.tick(0, 2)
     layout = _layout(method, exemplars[0], canvas)
     run.tick(1, 2)
-    yx, _ = layout.window(0, 0, canvas.height, canvas.width)
+    yx = layout.window(0, 0, canvas.height, canvas.width)
     run.tick(2, 2)
     return SourceMap(yx, None, None, (exemplars[0].source,), canvas.wrap, method.blend)
 
 
 def window(method: BestTile, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Lay out what of the tiles a box meets; the tile is found once for an exemplar."""
+    """Return the part of the endless tiling that lies in a box."""
     plane = Canvas(1, 1)
     layout = exemplars[0].latest(
         "best-tile", method, lambda: _layout(method.resolved(exemplars, plane), exemplars[0], plane)
     )
-    yx, _ = layout.window(box.y0, box.x0, box.height, box.width)
+    yx = layout.window(box.y0, box.x0, box.height, box.width)
     return SourceMap(yx, None, None, (exemplars[0].source,), blend=method.blend)
 
 

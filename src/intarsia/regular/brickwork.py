@@ -1,11 +1,11 @@
-"""What an exemplar of courses holds: its beds, the joints between its bricks, and the bricks.
+"""Masonry analysis: bed joints, head joints and bricks of an exemplar of courses.
 
-A course runs along x here, from bed to bed; whoever has courses that stand upright swaps the axes before.
+Courses run along x here, between bed joints; for upright courses the axes are swapped before.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -22,14 +22,14 @@ from .wall_kernels import FACE as CUT
 
 
 def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
-    """Features, those without slopes, and which pixels are usable; axes are swapped where courses stand upright."""
+    """Return features, features without slopes, and usable pixels; axes are swapped if courses are upright."""
     found = feats.pictures[0], feats.level, exemplar.free
     one, two, three = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in found) if upright else found
     return one, two, three
 
 
 def peaks(profile: Array, height: float, prominence: float, distance: int) -> list[int]:
-    """Return where a profile (n,) has peaks so high, that rise so far above what separates them from higher ones.
+    """Return the peaks of a profile (n,) of at least this height, prominence and distance, as SciPy's find_peaks does.
 
     The middle of a plateau counts. Of two nearer than `distance` the higher one stays, the later one of two as high.
     """
@@ -42,7 +42,7 @@ def peaks(profile: Array, height: float, prominence: float, distance: int) -> li
 
 
 def _tops(profile: Array) -> list[int]:
-    """The middles of what is higher than both neighbours."""
+    """Return the middles of plateaus that are higher than both neighbours."""
     begins = np.concatenate([[0], np.flatnonzero(np.diff(profile)) + 1])
     ends = np.append(begins[1:], len(profile)) - 1
     level = profile[begins]
@@ -51,7 +51,7 @@ def _tops(profile: Array) -> list[int]:
 
 
 def _prominence(profile: Array, at: int) -> float:
-    """How far one must go down from a peak, at least, to come to a higher one, or to the end."""
+    """Return the prominence of a peak: the least descent to a higher point, or to the end."""
     lowest = []
     for side in (profile[at::-1], profile[at:]):
         higher = np.flatnonzero(side > profile[at])
@@ -62,23 +62,20 @@ def _prominence(profile: Array, at: int) -> float:
 FACE = 255  # what a pixel of a face counts; one of mortar counts 0
 
 
-class Mortar(NamedTuple):
-    """How mortar is told from faces. What halving and doubling does is of 16 walls (docs/design/012)."""
+class Mortar:
+    """How mortar is classified. What halving and doubling does is of 16 walls (docs/design/012)."""
 
-    noise: float = 16.0  # variance of a channel at least; at 1 2 joints of 25 are lost, at 256 one course of 5
-    near: int = 1  # tenths of the way from mortar to faces that are still mortar; at 0 one wall loses a joint of 43,
-    far: int = 8  # and all face; at 7 one loses two of 25
-    middle: Pair = (3, 7)  # tenths of a course are faces; (4, 6): 54 joints of 113, (1, 9): all walls differ
-    dull: int = FACE // 3  # the least of a face: it is raised to a full one; halved and doubled: nothing is seen
-    sharp: int = 4096  # the largest weight of a channel: whole numbers, so that no last bit decides
-    least: int = 4  # px of each are the fewest to compare; halved and doubled: nothing
-
-
-MORTAR = Mortar()
+    noise = 16.0  # variance of a channel at least; at 1 2 joints of 25 are lost, at 256 one course of 5
+    near = 1  # tenths of the way from mortar to faces that are still mortar; at 0 one wall loses a joint of 43,
+    far = 8  # and all face; at 7 one loses two of 25
+    middle = (3, 7)  # tenths of a course are faces; (4, 6): 54 joints of 113, (1, 9): all walls differ
+    dull = FACE // 3  # the least of a face: it is raised to a full one; halved and doubled: nothing is seen
+    sharp = 4096  # the largest weight of a channel: whole numbers, so that no last bit decides
+    least = 4  # px of each are the fewest to compare; halved and doubled: nothing
 
 
 class Contrast(NamedTuple):
-    """How mortar and faces are told apart: by a mixture of channels, and how well."""
+    """Linear classifier of mortar and faces: channel weights, and how well they separate both."""
 
     score: float
     weights: Int64 = np.zeros(0, np.int64)  # of the channels
@@ -87,38 +84,38 @@ class Contrast(NamedTuple):
 
     @classmethod
     def of(cls, smooth: Array, usable: Mask, beds: Array, pitch: float) -> Contrast:
-        """Fisher's linear discriminant between pixels on the beds (n, W) and in the middle between them; 0 without.
+        """Return Fisher's linear discriminant between pixels on the beds (n, W) and midway between; score 0 if none.
 
         The weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
         """
-        first, last = MORTAR.middle
+        first, last = Mortar.middle
         parts = np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10)))
         between = np.rint(beds[:-1, None] + parts[:, None] * (beds[1:] - beds[:-1])[:, None]).astype(np.int64)
         mortar = _on(np.concatenate([beds - 1, beds]), usable, 1)
         face = _on(between.reshape(-1, usable.shape[1]), usable, 0)
-        if min(mortar.sum(), face.sum()) < MORTAR.least:
+        if min(mortar.sum(), face.sum()) < Mortar.least:
             return cls(0.0)
         one, two = smooth[mortar].astype(np.float64), smooth[face].astype(np.float64)
         a, b = np.median(one, axis=0), np.median(two, axis=0)
         spread = np.atleast_2d(np.cov(one, rowvar=False) + np.cov(two, rowvar=False)) / 2
-        weights = np.linalg.solve(spread + MORTAR.noise * np.eye(smooth.shape[2]), b - a)
+        weights = np.linalg.solve(spread + Mortar.noise * np.eye(smooth.shape[2]), b - a)
         score = float((weights * (b - a)).sum())
         if score < 1e-9:
             return cls(0.0)
-        whole = np.rint(weights * (MORTAR.sharp / np.abs(weights).max())).astype(np.int64)
+        whole = np.rint(weights * (Mortar.sharp / np.abs(weights).max())).astype(np.int64)
         return cls(score, whole, int((a * whole).sum()), int((b * whole).sum()))
 
     def faces_of(self, smooth: Array) -> Int16:
-        """How little each pixel looks like mortar: (H, W), 0 to FACE; not at all where nothing could be compared."""
+        """Return how little each pixel looks like mortar: (H, W), 0 to FACE; FACE everywhere without a classifier."""
         if not self.score:
             return np.full(smooth.shape[:2], FACE, np.int16)
         value, apart = smooth.astype(np.int64) @ self.weights - self.low, self.high - self.low
-        faces = (value * 10 - MORTAR.near * apart) * FACE // ((MORTAR.far - MORTAR.near) * max(apart, 1))
+        faces = (value * 10 - Mortar.near * apart) * FACE // ((Mortar.far - Mortar.near) * max(apart, 1))
         return np.asarray(np.clip(faces, 0, FACE), np.int16)
 
 
 def _on(rows: Array, usable: Mask, rim: int) -> Mask:
-    """The usable pixels of some rows (n, W), those of the rim above and below left out."""
+    """Return the usable pixels of some rows (n, W), without `rim` rows at the top and bottom."""
     on: Mask = np.zeros(usable.shape, bool)
     ok = (rows >= rim) & (rows < len(on) - rim)
     on[rows[ok], np.nonzero(ok)[1]] = True
@@ -126,17 +123,17 @@ def _on(rows: Array, usable: Mask, rim: int) -> Mask:
 
 
 def levelled(faces: Array, pitch: int) -> Int16:
-    """Faces made equally bright everywhere, so that mortar between dull ones is seen, too."""
-    part = faces > MORTAR.dull
+    """Return the faces raised to the same local mean, so that mortar between dull faces is found, too."""
+    part = faces > Mortar.dull
     total, count = np.where(part, faces, 0), part.astype(np.int64)
     for axis in (0, 1):
         total, count = (moving_sums(values, axis, max(1, pitch), "symmetric") for values in (total, count))
-    factor = FACE / np.clip(total / np.maximum(count, 1), MORTAR.dull, FACE)
+    factor = FACE / np.clip(total / np.maximum(count, 1), Mortar.dull, FACE)
     return np.asarray(np.clip(np.rint(faces * factor), 0, FACE), np.int16)
 
 
 def mortar_at(row: Array, x: int) -> Pair:
-    """The pixels around x that look like mortar: first, end; none where x itself does not."""
+    """Return the pixels around x that look like mortar: first, end; empty if x itself does not."""
     a = b = min(max(x, 0), len(row) - 1)
     while a > 0 and row[a - 1] < FACE // 2:
         a -= 1
@@ -145,28 +142,24 @@ def mortar_at(row: Array, x: int) -> Pair:
     return a, b
 
 
-class Finding(NamedTuple):
+class Finding:
     """How beds and joints are found. What halving and doubling does is of 16 walls (docs/design/012)."""
 
-    outside: float = 0.1  # of the pitch a bed may lie outside the exemplar; halved: 44 repeats for 32, doubled: as is
-    stray: float = 0.22  # of the pitch a bed may leave its line; halved: 117 joints of 129, doubled: false courses
-    pull: int = 40  # of 255 is paid for straying so far; at 0 3 joints of 18 are lost, at 160 6 of 88 are invented
-    rounds: int = 3  # times that mortar and beds are found from one another; at 1 507 joints lie over others for 310
-    columns: int = 64  # are looked at for the phase, at least; 32, 128: the same, all: a map of normals gains a joint
-    phases: int = 12  # are tried; halved: one wall finds 21 joints of 26, doubled: as is
-    coarse: int = 24  # px of pitch: px are averaged above it; never: one course of 5 is lost, always: 75 joints of 148
-    low: int = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
-    depth: int = 60  # and so much less than both sides; halved: 436 joints, not 349 (invented), doubled: 270, not 366
-    apart: int = 4  # joints lie a course's height / apart from one another; halved 1 of 16 changes, doubled 2
-    readable: Pair = (7, 8)  # of a course must be usable; 15/16 and 3/4: one straightened wall changes
-    least_span: int = 4  # columns of a course: fewer have no inside; halved and doubled: nothing
+    outside = 0.1  # of the pitch a bed may lie outside the exemplar; halved: 44 repeats for 32, doubled: as is
+    stray = 0.22  # of the pitch a bed may leave its line; halved: 117 joints of 129, doubled: false courses
+    pull = 40  # of 255 is paid for straying so far; at 0 3 joints of 18 are lost, at 160 6 of 88 are invented
+    rounds = 3  # times that mortar and beds are found from one another; at 1 507 joints lie over others for 310
+    columns = 64  # compared for the phase, at least; 32, 128: the same, all: a map of normals gains a joint
+    phases = 12  # are tried; halved: one wall finds 21 joints of 26, doubled: as is
+    coarse = 24  # px of pitch: px are averaged above it; never: one course of 5 is lost, always: 75 joints of 148
+    low = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
+    depth = 60  # and so much less than both sides; halved: 436 joints, not 349 (invented), doubled: 270, not 366
+    apart = 4  # joints lie a course's height / apart from one another; halved 1 of 16 changes, doubled 2
+    readable = (7, 8)  # of a course must be usable; 15/16 and 3/4: one straightened wall changes
+    least_span = 4  # columns of a course: fewer have no inside; halved and doubled: nothing
 
 
-FINDING = Finding()
-
-
-@dataclass(frozen=True)
-class Line:
+class Line(NamedTuple):
     """The straight line that a bed follows: row ``(phase + i pitch) / 256 + x slope``.
 
     `phase`, `pitch` in 1/256 px down the rows; `slope` as a fraction (rows, columns) of whole numbers.
@@ -177,23 +170,28 @@ class Line:
     slope: Vector
 
     def lean(self, x: Array) -> Int64:
-        """How far down the line is in some columns, 1/256 px."""
+        """Return how far down the line is in some columns, 1/256 px."""
         return np.asarray(x * (self.slope[0] * UNIT) // self.slope[1], np.int64)
 
-    def rows(self, i: int, width: int) -> Int64:
-        """The row of bed `i` in every column of the exemplar."""
-        x = np.arange(width, dtype=np.int64)
-        return (self.phase + i * self.pitch + UNIT // 2) // UNIT + x * self.slope[0] // self.slope[1]
+    def places(self, shape: Pair) -> Int64:
+        """Return where the beds in the exemplar, or just outside it, begin in its first column, 1/256 px."""
+        lean = np.arange(shape[1]) * self.slope[0] // self.slope[1]
+        first = (-int(lean.max()) * UNIT - self.phase) // self.pitch - 1
+        end = ((shape[0] - int(lean.min())) * UNIT - self.phase) // self.pitch + 3
+        return self.phase + self.pitch * np.arange(first, end)
+
+    def rows(self, shape: Pair) -> Int64:
+        """Return the rows of these beds in every column of the exemplar: (n, W)."""
+        lean = np.arange(shape[1]) * self.slope[0] // self.slope[1]
+        return (self.places(shape)[:, None] + UNIT // 2) // UNIT + lean
 
 
-@dataclass(frozen=True, eq=False)
-class Brickwork:
-    """Beds, joints and bricks of an exemplar."""
+class Brickwork(NamedTuple):
+    """Bed joints, head joints and mortar of an exemplar."""
 
     line: Line  # where beds lie on average
     beds: Int64  # (n, W): the row of every bed that is found, in every column
-    courses: list[int]  # numbers k of the whole courses, between beds k and k + 1
-    spans: dict[int, Pair]  # the columns (first, end) of each course that lie in the exemplar
+    spans: dict[int, Pair]  # the columns (first, end) of each whole course k, between beds k and k + 1
     joints: Int64  # (m, H): the column of every joint in every row
     of_course: dict[int, list[int]]  # the joints of each course, from left to right
     faces: Int16  # (H, W): how little a pixel looks like mortar: 0 to 255
@@ -201,15 +199,15 @@ class Brickwork:
 
 
 def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
-    """Where the beds lie: across the vector, at the phase at which they differ most from what lies between."""
+    """Return the line of the beds, perpendicular to the vector, at the phase of the highest contrast."""
     down, aside = vector if vector[0] > 0 else (-vector[0], -vector[1])
     pitch = round((down * down + aside * aside) / down)
-    every = max(1, usable.shape[1] // FINDING.columns)
+    every = max(1, usable.shape[1] // Finding.columns)
     smooth, usable = np.ascontiguousarray(smooth[:, ::every]), np.ascontiguousarray(usable[:, ::every])
     best, found = -1.0, 0
-    for phase in (n * pitch // FINDING.phases for n in range(FINDING.phases)):
+    for phase in (n * pitch // Finding.phases for n in range(Finding.phases)):
         line = Line(phase, pitch, (-aside * every, down))
-        faces = Contrast.of(smooth, usable, _lines(line, usable.shape), pitch / UNIT).faces_of(smooth)
+        faces = Contrast.of(smooth, usable, line.rows(usable.shape), pitch / UNIT).faces_of(smooth)
         score = Contrast.of(smooth, usable, _beds(faces, line), pitch / UNIT).score
         if score > best * 1.0001:  # no last bit of the linear algebra decides
             best, found = score, phase
@@ -217,106 +215,83 @@ def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
 
 
 def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
-    """Find beds, mortar and joints; MethodError where no course is whole."""
-    height = len(picture)
-    coarse = vector[0] ** 2 + vector[1] ** 2 > (FINDING.coarse * UNIT) ** 2
+    """Find beds, mortar and joints. Raise MethodError if no course is whole."""
+    coarse = vector[0] ** 2 + vector[1] ** 2 > (Finding.coarse * UNIT) ** 2
     smooth = averages(picture.astype(np.int32), 1) if coarse else picture
     line = line_of(smooth, usable, vector)
-    beds = _lines(line, usable.shape)
-    for _ in range(FINDING.rounds):
+    beds = line.rows(usable.shape)
+    for _ in range(Finding.rounds):
         faces = Contrast.of(smooth, usable, beds, line.pitch / UNIT).faces_of(smooth)
         beds = _beds(faces, line)
-    line = _resolved(line, beds, height)
+    line = _resolved(line, beds, usable.shape)
     faces = levelled(faces, line.pitch // UNIT)
-    courses, spans = spans_of(usable, beds, line.pitch)
-    return with_joints(line, beds, courses, spans, faces)
+    return with_joints(line, beds, usable, faces)
 
 
-def with_joints(line: Line, beds: Array, courses: list[int], spans: dict[int, Pair], faces: Array) -> Brickwork:
-    """Find the joints of courses whose beds and mortar are known."""
+def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Brickwork:
+    """Find the joints of whole courses between known beds. Raise MethodError if no course is whole."""
+    spans = _spans(usable, beds, Finding.outside * line.pitch / UNIT)
     found, of_course = list[Array](), dict[int, list[int]]()
-    for k in courses:
-        across = joints_across(faces, beds[k], beds[k + 1], spans[k])
+    for k, span in spans.items():
+        across = joints_across(faces, beds[k], beds[k + 1], span)
         of_course[k] = list(range(len(found), len(found) + len(across)))
         found += across
     joints = np.array(found, np.int64).reshape(-1, len(faces))
-    return Brickwork(line, beds, courses, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
+    return Brickwork(line, beds, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
 
 
-def spans_of(usable: Mask, beds: Array, pitch: int) -> tuple[list[int], dict[int, Pair]]:
-    """Which courses are whole, and in which columns; MethodError where none is. `pitch`: 1/256 px."""
-    courses, spans = list[int](), dict[int, Pair]()
-    out = FINDING.outside * pitch / UNIT
-    for k in range(len(beds) - 1):
-        inside = (beds[k] >= -out) & (beds[k + 1] <= len(usable) + out)
-        inside &= _readable(usable, beds[k], beds[k + 1])
-        span = _longest(inside)
-        if span[1] - span[0] >= FINDING.least_span:
-            courses.append(k)
-            spans[k] = span
-    if not courses:
+def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
+    """Return the columns of each whole course, at most `out` px beyond the exemplar; MethodError if there is none."""
+    spans = {}
+    for k, (above, below) in enumerate(pairwise(beds)):
+        inside = (above >= -out) & (below <= len(usable) + out) & _readable(usable, above, below)
+        edges = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)  # of runs of true values
+        first, end = max(edges.tolist(), key=lambda run: run[1] - run[0], default=(0, 0))
+        if end - first >= Finding.least_span:
+            spans[k] = first, end
+    if not spans:
         raise MethodError("the exemplar holds no whole course; give a larger exemplar, or use method repeat.")
-    return courses, spans
+    return spans
 
 
-def _resolved(line: Line, beds: Array, height: int) -> Line:
-    """The line moved to where the beds are."""
-    inside = (beds >= 1) & (beds < height - 1)
+def _resolved(line: Line, beds: Array, shape: Pair) -> Line:
+    """Return the line with the phase that fits the beds."""
+    inside = (beds >= 1) & (beds < shape[0] - 1)
     if not inside.any():
         return line
-    exact = beds * UNIT - line.lean(np.arange(beds.shape[1]))
-    places = np.array([line.phase + i * line.pitch for i in _numbers(line, height, beds.shape[1])], np.int64)
-    off = (exact - places[:, None])[inside]
-    return Line(line.phase + int(off.sum()) // len(off), line.pitch, line.slope)
+    off = (beds * UNIT - line.lean(np.arange(shape[1])) - line.places(shape)[:, None])[inside]
+    return line._replace(phase=line.phase + int(off.sum()) // len(off))
 
 
-def _numbers(line: Line, height: int, width: int) -> list[int]:
-    """The beds that are in the exemplar, or just outside it."""
-    lean = np.arange(width) * line.slope[0] // line.slope[1]
-    first = (-int(lean.max()) * UNIT - line.phase) // line.pitch - 1
-    last = ((height - int(lean.min())) * UNIT - line.phase) // line.pitch + 2
-    return list(range(int(first), int(last) + 1))
-
-
-def _lines(line: Line, shape: Pair) -> Int64:
-    return np.stack([line.rows(i, shape[1]) for i in _numbers(line, *shape)])
+def straying(cost: Array, line: Array, reach: int, beyond: int) -> Int64:
+    """Return what it costs a bed to leave a line (W,): (W, 2 reach + 1); `beyond` outside of the exemplar."""
+    aside = np.arange(-reach, reach + 1)
+    y = line[:, None] + aside
+    found = cost[np.clip(y, 0, len(cost) - 1), np.arange(len(line))[:, None]].astype(np.int64)
+    found += Finding.pull * aside**2 // reach**2
+    found[(y < 0) | (y >= len(cost))] = beyond
+    return found
 
 
 def _beds(faces: Array, line: Line) -> Int64:
-    """The beds near their lines that stay in mortar best."""
-    (height, width), reach = faces.shape, max(1, int(FINDING.stray * line.pitch / UNIT))
-    offsets, found = np.arange(-reach, reach + 1), []
-    for row in _lines(line, faces.shape):
-        y = row[:, None] + offsets
-        cost = faces[np.clip(y, 0, height - 1), np.arange(width)[:, None]].astype(np.int64)
-        cost += FINDING.pull * offsets**2 // reach**2
-        cost[(y < 0) | (y >= height)] = FACE // 2
-        found.append(row + paths.cheapest(cost) - reach)
-    return np.stack(found).astype(np.int64)
+    """Return the cheapest paths through mortar near the lines of the beds."""
+    reach = max(1, int(Finding.stray * line.pitch / UNIT))
+    rows = line.rows(faces.shape)
+    return np.stack([row + paths.cheapest(straying(faces, row, reach, FACE // 2)) - reach for row in rows])
 
 
 def _readable(usable: Array, above: Array, below: Array) -> Mask:
-    """The columns in which most of a course may be used."""
+    """Return the columns in which most of a course is usable."""
     height = usable.shape[0]
     good = np.concatenate([np.zeros((1, usable.shape[1]), np.int64), np.cumsum(usable, axis=0)])
     x = np.arange(usable.shape[1])
     top, end = np.clip(above, 0, height), np.clip(below, 0, height)
-    part, whole = FINDING.readable
+    part, whole = Finding.readable
     return np.asarray((good[end, x] - good[top, x]) * whole >= part * np.maximum(end - top, 1))
 
 
-def _longest(inside: Array) -> Pair:
-    """The longest run of true values: first, end."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(np.int8), [0]])))
-    if not len(edges):
-        return 0, 0
-    runs = edges.reshape(-1, 2)
-    best = runs[np.argmax(runs[:, 1] - runs[:, 0])]
-    return int(best[0]), int(best[1])
-
-
 def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[Int64]:
-    """The joints of one course: for each its column in every row of the exemplar."""
+    """Return the joints of one course: for each its column in every row of the exemplar."""
     height = len(faces)
     x0, x1 = span
     tall = int(np.median(below[x0:x1] - above[x0:x1]))
@@ -328,77 +303,64 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
     cost = faces[np.clip(y, 0, height - 1), x].astype(np.int64)
     up, down = paths.accumulate(cost[: half + 1], 0), paths.accumulate(cost[half:][::-1].copy(), 0)
     profile = (up[-1] + down[-1] - cost[half]) // len(v)
+    padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)  # valleys between walls of faces
     joints = []
-    for at in _minima(profile, tall // FINDING.apart):
+    for valley in peaks(FACE - padded, FACE - Finding.low, Finding.depth, max(1, tall // Finding.apart)):
+        at = valley - 1
         path = np.concatenate([paths.trace(up, at, 0), paths.trace(down, at, 0)[::-1][1:]]) + x0
         rows = middle[at + x0] + v
-        path += int(np.median(_middles(faces, rows, path)))
+        inner = slice(len(v) // 4, len(v) - len(v) // 4)
+        path += int(np.median([(a + b) // 2 - x for a, b, x in _mortar(faces, rows[inner], path[inner])] or [0]))
         joints.append(np.interp(np.arange(height), rows, path).round().astype(np.int64))
     return joints
 
 
-def _middles(faces: Array, rows: Array, path: Array) -> list[int]:
-    """How far the middle of the mortar lies from a path, row by row; the first pixel of its right half."""
-    found = [0]
-    quarter = len(rows) // 4
-    for y, x in zip(rows[quarter : len(rows) - quarter], path[quarter : len(rows) - quarter], strict=True):
-        if 0 <= y < len(faces):
-            a, b = mortar_at(faces[y], int(x))
-            if b > a:
-                found.append((a + b) // 2 - int(x))
-    return found[1:] or found
-
-
-def _minima(profile: Array, apart: int) -> list[int]:
-    """Where a profile of crossing costs has a deep valley between walls of faces."""
-    padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)
-    return [x - 1 for x in peaks(FACE - padded, FACE - FINDING.low, FINDING.depth, max(1, apart))]
+def _mortar(faces: Array, rows: Array, columns: Array) -> list[tuple[int, int, int]]:
+    """Return the mortar around places, (first, end, column), row by row, without places that are no mortar."""
+    places = zip(rows.tolist(), columns.tolist(), strict=True)
+    found = [(*mortar_at(faces[y], x), x) for y, x in places if 0 <= y < len(faces)]
+    return [place for place in found if place[1] > place[0]]
 
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
-    """The median width of the joints in the middle half of their courses, px."""
+    """Return the median width of the joints in the middle half of their courses, px."""
     widths: list[int] = []
     for k, some in of_course.items():
         top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
         quarter = max(1, (end - top) // 4)
+        rows = np.arange(max(0, top + quarter), min(len(faces), end - quarter))
         for j in some:
-            for y in range(max(0, top + quarter), min(len(faces), end - quarter)):
-                a, b = mortar_at(faces[y], int(joints[j, y]))
-                widths += [b - a] if b > a else []
+            widths += [b - a for a, b, _ in _mortar(faces, rows, joints[j, rows])]
     return int(np.median(widths)) if widths else 4
 
 
 Brick = tuple[int, int, int, int, int]
 
 
-class Sorting(NamedTuple):
-    """Which bricks of an exemplar are shown. Counts are of 16 walls of 512 px (docs/design/012)."""
+class Sorting:
+    """Which bricks of an exemplar are used. Counts are of 16 walls of 512 px (docs/design/012)."""
 
-    margin: int = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
-    broken: float = 0.3  # of the usual brick is the least; halved: one wall lays chips, doubled: 9 of 67 are lost
-    half: float = 0.45  # of it must be seen at the border, where whole ones are few; halved: slivers in four walls
-    least: float = 0.9  # of the shortest whole one, where they are many; halved: three walls show halved setts
-    few: int = 8  # whole bricks; halved: 859 pieces cut by the border are shown instead of 268, doubled: 343
-    enough: int = 16  # of them: none is shown that the border cuts; at 20 whole stones one piece in seven looked cut
-    straying: int = 70  # of 255 is what beds of a brick may look like; without it setts show two stones as one
-
-
-class Bond(NamedTuple):
-    """What joints cost by where those of other courses lie, in units of `Costs`; from the same 16 walls."""
-
-    stacked: int = 500  # one upon another; at 0 417 joints instead of 313, halved 125 for 123, doubled 87 for 83
-    unusual: int = 240  # as they never lie in the exemplar; at 0 a drawn English bond has 53 of 279 near others, not 22
-    rare: int = 60  # e times rarer than the most usual; halved: 293 upon others instead of 310, doubled 103 for 79
-    blur: float = 0.08  # of a brick, at least 1.5 px, smooths distances; halved 254 for 232, doubled 139 for 125
-    close: float = 0.1  # of all distances are smaller, and stacked; halved: 286 instead of 241, doubled: 182, not 258
-    beyond: int = 4  # times less count joints of the next course but one; halved 330 for 280, doubled 100 for 77
+    margin = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
+    broken = 0.3  # of the usual brick is the least; halved: one wall uses chips, doubled: 9 of 67 are lost
+    half = 0.45  # of it must be seen at the border, where whole ones are few; halved: slivers in four walls
+    least = 0.9  # of the shortest whole one, where they are many; halved: three walls use halved setts
+    few = 8  # whole bricks; halved: 859 pieces cut by the border are used instead of 268, doubled: 343
+    enough = 16  # of them: none that the border cuts is used; at 20 whole stones one piece in seven looked cut
+    straying = 70  # of 255 is what beds of a brick may look like; without it two setts count as one stone
 
 
-SORTING, BOND = Sorting(), Bond()
+class Bond:
+    """Costs of joints by the nearest joints of other courses, in units of `Costs`; from the same 16 walls."""
+
+    stacked = 500  # one upon another; at 0 417 joints instead of 313, halved 125 for 123, doubled 87 for 83
+    unusual = 240  # as they never lie in the exemplar; at 0 a drawn English bond has 53 of 279 near others, not 22
+    rare = 60  # e times rarer than the most usual; halved: 293 upon others instead of 310, doubled 103 for 79
+    blur = 0.08  # of a brick, at least 1.5 px, smooths distances; halved 254 for 232, doubled 139 for 125
+    close = 0.1  # of all distances are smaller, and stacked; halved: 286 instead of 241, doubled: 182, not 258
+    beyond = 4  # times less count joints of the next course but one; halved 330 for 280, doubled 100 for 77
 
 
-@dataclass(frozen=True, eq=False)
-class Bricks:
+class Bricks(NamedTuple):
     """The bricks of an exemplar."""
 
     # (n, 5): of every brick its course, first column and end in the exemplar, and what lies at both ends: the
@@ -417,55 +379,56 @@ class Bricks:
 
 
 def bricks_of(work: Brickwork) -> Bricks | None:
-    """List the bricks; None where the courses are not made of bricks."""
-    places = {k: _places(work, k) for k in work.courses}
-    if sum(len(p) for p in places.values()) < max(2, len(work.courses) // 2):
+    """Return the bricks; None if the courses are not made of bricks."""
+    places = {k: _places(work, k) for k in work.spans}
+    if sum(len(p) for p in places.values()) < max(2, len(places) // 2):
         return None
     whole: list[Brick] = []
     cut: list[Brick] = []
-    for k in work.courses:
-        names, at, (x0, x1) = work.of_course[k], places[k], work.spans[k]
-        half, begin, end = work.thickness // 2, x0 + SORTING.margin, x1 - SORTING.margin
-        while at and at[0] < x0 + half:  # only half of the joint is there
-            begin, names, at = max(begin, at[0] + half), names[1:], at[1:]
-        while at and at[-1] >= x1 - half:
-            end, names, at = min(end, at[-1] - half), names[:-1], at[:-1]
-        whole += [(k, at[n], at[n + 1], names[n], names[n + 1]) for n in range(len(at) - 1)]
-        if at:
-            cut += [(k, begin, at[0], CUT, names[0]), (k, at[-1], end, names[-1], CUT)]
+    for k, (x0, x1) in work.spans.items():
+        joints = list(zip(places[k], work.of_course[k], strict=True))
+        half, begin, end = work.thickness // 2, x0 + Sorting.margin, x1 - Sorting.margin
+        while joints and joints[0][0] < x0 + half:  # only half of the joint is there
+            begin = max(begin, joints.pop(0)[0] + half)
+        while joints and joints[-1][0] >= x1 - half:
+            end = min(end, joints.pop()[0] - half)
+        whole += [(k, a, b, left, right) for (a, left), (b, right) in pairwise(joints)]
+        if joints:
+            (a, left), (b, right) = joints[0], joints[-1]
+            cut += [(k, begin, a, CUT, left), (k, b, end, right, CUT)]
     whole, cut = (_straight(work, [e for e in some if e[2] - e[1] >= 3]) for some in (whole, cut))
     if not whole and not cut:
         return None
     lengths = np.array([b - a for _, a, b, _, _ in whole or cut])
     usual = float(np.median(lengths))
-    whole = [e for e in whole if e[2] - e[1] >= max(SORTING.broken * usual, 3)]
+    whole = [e for e in whole if e[2] - e[1] >= max(Sorting.broken * usual, 3)]
     if whole:
         usual = float(np.mean([e[2] - e[1] for e in whole]))
     shortest = min((e[2] - e[1] for e in whole), default=0)
-    least = SORTING.half * usual if len(whole) < SORTING.few else SORTING.least * shortest
-    cut = [] if len(whole) >= SORTING.enough else cut  # its end is straight, and its corners are sharp
+    least = Sorting.half * usual if len(whole) < Sorting.few else Sorting.least * shortest
+    cut = [] if len(whole) >= Sorting.enough else cut  # its end is straight, and its corners are sharp
     table = np.array(whole + [e for e in cut if e[2] - e[1] >= max(least, 3)], np.int64).reshape(-1, 5)
     if not len(table) or not (table[:, 3] != CUT).any():
         return None
     beside, common = _costs(_distances(places, 1), usual)
     beyond, _ = _costs(_distances(places, 2), usual)
-    return Bricks(table, usual, max(2, int(min(least, SORTING.half * usual))), beside, beyond // BOND.beyond, common)
+    return Bricks(table, usual, max(2, int(min(least, Sorting.half * usual))), beside, beyond // Bond.beyond, common)
 
 
 def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
     """Leave out bricks whose beds leave the mortar, while enough are left."""
-    if len(some) <= SORTING.few:
+    if len(some) <= Sorting.few:
         return some
     off = []
     for k, a, b, _, _ in some:
         beds = np.clip(work.beds[k : k + 2, a:b], 0, work.faces.shape[0] - 1)
         off.append(work.faces[beds, np.arange(a, b)].mean())
-    least = max(SORTING.straying, sorted(off)[SORTING.few - 1])
+    least = max(Sorting.straying, sorted(off)[Sorting.few - 1])
     return [e for e, face in zip(some, off, strict=True) if face <= least]
 
 
 def _places(work: Brickwork, k: int) -> list[int]:
-    """The columns of the joints of a course, in the middle of it."""
+    """Return the columns of the joints of a course, in the middle of it."""
     x0, x1 = work.spans[k]
     y = int(np.median(work.beds[k][x0:x1] + work.beds[k + 1][x0:x1])) // 2
     height = work.joints.shape[1]
@@ -474,7 +437,7 @@ def _places(work: Brickwork, k: int) -> list[int]:
 
 
 def _distances(places: dict[int, list[int]], step: int) -> list[int]:
-    """How far each joint lies from the nearest of another course."""
+    """Return how far each joint lies from the nearest one of another course."""
     found = []
     for k, some in places.items():
         other = places.get(k + step)
@@ -485,16 +448,16 @@ def _distances(places: dict[int, list[int]], step: int) -> list[int]:
 
 
 def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
-    """What a distance costs: the more the rarer it is, and dear below what nearly all keep."""
+    """Return the cost of each distance, higher for rare ones, highest for the smallest; and the most common one."""
     reach = int(2 * usual) + 2
     if not distances:
         return np.zeros(reach, np.int64), int(usual / 2)
     seen = np.array([d for d in distances if d < reach], np.int64)
     count = np.bincount(seen, minlength=reach).astype(np.float64)
-    density = blurred(count, max(1.5, BOND.blur * usual), "symmetric", (0,))
+    density = blurred(count, max(1.5, Bond.blur * usual), "symmetric", (0,))
     common = int(np.argmax(density))
-    cost = np.clip(-BOND.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, BOND.unusual)
-    low = max(float(np.quantile(np.array(distances), BOND.close)), 1.0)
+    cost = np.clip(-Bond.rare * np.log((density + 1e-9) / max(density.max(), 1e-9)), 0, Bond.unusual)
+    low = max(float(np.quantile(np.array(distances), Bond.close)), 1.0)
     d = np.arange(reach)
-    cost += np.where(d < low, BOND.stacked * (1 - d / low), 0)
+    cost += np.where(d < low, Bond.stacked * (1 - d / low), 0)
     return np.asarray(np.rint(cost), np.int64), common

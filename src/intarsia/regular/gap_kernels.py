@@ -1,4 +1,4 @@
-"""Kernels of block assembly: phases, the ring around a gap, the best block for a gap, its cut."""
+"""Kernels of block mosaics: costs of phases, mitred wedges, the search for the best block of a gap, its graph cut."""
 
 from __future__ import annotations
 
@@ -10,57 +10,24 @@ from ..foundation.geometry import UNIT
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW, OLD
+from ..kernels.paths import accumulate
 
 FAR = np.int64(1) << 60
 LIMIT = np.int64(1) << 32  # above any mismatch
 
 
 @kernel
-def add_phase_costs(picture: Any, shift: Any, border: int, period: float, total: Any, count: Any) -> None:
-    """Add, for every row, the cost of the cheapest path along a band of `border` rows around it.
-
-    The cost of a pixel is the distance (1/16 units) between the picture (H, W, C) and itself shifted by `shift`.
-    Row y counts for phase floor(y mod period); `total`, `count` (ceil(period),) int64.
-    """
-    height, width, channels = picture.shape
-    y0, x0 = max(0, -shift[0]), max(0, -shift[1])
-    y1, x1 = min(height, height - shift[0]), min(width, width - shift[1])
-    rows, columns = y1 - y0, x1 - x0
-    if rows < border or columns < 8:
-        return
-    cost = np.empty((rows, columns), np.int32)
-    for y in range(rows):
-        for x in range(columns):
-            s = 0
-            for c in range(channels):
-                d = int(picture[y0 + y, x0 + x, c]) - int(picture[y0 + y + shift[0], x0 + x + shift[1], c])
-                s += d * d
-            cost[y, x] = int(16.0 * np.sqrt(np.float64(s)))
-    here, last = np.empty(border, np.int64), np.empty(border, np.int64)
-    for top in range(rows - border + 1):
-        for k in range(border):
-            last[k] = cost[top + k, 0]
-        for x in range(1, columns):
-            for k in range(border):
-                best = last[k]
-                if k > 0 and last[k - 1] < best:
-                    best = last[k - 1]
-                if k + 1 < border and last[k + 1] < best:
-                    best = last[k + 1]
-                here[k] = best + cost[top + k, x]
-            for k in range(border):
-                last[k] = here[k]
-        best = last[0]
-        for k in range(1, border):
-            best = min(best, last[k])
-        phase = int((y0 + top + border // 2) % period)
-        total[phase] += best // columns
-        count[phase] += 1
+def crossings(cost: Any, band: int) -> Any:
+    """Return what the cheapest path along each band of a field (n, k) costs a px: (k - band + 1,)."""
+    out = np.empty(cost.shape[1] - band + 1, np.int64)
+    for first in range(len(out)):
+        out[first] = accumulate(cost[:, first : first + band], 0)[-1].min() // len(cost)
+    return out
 
 
 @kernel
 def all_usable(places: Any, sides: Any, valid: Any) -> Any:
-    """Say of every place (n, 2) whether the block spanned by `sides` (2, 2) covers usable pixels only."""
+    """Return for every place (n, 2) whether the block spanned by `sides` (2, 2) covers usable pixels only."""
     ok = np.ones(len(places), np.bool_)
     determinant = sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0]
     height, width = valid.shape
@@ -77,61 +44,39 @@ def all_usable(places: Any, sides: Any, valid: Any) -> Any:
 
 
 @kernel
-def nearest_side(a: float, b: float, down: float, across: float) -> Any:
-    """Of a pixel (a, b) px from a block's upper and left edge: which neighbour it lies towards, and how deep.
+def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
+    """Compute the window of a block: `sides` (h, w), the neighbour each pixel lies towards, and `core`, the block.
 
-    `down`, `across`: the block's size across these edges. Returns (side, depth): sides 0 up, 1 down, 2 left,
-    3 right; depth in px, positive inside the block, negative in the neighbour; side -1 for what belongs to none
-    of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred.
+    Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for
+    pixels of none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred. `frame`:
+    block sides (rows, columns; dy, dx) and corner in 1/256 px, relative to the window's first pixel.
     """
-    if 0 <= a < down and 0 <= b < across:
-        side, depth = 0, a
-        if down - a < depth:
-            side, depth = 1, down - a
-        if b < depth:
-            side, depth = 2, b
-        if across - b < depth:
-            side, depth = 3, across - b
-        return side, depth
-    if 0 <= b < across and (a < 0 or a >= down):
-        out = -a if a < 0 else a - down
-        if out <= b and out <= across - b and out <= down / 2:
-            return (0 if a < 0 else 1), -out
-    elif 0 <= a < down:
-        out = -b if b < 0 else b - across
-        if out < a and out < down - a and out <= across / 2:
-            return (2 if b < 0 else 3), -out
-    return -1, 0.0
-
-
-@kernel
-def ring(frame: Any, half: float, sides: Any, core: Any) -> None:
-    """Describe the window of a gap: `sides` (h, w) int8, the neighbour that a pixel of the seam zone lies
-    towards or -1; `core` (h, w): 1 inside the gap.
-
-    `frame` (8,): block sides (rows, columns; dy, dx) and corner in 1/256 px, relative to the window's first
-    pixel; `half`: half the border, px.
-    """
-    h, w = core.shape
     determinant = float(frame[0] * frame[3] - frame[1] * frame[2])
     down = determinant / np.sqrt(float(frame[2]) ** 2 + float(frame[3]) ** 2) / UNIT
     across = determinant / np.sqrt(float(frame[0]) ** 2 + float(frame[1]) ** 2) / UNIT
-    for y in range(h):
-        for x in range(w):
+    for y in range(core.shape[0]):
+        for x in range(core.shape[1]):
             dy, dx = y * UNIT - frame[4], x * UNIT - frame[5]
-            a = float(dy * frame[3] - dx * frame[2]) / determinant * down
-            b = float(dx * frame[0] - dy * frame[1]) / determinant * across
-            core[y, x] = 0 <= a < down and 0 <= b < across
-            side, depth = nearest_side(a, b, down, across)
-            sides[y, x] = side if abs(depth) < half and side >= 0 else -1
+            a = float(dy * frame[3] - dx * frame[2]) / determinant * down  # px from the upper edge,
+            b = float(dx * frame[0] - dy * frame[1]) / determinant * across  # and from the left one
+            side, depth = 0, a
+            for k, edge in enumerate((down - a, b, across - b)):
+                if edge < depth:
+                    side, depth = k + 1, edge
+            core[y, x] = near = 0 <= a < down and 0 <= b < across
+            if side < 2:
+                near |= b < across and -depth <= min(b, across - b, down / 2)
+            else:
+                near |= -depth < min(a, down - a) and -depth <= across / 2
+            sides[y, x] = side if near and abs(depth) < half else -1
 
 
 @kernel
 def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> Any:
-    """What the neighbours of a gap show in every `step`-th pixel of its seam zone: places (n, 2), values (n, C).
+    """Return the pixels of the neighbours in every `step`-th pixel of a gap's overlap: places (n, 2), values (n, C).
 
-    `zone` (m, 3): rows, columns, side of the seam zone's pixels (canvas px relative to the window); `t` (4, 2):
-    the neighbours' shifts. Pixels that a neighbour cannot show are left out.
+    Also return from how many pixels they were taken: those that a neighbour cannot show are left out. `zone` (m, 3):
+    rows, columns, side of the overlap's pixels (canvas px relative to the window); `t` (4, 2): the neighbours' shifts.
     """
     channels = picture.shape[2]
     places = np.empty((len(zone), 2), np.int64)
@@ -145,17 +90,18 @@ def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> An
             for c in range(channels):
                 values[n, c] = picture[y, x, c]
             n += 1
-    return places[:n], values[:n]
+    return places[:n], values[:n], -(-len(zone) // step)
 
 
 @kernel
-def mismatch(picture: Any, usable: Any, places: Any, values: Any, sampled: int, ty: int, tx: int, limit: Any) -> Any:
-    """Mean squared difference (1/16 units) around a gap, if it is filled with shift (ty, tx).
+def mismatch(picture: Any, usable: Any, seen: Any, ty: int, tx: int, limit: Any) -> Any:
+    """Return the mean squared difference (1/16 units) around a gap that is filled with shift (ty, tx).
 
-    `places`, `values`: as :func:`neighbours_of` makes them of `sampled` pixels. Those without a source here do not
-    count; FAR where fewer than half have both sources, or where the mean is above `limit` for certain.
+    `seen`: from :func:`neighbours_of`. Pixels without a source here do not count; FAR if fewer than half have both
+    sources, or if the mean is certainly above `limit`.
     """
     height, width = usable.shape
+    places, values, sampled = seen
     total, count, n = np.int64(0), 0, len(places)
     for begin in range(0, n, 16):
         for k in range(begin, min(begin + 16, n)):
@@ -174,7 +120,7 @@ def mismatch(picture: Any, usable: Any, places: Any, values: Any, sampled: int, 
 
 @kernel
 def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
-    """Say whether a block can be read whole at shift (ty, tx)."""
+    """Return whether all pixels of a block are usable at shift (ty, tx)."""
     for y in range(core.shape[0]):
         for x in range(core.shape[1]):
             if core[y, x] and not readable(usable, y + ty, x + tx):
@@ -186,43 +132,39 @@ def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
 def best_fits(
     picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int
 ) -> Any:
-    """Find the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3).
+    """Return the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3).
 
-    All `shifts` (n, 2) are compared on a part of the zone, the best `keep` then moved by up to `tolerance` px.
+    All `shifts` (n, 2) are compared on a part of the overlap, the best `keep` are then refined by up to `tolerance` px.
     """
-    coarse, out = max(1, len(zone) // 300), np.empty((keep, 3), np.int64)
-    fine = max(1, len(zone) // 1200)
-    rough, rough_values = neighbours_of(picture, usable, zone, t, coarse)
-    places, values = neighbours_of(picture, usable, zone, t, fine)
-    few, many = -(-len(zone) // coarse), -(-len(zone) // fine)
-    first = best_shifts(picture, usable, rough, rough_values, few, shifts, keep)
-    count = 0
-    for k in range(len(first)):
-        y, x = shifts[first[k], 0], shifts[first[k], 1]
-        best, by, bx = mismatch(picture, usable, rough, rough_values, few, y, x, LIMIT), y, x
+    rough = neighbours_of(picture, usable, zone, t, max(1, len(zone) // 300))
+    fine = neighbours_of(picture, usable, zone, t, max(1, len(zone) // 1200))
+    count, out = 0, np.empty((keep, 3), np.int64)
+    for k in best_shifts(picture, usable, rough, shifts, keep):
+        y, x = shifts[k, 0], shifts[k, 1]
+        best, by, bx = mismatch(picture, usable, rough, y, x, LIMIT), y, x
         for dy in range(-tolerance, tolerance + 1):
             for dx in range(-tolerance, tolerance + 1):
-                d = mismatch(picture, usable, rough, rough_values, few, y + dy, x + dx, best)
+                d = mismatch(picture, usable, rough, y + dy, x + dx, best)
                 if d < best or (d == best and abs(dy) + abs(dx) < abs(by - y) + abs(bx - x)):
                     best, by, bx = d, y + dy, x + dx
         if not covers(usable, core, by, bx):
             by, bx = y, x
             if not covers(usable, core, by, bx):
                 continue
-        out[count, 0] = mismatch(picture, usable, places, values, many, by, bx, LIMIT)
+        out[count, 0] = mismatch(picture, usable, fine, by, bx, LIMIT)
         out[count, 1], out[count, 2] = by, bx
         count += 1
     return out[:count]
 
 
 @kernel
-def best_shifts(picture: Any, usable: Any, places: Any, values: Any, sampled: int, shifts: Any, keep: int) -> Any:
-    """The numbers of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
+def best_shifts(picture: Any, usable: Any, seen: Any, shifts: Any, keep: int) -> Any:
+    """Return the numbers of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
     order, cost = np.empty(keep, np.int64), np.empty(keep, np.int64)
     count = 0
     for n in range(len(shifts)):
         limit = cost[keep - 1] if count == keep else LIMIT
-        d = mismatch(picture, usable, places, values, sampled, shifts[n, 0], shifts[n, 1], limit)
+        d = mismatch(picture, usable, seen, shifts[n, 0], shifts[n, 1], limit)
         if d == FAR or (count == keep and d >= limit):
             continue
         at = min(count, keep - 1)
@@ -236,10 +178,10 @@ def best_shifts(picture: Any, usable: Any, places: Any, values: Any, sampled: in
 
 @kernel
 def fill_gap(picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int) -> Any:
-    """Cut a gap's block into its window: what the gap decides, (h, w), and the exemplar pixels shown there, (h, w, 2).
+    """Cut a gap's block into its window (min cut): which pixels it owns, (h, w), and the exemplar pixels, (h, w, 2).
 
-    `sides`, `core`: as :func:`ring` makes them; `t` (4, 2): the neighbours' shifts, `ty`, `tx` the gap's, relative to
-    the window's first pixel.
+    `sides` (h, w): the neighbour that a pixel of the overlap lies towards, or -1; `core` (h, w): the block; `t` (4, 2):
+    the neighbours' shifts, `ty`, `tx` the gap's, relative to the window's first pixel.
     """
     h, w = core.shape
     channels = picture.shape[2]
@@ -272,16 +214,16 @@ def fill_gap(picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, 
 
 @kernel
 def readable(usable: Any, y: int, x: int) -> bool:
-    """Say whether an exemplar pixel exists and may be used."""
+    """Return whether an exemplar pixel exists and is usable."""
     return bool(0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x])
 
 
 @kernel
 def at_rim(sides: Any, core: Any, y: int, x: int) -> bool:
-    """Say whether a pixel of the seam zone touches what is not in the zone.
+    """Return whether a pixel of the overlap touches one outside of it.
 
-    Or, inside the gap, what lies towards another neighbour: if both stayed, these two would meet along the mitre in a
-    seam that no cut counts.
+    Or, inside the gap, one that lies towards another neighbour: if both kept their neighbours, these two would meet
+    along the mitre in a seam that no cut counts.
     """
     h, w = core.shape
     for k in range(4):

@@ -1,8 +1,8 @@
-"""The grid of blocks that a near-regular texture is assembled from: whole periods, edges in the joints.
+"""Block grid of near-regular textures: parallelograms of whole periods whose edges lie in the joints.
 
-All lengths are whole numbers of 1/256 px, so that a block's place in the lattice is exact however far out it lies
-(rows and columns may be as large as 2**40 px). A block is a parallelogram spanned by two lattice vectors; for the
-usual lattices of bricks, tiles and weaves it is a rectangle.
+All lengths are whole numbers of 1/256 px, so that the place of a block is exact however far out it lies (rows and
+columns may be as large as 2**40 px). A block is spanned by two lattice vectors; for the usual lattices of bricks, tiles
+and weaves it is a rectangle.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
+from ..foundation.arrays import Array, Floats, Int16, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..lattice import Vector, Vectors
-from ..lattice.candidates import lattice_points
+from ..lattice.candidates import lattice_points, overlap
 from . import gap_kernels
 
 Places = dict[Pair, Int64]
@@ -25,6 +25,7 @@ Cell = tuple[Vector, Vector | None]
 LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered
 UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
 COMBINATIONS = 6
+BORDER = 14  # px: the band of a cut, as near-regular has it by default
 PAIRS = 10  # shifted copies that the cost of a phase is averaged over
 
 
@@ -39,7 +40,7 @@ class BlockGrid:
 
     @property
     def vectors(self) -> Vectors:
-        """The lattice vectors, of which there must be two."""
+        """The lattice vectors; there must be two."""
         assert self.cell[1] is not None
         return self.cell[0], self.cell[1]
 
@@ -49,14 +50,14 @@ class BlockGrid:
         return self.rows[0] * self.columns[1] - self.rows[1] * self.columns[0]
 
     def origin(self, i: int, j: int) -> Pair:
-        """First corner of a block, 1/256 px; exact for any i, j."""
+        """Return the first corner of a block, 1/256 px; exact for any i, j."""
         return (
             self.phase[0] + i * self.rows[0] + j * self.columns[0],
             self.phase[1] + i * self.rows[1] + j * self.columns[1],
         )
 
     def block_of(self, y: int, x: int) -> Pair:
-        """The block that covers the canvas pixel (y, x)."""
+        """Return the block that covers the canvas pixel (y, x)."""
         dy, dx = y * UNIT - self.phase[0], x * UNIT - self.phase[1]
         return (
             (dy * self.columns[1] - dx * self.columns[0]) // self.determinant,
@@ -70,13 +71,14 @@ class BlockGrid:
         return (min(0, a) + min(0, c), min(0, b) + min(0, d)), (max(0, a) + max(0, c), max(0, b) + max(0, d))
 
 
-def block_vectors(v1: Vector, v2: Vector | None, target: float | None, room: Pair) -> Vectors:
-    """Choose the two sides of a block: whole periods, along the axes where the lattice allows it.
+def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> BlockGrid:
+    """Return a grid of blocks of whole periods, along the axes if the lattice allows it; its phase is 0.
 
-    `v2`: None where the lattice has rows alone, and a block is as wide as they are apart; `target`: wanted side in px
-    (None: one period, or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at
-    most half. The second is turned so that they are right-handed.
+    If the lattice has courses only, a block is as wide as their pitch. `target`: wanted side in px (None: one period,
+    or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at most half. The second
+    side is turned so that both are right-handed.
     """
+    v1, v2 = cell
     if v2 is None:
         free = v1[1], -v1[0]
         down, across = (v1, free) if abs(v1[0]) >= abs(v1[1]) else (free, v1)
@@ -91,75 +93,78 @@ def block_vectors(v1: Vector, v2: Vector | None, target: float | None, room: Pai
             n -= 1
         sides.append((v[0] * n, v[1] * n))
     (a, b), (c, d) = sides
-    return (a, b), ((c, d) if a * d >= b * c else (-c, -d))
+    return BlockGrid((a, b), (c, d) if a * d >= b * c else (-c, -d), (0, 0), cell)
 
 
 def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Floats | None:
-    """What cuts along an axis cost wherever they lie in a period, 1/16 of a feature unit a px; None: nothing tells.
+    """Return what cuts along an axis cost at every phase of a period, 1/16 of a feature unit a px; None if unknown.
 
-    For every row (axis 0) the cost of the cheapest path along it is measured, between the exemplar and itself
-    shifted by lattice vectors, and averaged over the rows that are whole periods apart; infinite where none lies.
+    For every row (axis 0) the cheapest path along it is measured, between the exemplar and itself shifted by lattice
+    vectors, and averaged over the rows that are whole periods apart; infinite at phases without a row.
     """
-    picture = features if axis == 0 else np.ascontiguousarray(features.swapaxes(0, 1))
+    picture, band = features if axis == 0 else features.swapaxes(0, 1), max(border, 2)
     period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
-    shifts = _lattice_shifts(grid.cell, picture.shape[:2] if axis == 0 else picture.shape[1::-1])
-    if axis == 1:
-        shifts = [(dx, dy) for dy, dx in shifts]
-    if not shifts or period < 2:
+    if period < 2:
         return None
-    total = np.zeros(math.ceil(period), np.int64)
-    count = np.zeros(math.ceil(period), np.int64)
-    for shift in shifts:
-        gap_kernels.add_phase_costs(picture, shift, max(border, 2), period, total, count)
+    total, count = np.zeros((2, math.ceil(period)), np.int64)
+    for shift in _lattice_shifts(grid.cell, features.shape[:2]):
+        here, there = overlap(picture.shape[:2], shift if axis == 0 else shift[::-1])
+        cost = colour_distances(picture[here], picture[there])
+        if cost.shape[0] >= band and cost.shape[1] >= 8:
+            along = gap_kernels.crossings(np.ascontiguousarray(cost.T), band)
+            phases = ((here[0].start + np.arange(len(along)) + band // 2) % period).astype(np.int64)
+            np.add.at(total, phases, along)
+            np.add.at(count, phases, 1)
     known = count > 0
     return np.rint(np.where(known, total / np.maximum(count, 1), np.inf)) if known.any() else None
 
 
-def joints(picture: Int16, cell: Cell, border: int = 14) -> float:
-    """Return how clearly blocks are parted by joints: what cuts in these cost, over what they cost anywhere.
+def colour_distances(a: Array, b: Array) -> Int64:
+    """Return how far pixels (..., C) differ, 1/16 of a feature unit."""
+    return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
-    Of the two axes the dearer one; 0: nothing is cut, 1: it makes no difference where, or nothing tells.
+
+def joints(picture: Int16, cell: Cell) -> float:
+    """Return how clearly joints separate blocks: the cost of cuts in them, divided by the cost of cuts anywhere.
+
+    The larger one of both axes; 0: cuts cost nothing, 1: the phase makes no difference, or is unknown.
     """
-    sides = block_vectors(*cell, None, (int(picture.shape[0]), int(picture.shape[1])))
-    grid, worst = BlockGrid(*sides, (0, 0), cell), 0.0
+    grid, worst = block_grid(cell, None, picture.shape), 0.0
     for axis in (0, 1):
-        costs = phase_costs(picture, grid, border, axis)
+        costs = phase_costs(picture, grid, BORDER, axis)
         seen = np.ones(1) if costs is None else costs[np.isfinite(costs)]
         whole = float(seen.sum())
         worst = max(worst, float(seen.min()) * len(seen) / whole if whole else 0.0)
     return worst
 
 
-def phased(
-    picture: Int16, rows: Vector, columns: Vector, cell: Cell, border: int
-) -> tuple[BlockGrid, tuple[float, float]]:
-    """The grid of blocks whose edges lie where cuts are cheapest, on all axes along which it has a period.
+def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tuple[float, float]]:
+    """Return the grid with the phase at which cuts are cheapest, on all axes along which it has a period.
 
-    Also returns what these cuts cost, 1/16 of a feature unit a px along each axis.
+    Also return what these cuts cost, 1/16 of a feature unit a px along each axis.
     """
-    grid, steep = BlockGrid(rows, columns, (0, 0), cell), int(abs(cell[0][0]) < abs(cell[0][1]))
+    (down, along), second = grid.cell
     found = [(0, 0.0), (0, 0.0)]
-    for axis in (0, 1) if cell[1] is not None else (steep,):
+    for axis in (0, 1) if second is not None else (int(abs(down) < abs(along)),):
         costs = phase_costs(picture, grid, border, axis)
         if costs is not None:
             at = int(np.argmin(costs))
             found[axis] = at, float(costs[at])
-    (y, down), (x, across) = found
-    return replace(grid, phase=(y * UNIT, x * UNIT)), (down, across)
+    (y, below), (x, aside) = found
+    return replace(grid, phase=(y * UNIT, x * UNIT)), (below, aside)
 
 
 def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
-    """Where the grid of the smallest blocks begins, (y, x) px."""
-    room = int(picture.shape[0]), int(picture.shape[1])
-    y, x = phased(picture, *block_vectors(*cell, 1.0, room), cell, 14)[0].phase
+    """Return where the grid of the smallest blocks begins, (y, x) px."""
+    y, x = phased(picture, block_grid(cell, 1.0, picture.shape), BORDER)[0].phase
     return y / UNIT, x / UNIT
 
 
-def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
-    """List the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
+def block_places(grid: BlockGrid, valid: Mask, kind: Pair) -> Int64:
+    """Return the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
 
-    `valid` (H, W): usable pixels. The whole block must lie on usable pixels. `kind`: 0 or 1 each, where blocks are
-    half periods: those an odd number of rows or columns away from block (0, 0) show other places.
+    `valid` (H, W): usable pixels; the whole block must lie on them. `kind`: 0 or 1 each, for blocks of half periods:
+    those an odd number of rows or columns away from block (0, 0) have other places.
     """
     v1, v2 = grid.vectors
     height, width = valid.shape
@@ -176,16 +181,12 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair = (0, 0)) -> Int64:
     return np.asarray(places[order])
 
 
-def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:
-    """The shortest vectors of a lattice along both axes; the two given where it has none."""
-    sums = [
-        (a * v1[0] + b * v2[0], a * v1[1] + b * v2[1])
-        for a in range(-COMBINATIONS, COMBINATIONS + 1)
-        for b in range(-COMBINATIONS, COMBINATIONS + 1)
-        if (a, b) != (0, 0)
-    ]
+def _upright(v1: Vector, v2: Vector, room: tuple[int, ...]) -> Vectors:
+    """Return the shortest vectors of a lattice along both axes; the two given if there are none."""
+    times = slice(-COMBINATIONS, COMBINATIONS + 1)
+    sums = np.mgrid[times, times].reshape(2, -1).T @ np.array((v1, v2))
     # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
-    for some in (sums, [(y // 2, x // 2) for y, x in sums]):
+    for some in (sums.tolist(), (sums // 2).tolist()):
         down, across = _shortest_along(some, 0, room), _shortest_along(some, 1, room)
         if down is not None and across is not None and down[0] * across[1] != down[1] * across[0]:
             return down, across
@@ -193,10 +194,9 @@ def _upright(v1: Vector, v2: Vector, room: Pair) -> Vectors:
     return first, second
 
 
-def _shortest_along(sums: list[Vector], axis: int, room: Pair) -> Vector | None:
-    """The shortest vector along an axis, if one is at most half the exemplar long."""
-    near = [v for v in sums if v[axis] > 0 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
-    near = [v for v in near if v[axis] <= room[axis] * UNIT * 0.6]
+def _shortest_along(sums: list[Vector], axis: int, room: tuple[int, ...]) -> Vector | None:
+    """Return the shortest vector along an axis, if one is at most 0.6 of the exemplar long."""
+    near = [v for v in sums if 0 < v[axis] <= room[axis] * UNIT * 0.6 and abs(v[1 - axis]) <= UPRIGHT * v[axis]]
     if not near:
         return None
     shortest = min(v[axis] for v in near)
@@ -207,17 +207,14 @@ def _towards(v: Vector, axis: int) -> Vector:
     return v if v[axis] > 0 or (v[axis] == 0 and v[1 - axis] > 0) else (-v[0], -v[1])
 
 
-def _lattice_shifts(cell: Cell, shape: Pair) -> list[Vector]:
-    """Lattice translations that leave at least half of the exemplar in common with itself, px, spread evenly."""
+def _lattice_shifts(cell: Cell, shape: tuple[int, ...]) -> list[Vector]:
+    """Return lattice vectors that leave at least half of each side in common with the exemplar, px, spread evenly."""
     v1, v2 = cell
     if v2 is None:
         length = math.hypot(*v1)
         v2 = (round(v1[1] / length * UNIT * 7), round(-v1[0] / length * UNIT * 7))
-    found = []
-    for a in range(-8, 9):
-        for b in range(0 if a > 0 else 1, 9):
-            dy, dx = round((a * v1[0] + b * v2[0]) / UNIT), round((a * v1[1] + b * v2[1]) / UNIT)
-            if abs(dy) <= shape[0] // 2 and abs(dx) <= shape[1] // 2 and abs(dy) + abs(dx) > 0:
-                found.append((dy, dx))
-    found.sort(key=lambda s: (abs(s[0]) + abs(s[1]), s))
+    times = np.mgrid[-8:9, :9].reshape(2, -1).T
+    moves = np.rint(times[(times > 0).any(axis=1)] @ np.array((v1, v2)) / UNIT).astype(np.int64)
+    moves = moves[(np.abs(moves) <= np.array(shape[:2]) // 2).all(axis=1) & moves.any(axis=1)]
+    found = sorted(moves.tolist(), key=lambda s: (abs(s[0]) + abs(s[1]), s))
     return found[:: max(1, len(found) // PAIRS)][:PAIRS]

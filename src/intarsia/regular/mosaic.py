@@ -1,16 +1,14 @@
-"""A mosaic of lattice blocks: random ones on the black fields of a chessboard, fitting ones on the white.
+"""Mosaic of lattice blocks: random blocks on the black fields of a chessboard, blocks that fit in the gaps between.
 
 Which block lies where depends only on its place and the seed: any window of the endless mosaic can be made alone.
 
 Source: Lopez Recas 2011, 4.2. Departures: the block grid begins where cuts are cheapest, in the joints; blocks are
-parallelograms of whole periods, upright where the lattice allows it; positions are rounded from exact multiples of the
-real lattice vectors; periods that the exemplar's border cuts are completed from others; random blocks are dealt from
+parallelograms of whole periods, upright if the lattice allows it; positions are rounded from exact multiples of the
+real lattice vectors; periods that the exemplar's border cuts are completed from others; random blocks are taken from
 shuffled decks of all positions; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no
 two cuts meet.
 
-How blocks lie on a canvas that closes on itself.
-
-Around a wrapped canvas the lattice is stretched a little: M' maps whole periods onto the canvas, and the block at q
+Around a canvas that wraps, the lattice is stretched a little: M' maps whole periods onto the canvas, and the block at q
 is read near M M'^-1 q.
 """
 
@@ -26,7 +24,7 @@ from numpy.typing import NDArray
 from ..analysis import nearest
 from ..analysis.features import features
 from ..foundation import ParameterError
-from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair, UInt8
+from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, below, deck, draw
 from ..lattice import cell_of, unfit
@@ -43,7 +41,7 @@ STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped
 
 @dataclass(frozen=True, eq=False)
 class LaidBlocks:
-    """The blocks of an endless or a wrapped canvas, and the windows around them."""
+    """The blocks of an endless canvas or one that wraps, and their windows."""
 
     grid: BlockGrid  # how they lie, strained a little where the canvas wraps
     around: Pair  # blocks around a wrapped canvas down the rows and along them, 0 where it does not wrap
@@ -52,9 +50,9 @@ class LaidBlocks:
 
     @classmethod
     def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> LaidBlocks:
-        """Strain a grid so that it closes around a wrapped canvas: an even number of upright blocks each way.
+        """Strain a grid so that it closes around a canvas that wraps: an even number of upright blocks each way.
 
-        ParameterError above 2 % of strain, slant included.
+        Raise ParameterError above 2 % of strain, slant included.
         """
         around, sides = [], []
         for axis, (length, wrap) in enumerate(((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))):
@@ -77,7 +75,7 @@ class LaidBlocks:
         return cls(laid, (around[0], around[1]), (canvas.height, canvas.width), half)
 
     def origin(self, i: int, j: int) -> Pair:
-        """First corner of a block, 1/256 px; around a wrapped canvas the last one ends where the first begins."""
+        """Return the first corner of a block, 1/256 px; on a canvas that wraps the last ends where the first begins."""
         y, x = self.grid.origin(i, j)
         if self.around[0]:
             y += i * self.lengths[0] * UNIT // self.around[0] - i * self.grid.rows[0]
@@ -85,20 +83,16 @@ class LaidBlocks:
             x += j * self.lengths[1] * UNIT // self.around[1] - j * self.grid.columns[1]
         return y, x
 
-    def number(self, i: int, j: int) -> Pair:
-        """Number of a block; around a wrapped canvas the numbers return."""
-        return returning(self.around, i, j)
-
-    def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], UInt8]:
-        """First pixel of a block's window, the neighbour that each of its pixels lies towards, and the block."""
+    def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], Mask]:
+        """Return the first pixel of a block's window, the neighbour each of its pixels lies towards, and the block."""
         (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
         frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
-        sides, core = np.empty(shape, np.int8), np.empty(shape, np.uint8)
-        gap_kernels.ring(frame, self.half, sides, core)
+        sides, core = np.empty(shape, np.int8), np.empty(shape, np.bool_)
+        gap_kernels.wedges(frame, self.half, sides, core)
         return at, sides, core
 
     def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
-        """The blocks whose windows meet a box of the canvas, row by row."""
+        """Return the blocks whose windows meet a box of the canvas, row by row."""
         reach = math.ceil(self.half) + 1
         ends = [(y, x) for y in (y0 - reach, y0 + height + reach) for x in (x0 - reach, x0 + width + reach)]
         rows, columns = zip(*(self.grid.block_of(y, x) for y, x in ends), strict=True)
@@ -111,7 +105,7 @@ class LaidBlocks:
         return found
 
     def _box(self, i: int, j: int) -> tuple[Pair, Pair]:
-        """First pixel and shape of the window around a block, its seam zone included."""
+        """Return the first pixel and shape of the window around a block, with its overlap."""
         (y, x), ((above, before), (below, after)) = self.origin(i, j), self.grid.reach
         more = math.ceil(self.half) + 1
         at = y // UNIT + above // UNIT - more, x // UNIT + before // UNIT - more
@@ -119,12 +113,12 @@ class LaidBlocks:
 
 
 def beside(i: int, j: int) -> tuple[Pair, ...]:
-    """The blocks above, below, to the left and to the right."""
+    """Return the blocks above, below, to the left and to the right."""
     return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
 def returning(counts: Pair, i: int, j: int) -> Pair:
-    """Number of a block of which so many lie around an axis; 0: they do not return."""
+    """Return the number of a block modulo the blocks around each axis; 0: the axis does not wrap."""
     rows, columns = counts
     return (i % rows if rows else i), (j % columns if columns else j)
 
@@ -142,7 +136,7 @@ shuffled = lru_cache(maxsize=64)(deck)  # an endless mosaic must not fill the me
 class Mosaic:
     """An endless mosaic."""
 
-    settings: NearRegular  # the parameters that it is laid by
+    settings: NearRegular  # its parameters
     seed: int  # what the draws follow from
     laid: LaidBlocks  # where the blocks lie
     ground: Continued  # the exemplar with completed periods, which blocks are read from
@@ -156,21 +150,19 @@ class Mosaic:
     def of(
         cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
     ) -> Mosaic:
-        """Choose blocks, phase and places for an exemplar; FewPlaces where it holds too little."""
+        """Choose blocks, phase and places for an exemplar. Raise FewPlaces if it holds too few."""
         picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell)
         laid = LaidBlocks.of(grid, canvas, settings.border / 2)
         return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
 
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, None]:
-        """The exemplar pixels (height, width, 2) of a window, all upright."""
-        return self._exemplar(self.on_ground(y0, x0, height, width, run)), None
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
+        """Return the exemplar pixels (height, width, 2) of a window, all upright."""
+        return self._exemplar(self.on_ground(y0, x0, height, width, run))
 
     def on_ground(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """The pixels of the ground (height, width, 2) that a window shows."""
+        """Return the pixels of the continued exemplar (height, width, 2) in a window."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
         fields = self.laid.meeting(y0, x0, height, width)
         done, draft, _ = 0, partial(self._draft, out), self.sparse  # made before threads ask for it
@@ -186,31 +178,31 @@ class Mosaic:
         return out
 
     def _draft(self, out: Int32) -> Laid:
-        """What of a window is laid; the first pixel of the ground stands for nothing."""
+        """Return the placed part of a window; the first pixel of the continued exemplar means none."""
         return self._exemplar(out), None, np.asarray(out.any(axis=2))
 
     def _exemplar(self, yx: Int32) -> Int32:
-        """The exemplar's pixels that pixels (..., 2) of the ground show."""
+        """Return the exemplar pixels of pixels (..., 2) of the continued exemplar."""
         return self.ground.source[yx[..., 0], yx[..., 1]]
 
     @cached_property
     def sparse(self) -> Places:
-        """Of places closer together than the slack, the first in every square; for gaps, which look around each."""
+        """Of places closer together than the slack, the first in every square; gaps search around each."""
         side = (self.settings.slack + 1) * UNIT
         squares = {kind: np.unique(some // side, axis=0, return_index=True)[1] for kind, some in self.places.items()}
         return {kind: some[np.sort(squares[kind])] for kind, some in self.places.items()}
 
     def _block(self, block: Pair) -> tuple[Pair, Mask, Array]:
-        """First pixel of a block's window, which of it the block decides, and the ground's pixels that it shows."""
+        """Return the first pixel of a block's window, which pixels the block owns, and what they show."""
         i, j = block
         at, sides, core = self.laid.window(i, j)
         if (i + j) % 2:
             return at, *self._gap(i, j, at, sides, core)
         shown = np.moveaxis(np.indices(core.shape), 0, 2) + (self._shifts(i, j, self._place(i, j)) + at)
-        return at, core > 0, shown
+        return at, core, shown
 
     def _write(self, block: tuple[Pair, Mask, Array], out: Array, y0: int, x0: int) -> None:
-        """Write what of a block lies in a window."""
+        """Write the part of a block that lies in a window."""
         at, own, shown = block
         low = np.maximum(at, (y0, x0))
         high = np.minimum(np.add(at, own.shape), np.add((y0, x0), out.shape[:2]))
@@ -222,13 +214,13 @@ class Mosaic:
         out[there][own] = yx if self.nearest is None else self.nearest[:, yx[:, 0], yx[:, 1]].T
 
     def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Mask, Array]:
-        """Which of its window's pixels a gap decides, and what they show."""
+        """Return which pixels of its window a gap owns, and what they show."""
         near = beside(i, j)
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
-        if self.start is not None:  # the start map is a fifth neighbour, which shows the exemplar where it lies
-            there = self.start.zone(at, (core > 0) | (sides >= 0), len(near))
+        if self.start is not None:  # the start map is a fifth neighbour, at its anchor
+            there = self.start.zone(at, core | (sides >= 0), len(near))
             free = np.full(core.shape, True)
             free[there[:, 0], there[:, 1]] = False
             zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.ground.before)]])
@@ -237,9 +229,9 @@ class Mosaic:
         return own, shown
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
-        """The shift of a gap: one drawn that fits, and shows neither the same as a neighbour nor what continues it.
+        """Return the shift of a gap: one drawn among those that fit, and neither repeat a neighbour nor continue it.
 
-        `t`: the neighbours' shifts, and that of a start map: with one of these it would go on.
+        `t`: the shifts of the neighbours and of a start map; a gap of one of these shifts would continue it.
         """
         shifts = self._shifts(i, j) + at
         found = self._best(core, zone, t, shifts)
@@ -252,37 +244,37 @@ class Mosaic:
         new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > far for n in (t, equal))
         choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
         good = found[next(some for some in choices if some.any())]
-        row = good[below(len(good), draw(self.seed, STAGE, 1, *self.laid.number(i, j)))]
+        row = good[below(len(good), draw(self.seed, STAGE, 1, *returning(self.laid.around, i, j)))]
         return int(row[1]), int(row[2])
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
-        """The best of some shifts for a gap, each moved by up to `slack` px: (n, 3) mismatch and shift, rising."""
+        """Return the best shifts for a gap, each refined by up to `slack` px: (n, 3) mismatch and shift, rising."""
         picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
         found = gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT)
         return np.asarray(found[np.argsort(found[:, 0], kind="stable")])
 
     def _random(self, i: int, j: int) -> int:
-        """The place that a random block is read from: all of them in each square of blocks, shuffled."""
-        i, j = self.laid.number(i, j)
-        side = 2 * math.ceil(math.sqrt(len(self._places(i, j)) / 2))
-        order = shuffled(len(self._places(i, j)), self.seed, STAGE, 2, i // side, j // side)
+        """Return the place of a random block, from a shuffled deck of all places for each square of blocks."""
+        i, j = returning(self.laid.around, i, j)
+        count = len(self.places[i % 2, j % 2])
+        side = 2 * math.ceil(math.sqrt(count / 2))
+        order = shuffled(count, self.seed, STAGE, 2, i // side, j // side)
         return order[-1 - ((i % side) * side + j % side) // 2 % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
-        """The place that a block which is no gap is read from: what continues the canvas's start, or any."""
+        """Return the place of a block that is no gap: one that continues the start map, or a random one."""
         if self.start is not None:
             if (i, j) not in self.fitted:
                 self.fitted[i, j] = self._fitting(i, j, self.start)
             known = self.fitted[i, j]
             if known is not None:
                 return known
-        place: Array = self._places(i, j)[self._random(i, j)]
-        return place
+        return np.asarray(self.places[i % 2, j % 2][self._random(i, j)])
 
     def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
-        """The place that best continues the start map; None where that is empty, or no place reaches so far."""
+        """Return the place that best continues the start map; None if that is empty here, or out of reach."""
         at, sides, core = self.laid.window(i, j)
-        zone = start.zone(at, (core > 0) | (sides >= 0), 0)
+        zone = start.zone(at, core | (sides >= 0), 0)
         if not len(zone):
             return None
         there = np.array([np.add(at, self.ground.before)], np.int64)
@@ -290,9 +282,6 @@ class Mosaic:
         return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
     def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
-        """What to add to canvas px of block (i, j) to read it at places (..., 2); None: those for gaps."""
+        """Return what to add to canvas px of block (i, j) to read it at places (..., 2); None: the places for gaps."""
         places = self.sparse[i % 2, j % 2] if places is None else places
         return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)
-
-    def _places(self, i: int, j: int) -> Int64:
-        return self.places[i % 2, j % 2]

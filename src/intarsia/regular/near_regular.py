@@ -1,4 +1,4 @@
-"""Near-regular textures at work: a lattice is found, then blocks, courses or one tile are laid by it."""
+"""Method near-regular: a lattice is found, then blocks, courses or one tile are placed by it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,11 @@ Layer = Wall | Mosaic | TileLayout  # an endless texture: any window of it can b
 
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
-    """Lay the courses straight and find the lattice; MethodError where there is none."""
-    if method.heights == "unequal":
-        _check_unequal(method, canvas)
+    """Rectify the courses and find the lattice. Raise MethodError if there is none."""
+    if method.heights == "unequal" and method.straighten == "on":
+        raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
+    if method.heights == "unequal" and canvas.start is not None:
+        raise ParameterError("heights=unequal lays a whole canvas; take another method where one is begun.")
     straighten = method.straighten if canvas.start is None or method.straighten == "on" else "off"
     rectified = _rectified(replace(method, straighten=straighten), exemplars[0])
     straighten = "off" if rectified.straight is None else "on"
@@ -38,7 +40,7 @@ def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearR
 
 
 def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Place the random blocks of the canvas, then fill the gaps; courses are laid brick by brick."""
+    """Place the random blocks of the canvas, then fill the gaps; courses are placed brick by brick."""
     start = Continuation.of(canvas, method.border)
     if start is not None and start.full:
         return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
@@ -47,38 +49,26 @@ def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: 
     source = exemplars[0].source
 
     def shown(laid: Laid) -> SourceMap:
-        on_exemplar = rectified.to_exemplar(laid[0]), *laid[1:]
-        return drafted(on_exemplar, canvas.start, source, canvas.wrap)
+        return drafted((rectified.to_exemplar(laid[0]), *laid[1:]), canvas.start, source, canvas.wrap)
 
-    yx, pose = layer.window(*origin, canvas.height, canvas.width, run.drafting(shown))
-    yx = rectified.to_exemplar(yx)
+    yx, pose = rectified.to_exemplar(layer.window(*origin, canvas.height, canvas.width, run.drafting(shown))), None
     if start is not None:
-        yx, pose = start.joined(yx, pose, features(exemplars, method.channel_weights).pictures[0])
+        yx, pose = start.joined(yx, None, features(exemplars, method.channel_weights).pictures[0])
     return SourceMap(yx, None, pose, (source,), canvas.wrap, method.blend)
 
 
 def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Lay the blocks that a box meets; what they are cut from is prepared once for an exemplar and a seed."""
+    """Place the blocks that meet a box; what they are cut from is prepared once for an exemplar and a seed."""
 
     def prepared() -> tuple[NearRegular, tuple[Rectified, Layer]]:
         plane = Canvas(1, 1)
         known = method.resolved(exemplars, plane)
         return known, _layer(known, exemplars[0], plane, None, seed, run)
 
-    beside = f"near-regular {seed % SEEDS}"  # so that a few that are looked at in turn do not drive each other out
+    beside = f"near-regular {seed % SEEDS}"  # so that a few seeds used in turn do not evict each other
     known, (rectified, layer) = exemplars[0].latest(beside, (method, seed), prepared)
-    yx, pose = layer.window(box.y0, box.x0, box.height, box.width, run)
-    return SourceMap(rectified.to_exemplar(yx), None, pose, (exemplars[0].source,), blend=known.blend)
-
-
-def _check_unequal(method: NearRegular, canvas: Canvas) -> None:
-    """Refuse what courses of unequal heights have no place for."""
-    for wrong, what in (
-        (method.straighten == "on", "follows courses as they run; leave straighten out."),
-        (canvas.start is not None, "lays a whole canvas; take another method where one is begun."),
-    ):
-        if wrong:
-            raise ParameterError(f"heights=unequal {what}")
+    yx = rectified.to_exemplar(layer.window(box.y0, box.x0, box.height, box.width, run))
+    return SourceMap(yx, None, None, (exemplars[0].source,), blend=known.blend)
 
 
 def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
@@ -93,7 +83,10 @@ def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
 def _layer(
     method: NearRegular, exemplar: Exemplar, canvas: Canvas, start: Continuation | None, seed: int, run: Run
 ) -> tuple[Rectified, Layer]:
-    """What is laid, of what, so that the lattice of a start goes on; too small an exemplar gives one tile."""
+    """Return the rectified exemplar and the endless texture; the best tile if the exemplar is too small for blocks.
+
+    With a start map, the texture is placed so that its lattice goes on.
+    """
     rectified = _rectified(method, exemplar)
     exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights
     if len(lattice) == 1:

@@ -1,18 +1,16 @@
-"""Where in the exemplar a mosaic's blocks may be read: all whole blocks of it, and those that are completed.
+"""Exemplar places of mosaic blocks: all whole blocks, and periods cut by the border that are completed from others.
 
-The exemplar, continued past its edges: periods that its border cuts are completed from others, if these fit.
-
-Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods
-is cut in two. Where at least half of it is there, the rest is taken one or more periods away (on the opposite side of
-the exemplar, if that fits best), joined along the cheapest seam (Kwatra et al. 2003, eq. 1). A seam that is dearer than
-those between blocks would be seen: then the periods stay cut, and are not shown.
+Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods is
+cut in two. If at least half of such a period is there, the rest is taken one or more periods away (from the opposite
+side of the exemplar, if that fits best) and joined along the cheapest seam (Kwatra et al. 2003, eq. 1). If the seam
+costs more than those between blocks it would be visible: then the period stays cut and is not used.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,30 +20,28 @@ from ..foundation.geometry import UNIT
 from ..kernels import paths
 from ..kernels.paths import BARRED
 from ..methods.near_regular import NearRegular
-from .grid import BlockGrid, Cell, Places, block_places, block_vectors, phased
+from .grid import BlockGrid, Cell, Places, block_grid, block_places, colour_distances, phased
 
 LEAST_KNOWN = 0.5  # of a period: less of it is not completed
 WELL = 1.3  # a seam may cost so much more than the average one between blocks
 UNSEEN = 4 * 16  # a seam of 4 grey levels of 1023 is never seen
 SPARE = 2  # px more than is missing, since places are rounded
 ASIDE = 4  # px at the ends of a strip that repeat the last one
-REACH = 24  # multiples of the vectors that are looked at
+REACH = 24  # multiples of the vectors that are tried
 TRIED = 6  # continuations of which the seam is sought
 COVERED = 0.6  # of a strip must exist
-Move = tuple[int, int]
 
 
-@dataclass(frozen=True, eq=False)
-class Continued:
+class Continued(NamedTuple):
     """An exemplar's features with completed periods around it."""
 
     picture: Int16  # (H, W, C): the features
     usable: Mask  # (H, W): which of them exist
-    source: Int32  # (H, W, 2): the exemplar's pixel that each shows
+    source: Int32  # (H, W, 2): the exemplar's pixel at each place
     before: Pair = (0, 0)  # rows and columns added above and to the left, px
 
     def placed(self, grid: BlockGrid) -> BlockGrid:
-        """The grid of the exemplar as it lies here."""
+        """Return the grid of the exemplar in the coordinates of the continued one."""
         y, x = grid.phase
         return replace(grid, phase=(y + self.before[0] * UNIT, x + self.before[1] * UNIT))
 
@@ -59,13 +55,11 @@ def continued(
     `grid`: the blocks; `steps`: px from period to period along both axes; `costs`: what a seam between blocks costs
     across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
     """
-    size = picture.shape[:2]
-    out = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2))
-    (a, b), (c, d) = grid.vectors
-    times = range(-REACH, REACH + 1)
-    found = {(round((m * a + n * c) / UNIT), round((m * b + n * d) / UNIT)) for m in times for n in times}
-    vectors = sorted(v for v in found if abs(v[0]) <= size[0] and abs(v[1]) <= size[1])
-    before = [0, 0]
+    size = usable.shape
+    out, before = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2)), [0, 0]
+    times = np.indices((2 * REACH + 1, 2 * REACH + 1)).reshape(2, -1).T - REACH
+    moves = np.rint(times @ np.array(grid.vectors) / UNIT).astype(np.int64)
+    vectors = moves[(np.abs(moves) <= size).all(axis=1)]
     for axis in (0, 1):
         phase, other = (grid.phase[axis] / UNIT) % steps[axis], (grid.columns, grid.rows)[axis]
         lean = abs(other[axis] / other[1 - axis]) * size[1 - axis]  # px that the last period lies off the first
@@ -76,136 +70,97 @@ def continued(
             if wider is not None:
                 out = wider
                 before[axis] += missing if end == 0 else 0
-    return replace(out, before=(before[0], before[1]))
+    return out._replace(before=(before[0], before[1]))
 
 
 def _longer(
-    known: Continued, axis: int, end: int, more: int, vectors: list[Move], border: int, limit: float
+    known: Continued, axis: int, end: int, more: int, vectors: Int64, border: int, limit: float
 ) -> Continued | None:
-    """Add `more` px at one end of an axis; None where no continuation joins at a cost of at most `limit`."""
-
-    def turned(a: Array) -> Array:  # so that what is added comes below
-        a = a if axis == 0 else a.swapaxes(0, 1)
-        return a if end else a[::-1]
-
-    def back(a: Array) -> Array:
-        a = a if end else a[::-1]
-        return np.ascontiguousarray(a if axis == 0 else a.swapaxes(0, 1))
-
-    picture, usable, source = turned(known.picture), turned(known.usable), turned(known.source)
-    sign = 1 if end else -1
-    moves = sorted({(sign * v[axis], v[1 - axis]) for v in vectors})
+    """Add `more` px at one end of an axis; None if no continuation joins at a cost of at most `limit`."""
+    sign = 1 if end else -1  # so that what is added comes below
+    picture, usable, source = (np.moveaxis(a, axis, 0)[::sign] for a in (known.picture, known.usable, known.source))
+    moves: list[Pair] = np.unique(vectors[:, (axis, 1 - axis)] * (sign, 1), axis=0).tolist()
     steps = [_last_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
-    strips = [s for m in moves if (s := Strip.of(picture, usable, m, more, border, steps)) is not None]
-    tried = sorted(strips, key=lambda s: (not s.whole, s.mismatch))[:TRIED]
-    fitting = [s for s in tried if s.cost <= limit]
+    strips = [s for m in moves if (s := _strip(picture, usable, m, more, border, steps)) is not None]
+    fitting = [s for s in sorted(strips, key=lambda s: (s.incomplete, s.mismatch))[:TRIED] if s.cost <= limit]
     if not fitting:
         return None
-    # From far away, if it goes: that is what no whole period shows.
-    best = min(fitting, key=lambda s: (not s.whole, int(s.y[0]), s.cost))
-    y, x, exists = best.joined(usable)
-    parts = [np.concatenate([a[:-border], a[y, x]]) for a in (picture, source)]
-    valid = np.concatenate([usable[:-border], exists])
-    return Continued(back(parts[0]), back(valid), back(parts[1]))
+    # From far away if possible: whole periods do not use that part.
+    best = min(fitting, key=lambda s: (s.incomplete, int(s.y[0]), s.cost))
+    rows, columns = np.indices(best.there.shape)
+    own = np.zeros(rows.shape, bool)
+    own[:border] = usable[-border:]
+    taken = best.there & ((rows > best.path) | ~own)
+    rows = np.clip(rows + len(usable) - border, 0, len(usable) - 1)
+    y, x = np.where(taken, best.y[:, None], rows), np.where(taken, best.x, columns)
+    parts = (picture, picture[y, x]), (usable, taken | own), (source, source[y, x])
+    longer: list[Array] = [np.concatenate([a[:-border], added])[::sign] for a, added in parts]
+    one, two, three = (np.ascontiguousarray(np.moveaxis(a, 0, axis)) for a in longer)
+    return Continued(one, two, three)
 
 
-def _last_step(picture: Array, move: Move) -> Int64:
-    """What changes from the last row to the next, seen one translation of the lattice before: (W, C)."""
+def _last_step(picture: Array, move: Pair) -> Int64:
+    """Return the change from the last row to the next, one lattice vector before: (W, C)."""
     x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
     y = len(picture) - move[0]
     return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
 
 
-def _colour_distances(a: Array, b: Array) -> Int64:
-    """How far pixels (..., C) differ, 1/16 of a feature unit."""
-    return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
-
-
-@dataclass(frozen=True, eq=False)
-class Strip:
-    """The last `border` rows of a picture and those to be added below them, as one translation reads them."""
+class Strip(NamedTuple):
+    """The last rows of a picture and those to be added below them, read at one translation."""
 
     y: Array  # (rows,): what is read
     x: Array  # (columns,): the same
     there: Mask  # (rows, columns): which of it exists
-    # (border, columns): how far what is read differs from the rows that are there, 1/16 of a feature unit; 0
-    # where one is missing, BARRED above the exemplar's first row.
-    apart: Int64
+    path: Int64  # (columns,): the row of the cheapest seam
+    incomplete: bool  # whether some of it does not exist
+    mismatch: float  # how far the last rows differ from what is read, on average, 1/16 of a feature unit
+    cost: float  # what a px of that seam costs, on average
 
-    @classmethod
-    def of(cls, picture: Array, usable: Array, move: Move, more: int, border: int, steps: list[Array]) -> Strip | None:
-        """Read a strip; None where too little of it exists. `steps`: as :func:`_step` finds them elsewhere."""
-        height, width = usable.shape
-        y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]
-        if y[border] < -ASIDE or y[-1] >= height:
-            return None
-        inside, before = (x >= -ASIDE) & (x < width + ASIDE), y[:border] < 0
-        x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
-        there = usable[np.ix_(y, x)] & inside
-        if there[border:].mean() < COVERED:
-            return None
-        both = there[:border] & usable[-border:]
-        apart = np.where(both, _colour_distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
-        if before[-1]:  # from the opposite edge: no seam but a straight one, good where the step across it is usual
-            across = picture[y[border], x].astype(np.int64) - picture[-1]
-            nearest = min((_colour_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
-            among = [int(_colour_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
-            apart[-1] = BARRED if nearest is None else np.maximum(nearest - min(among, default=0), 0)
-            before[-1] = False
-        apart[before] = BARRED
-        return cls(y, x, there, apart)
 
-    @property
-    def whole(self) -> bool:
-        """Whether all of it exists."""
-        return bool(self.there.all())
-
-    @property
-    def mismatch(self) -> float:
-        """How far the rows differ, on average."""
-        known = self.there[: len(self.apart)] & (self.apart < BARRED)
-        return float(self.apart[known].sum()) / max(int(known.sum()), 1)
-
-    @cached_property
-    def path(self) -> Int64:
-        """The row of the cheapest seam in every column."""
-        return np.asarray(paths.cheapest(np.ascontiguousarray(self.apart.T)))
-
-    @property
-    def cost(self) -> float:
-        """What a px of that seam costs, on average."""
-        width = len(self.x)
-        along = self.apart[self.path, np.arange(width)]
-        return float(along.sum()) / max(int(self.there[self.path, np.arange(width)].sum()), 1)
-
-    def joined(self, usable: Array) -> tuple[Array, Array, Mask]:
-        """Rows and columns that are read when the strip is joined along its seam, and which of them exist."""
-        border, height = len(self.apart), len(usable)
-        own = np.zeros(self.there.shape, bool)
-        own[:border] = usable[-border:]
-        below = np.arange(len(self.y))[:, None] > self.path
-        taken = self.there & (below | ~own)
-        rows = np.clip(np.arange(height - border, height - border + len(self.y)), 0, height - 1)[:, None]
-        return np.where(taken, self.y[:, None], rows), np.where(taken, self.x, np.arange(len(self.x))), taken | own
+def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, steps: list[Int64]) -> Strip | None:
+    """Read a strip at one translation; None if too little of it exists. `steps`: from :func:`_last_step`."""
+    height, width = usable.shape
+    y, x = np.arange(height - border, height + more) - move[0], np.arange(width) - move[1]
+    if y[border] < -ASIDE or y[-1] >= height:
+        return None
+    inside, before = (x >= -ASIDE) & (x < width + ASIDE), y[:border] < 0
+    x, y = np.clip(x, 0, width - 1), np.clip(y, 0, height - 1)
+    there = usable[np.ix_(y, x)] & inside
+    if there[border:].mean() < COVERED:
+        return None
+    both = there[:border] & usable[-border:]
+    apart = np.where(both, colour_distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
+    if before[-1]:  # from the opposite edge: no seam but a straight one, good where the step across it is usual
+        across = picture[y[border], x].astype(np.int64) - picture[-1]
+        nearest = min((colour_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
+        among = [int(colour_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
+        apart[-1] = BARRED if nearest is None else np.maximum(nearest - min(among, default=0), 0)
+        before[-1] = False
+    apart[before] = BARRED
+    known = there[:border] & (apart < BARRED)
+    path = paths.cheapest(np.ascontiguousarray(apart.T))
+    seam = path, np.arange(width)
+    mismatch, cost = (int(apart[at].sum()) / max(int(there[:border][at].sum()), 1) for at in (known, seam))
+    return Strip(y, x, there, path, not there.all(), mismatch, cost)
 
 
 class FewPlaces(MethodError):
-    """The exemplar holds too little for a mosaic; its best tile can still be repeated."""
+    """The exemplar holds too few places for a mosaic; its best tile can still be repeated."""
 
 
 def grid_and_places(
     settings: NearRegular, picture: Int16, usable: Mask, cell: Cell
 ) -> tuple[BlockGrid, Continued, Places]:
-    """Choose the blocks and complete the periods around them; smaller ones where there are too few places for large.
+    """Choose the blocks, smaller ones if there are too few places for large ones; complete the periods around them.
 
-    Returns the grid as it lies in the exemplar, what blocks are read from, and their places there.
+    Return the grid in the exemplar, what blocks are read from, and their places there. Raise FewPlaces if there are
+    fewer than two for a block of one period.
     """
-    room = int(picture.shape[0]), int(picture.shape[1])
-    target = float(settings.block) if settings.block is not None else None
-    down, across = block_vectors(*cell, 1.0, room)  # one period
-    periods = down[0] / UNIT, abs(across[1]) / UNIT
-    for wanted in (target, 1.0):
-        grid, costs = phased(picture, *block_vectors(*cell, wanted, room), cell, settings.border)
+    one = block_grid(cell, 1.0, picture.shape)
+    periods = one.rows[0] / UNIT, abs(one.columns[1]) / UNIT
+    for wanted in (settings.block, 1.0):
+        grid, costs = phased(picture, block_grid(cell, wanted, picture.shape), settings.border)
         ground = continued(picture, usable, grid, periods, costs, settings.border)
         placed = ground.placed(grid)
         places = {(i, j): block_places(placed, ground.usable, (i, j)) for i in (0, 1) for j in (0, 1)}

@@ -1,23 +1,23 @@
-"""Exemplars whose courses slant, converge or bow, laid straight: the same pixels, moved by whole px.
+"""Rectification: exemplars whose courses slant, converge or bow are straightened by moving pixels by whole px.
 
-Every pixel of the straight exemplar is one of the exemplar, so that copies stay exact; where courses are widened some
-pixels are shown twice, where they are narrowed some are left out. Pixels move across the courses, to where the phase of
-the courses puts them; along them only as much as makes the joints between bricks stand upright. The phase is a
-polynomial of few numbers through the beds that were found between courses.
+Every pixel of the rectified exemplar is one of the exemplar, so that copies stay exact; where courses are widened some
+pixels are used twice, where they are narrowed some are left out. Pixels move across the courses, to where the phase of
+the courses puts them; along them only as much as makes the head joints upright. The phase is a polynomial of few
+coefficients through the beds that were found between courses.
 
-Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); how is not said there.
+Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); the procedure is not given there.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from statistics import median_high
 
 import numpy as np
 
+from ..analysis import blocks
 from ..analysis.features import features
-from ..foundation import MethodError
 from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
 from ..foundation.filters import blurred
 from ..foundation.params import Steps, Weights
@@ -25,35 +25,33 @@ from ..lattice import check_lattice, find_lattice, lattice_of, lattices_of, vect
 from ..lattice.verdict import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
-from .unequal import Masonry, masonry_of, sure_masonry
+from .unequal import masonry_if_any, sure_masonry
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
 TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
 
 
-class Following(NamedTuple):
-    """How the beds of courses are followed. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
+class Following:
+    """How the beds of courses are fitted. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
 
-    places: int = 64  # of each bed are looked at; halved and doubled: the same
-    stray: float = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
-    loose: float = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: 3 more
-    faint: float = 0.001  # keeps what beds do not tell near nothing; halved and doubled: the same
-    fits: int = 4  # times that weights follow from what is left over; halved and doubled: the same
+    places = 64  # samples of each bed; halved and doubled: the same
+    stray = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
+    loose = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: 3 more
+    faint = 0.001  # ridge: keeps coefficients that beds do not determine near 0; halved and doubled: the same
+    fits = 4  # times that weights follow from what is left over; halved and doubled: the same
 
-
-FOLLOWING = Following()
 LEAST = 8  # places of a bed must be usable, or it is left out
 AROUND = 2  # gaps to either side say how far beds lie apart
 
 
 def _factors(beds: Int64, usable: Mask) -> list[int] | None:
-    """The factors of TERMS, 1 / TURN courses, of the course that each place lies in; None where heights differ.
+    """Return the coefficients of TERMS, 1 / TURN courses, of the phase through the beds; None if heights differ.
 
-    Beds (n, W) px; places run from -1 to 1 over what is usable (H, W), which alone is looked at.
+    Beds (n, W) px; places run from -1 to 1 over the usable pixels (H, W), which alone are used.
     """
     height, width = usable.shape
-    x = np.arange(0, width, max(width // FOLLOWING.places, 1))
+    x = np.arange(0, width, max(width // Following.places, 1))
     y = beds[:, x]
     seen = (y >= 0) & (y < height) & usable[np.clip(y, 0, height - 1), x]
     known = seen.sum(axis=1) >= LEAST
@@ -63,65 +61,61 @@ def _factors(beds: Int64, usable: Mask) -> list[int] | None:
     across, along = (2.0 * y + 1 - height) / height, (2.0 * x + 1 - width) / width
     a = np.stack([(across**i * along**j)[seen] for i, j in TERMS], axis=1)
     b = np.repeat(_numbered(y, seen), seen.sum(axis=1))
-    ridge = FOLLOWING.faint * len(b) * np.diag([0.0] * 3 + [1.0] * (len(TERMS) - 3))
+    ridge = Following.faint * len(b) * np.diag([0.0] * 3 + [1.0] * (len(TERMS) - 3))
     sure = np.ones(len(b))
-    for _ in range(FOLLOWING.fits):
+    for _ in range(Following.fits):
         left = np.einsum("ki,kj,k->ij", a, a, sure) + ridge
         found = np.linalg.solve(left, np.einsum("ki,k,k->i", a, b, sure))
         off = np.abs(a @ found - b)
-        sure = 1 / (1 + (off / FOLLOWING.stray) ** 2)
-    return [int(v) for v in np.rint(found * TURN)] if np.median(off) < FOLLOWING.loose else None
+        sure = 1 / (1 + (off / Following.stray) ** 2)
+    return [int(v) for v in np.rint(found * TURN)] if np.median(off) < Following.loose else None
 
 
 def _numbered(y: Array, seen: Array) -> Array:
-    """The number of each bed (n, places): one that was not found is passed over, by the pitch of those around."""
+    """Return the number of each bed (n, places); a missing bed is skipped, by the pitch of those around."""
     both = seen[1:] & seen[:-1]
     gaps = np.where(both, np.diff(y, axis=0), 0).sum(axis=1) / np.maximum(both.sum(axis=1), 1)
-    around = [np.sort(gaps[max(k - AROUND, 0) : k + AROUND + 1]) for k in range(len(gaps))]
-    usual = np.array([some[len(some) // 2] for some in around])
+    usual = [median_high(gaps[max(k - AROUND, 0) : k + AROUND + 1]) for k in range(len(gaps))]
     return np.concatenate([[0], np.cumsum(np.rint(gaps / np.maximum(usual, 1)))])
 
 
 def _phase(factors: list[int], shape: Pair) -> Int64:
-    """The phase of every pixel, 1 / TURN courses; products one by one, the same on every machine."""
+    """Return the phase of every pixel, 1 / TURN courses; products one by one, the same on every machine."""
     across, along = (np.asarray((2.0 * np.arange(n) + 1 - n) / n) for n in shape)
     terms = zip(factors, TERMS, strict=True)
     parts = (math.prod([across[:, None]] * i + [along] * j, start=float(f)) for f, (i, j) in terms)
     return np.asarray(np.rint(sum(parts) + np.zeros(shape)), np.int64)
 
 
-class Gain(NamedTuple):
-    """When the straight exemplar is taken: of 163 textures nine can be, two gain (docs/design/012)."""
+class Gain:
+    """When the rectified exemplar is used: of 163 textures nine can be straightened, two gain (docs/design/012)."""
 
-    least: float = 1.4  # times the confidence as it is; at 1 stone blocks are moved, too (1.2), doubled: one is left
-    clear: float = 2.0  # times what is asked, if it has none as it is; halved and doubled: the same
-    off: float = 3.0  # px: what is straighter gives way in step, too; halved and doubled: the same
-    level: float = 2.0  # px over the exemplar: courses that lean less are level, as 1 px at each end is rounding
-
-
-GAIN = Gain()
+    least = 1.4  # times the confidence as it is; at 1 stone blocks are moved, too (1.2), doubled: one is left
+    clear = 2.0  # times what is asked, if it has none as it is; halved and doubled: the same
+    off = 3.0  # px: patches aligned to the lattice follow smaller bends; halved and doubled: the same
+    level = 2.0  # px over the exemplar: courses that lean less are level, as 1 px at each end is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """The exemplar that blocks are read from, its lattice (x, y) px, and how it was laid straight, if it was."""
+    """The exemplar that blocks are read from, its lattice (x, y) px, and how it was straightened, if it was."""
 
     exemplar: Exemplar
     lattice: Steps
     straight: Straight | None
 
     def to_exemplar(self, yx: Int32) -> Int32:
-        """Turn pixels of it into pixels of the exemplar as it was given."""
-        return yx if self.straight is None else self.straight.to_exemplar(yx)
+        """Return the pixels of the given exemplar for pixels of the rectified one."""
+        return yx if self.straight is None else np.ascontiguousarray(self.straight.yx[yx[..., 0], yx[..., 1]])
 
 
 def rectified_for(
     exemplar: Exemplar, slug: str, lattice: Steps | None = None, choice: str = "auto", weights: Weights = None
 ) -> Rectified:
-    """Decide whether courses are laid straight, and find the lattice; MethodError, of the method `slug`, without one.
+    """Decide whether to rectify, and find the lattice. Raise MethodError, naming the method `slug`, if there is none.
 
     `choice`: auto, on or off. With given vectors, `lattice` (x, y) px, ``auto`` leaves the exemplar as it is; with
-    ``on`` they are those of the straight one.
+    ``on`` they are those of the rectified one.
     """
     if lattice is not None:
         straight = straight_of(exemplar, weights) if choice == "on" else None
@@ -137,9 +131,9 @@ def rectified_for(
 
 
 def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
-    """The exemplar laid straight and its lattice, where it is much surer than as it is; else None.
+    """Return the rectified exemplar and its lattice, if that is much more confident than as it is; else None.
 
-    None, too, where two vectors are known as it is: patches in step with them bend as it does.
+    None, too, if the exemplar has two vectors as it is: patches aligned to that lattice follow its bends.
     """
     plain = lattices_of(exemplar, weights).accepted
     if plain is not None and plain.kind == "2-D":
@@ -147,16 +141,16 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     if plain is None and sure_masonry(exemplar, weights) is None:
         return None  # of 199 textures and maps 138 have no lattice; two of them gain, both of bricks
     straight = straight_of(exemplar, weights)
-    found = None if straight is None or straight.off < GAIN.off else levelled(exemplar, weights)
+    found = None if straight is None or straight.off < Gain.off else levelled(exemplar, weights)
     if found is None:
         return None
     if plain is None:
-        return found if found[1].share >= GAIN.clear else None
-    return found if found[1].confidence >= GAIN.least * plain.confidence else None
+        return found if found[1].share >= Gain.clear else None
+    return found if found[1].confidence >= Gain.least * plain.confidence else None
 
 
 def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
-    """The exemplar laid straight and its lattice; None where it is straight already, or has none."""
+    """Return the rectified exemplar and its lattice; None if it is straight already, or has none."""
     straight = straight_of(exemplar, weights)
     if straight is None:
         return None
@@ -166,32 +160,29 @@ def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
 
 
 def _level(found: Lattice, laid: Exemplar) -> Lattice:
-    """Courses that hardly lean, made level."""
+    """Return the lattice with courses that slant by less than `Gain.level` px made level."""
     ((y, x),) = found.vectors
-    if abs(x) * laid.width < GAIN.level * abs(y):
+    if abs(x) * laid.width < Gain.level * abs(y):
         return replace(found, vectors=((abs(y), 0),))
-    return replace(found, vectors=((0, abs(x)),)) if abs(y) * laid.height < GAIN.level * abs(x) else found
+    return replace(found, vectors=((0, abs(x)),)) if abs(y) * laid.height < Gain.level * abs(x) else found
 
 
 LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit
 
 
-class Bending(NamedTuple):
-    """Which courses are laid straight; halved and doubled (docs/design/012)."""
+class Bending:
+    """Which courses are rectified; halved and doubled (docs/design/012)."""
 
-    move: float = 1.0  # px: less is not worth a change: pixels move by whole ones; halved: a straight wall is bent
-    narrowest: float = 0.5  # times as wide may a course become; halved: the same, doubled: none may
-    widest: float = 2.0  # and that; as above with doubled and halved
-    steepest: float = 0.35  # px down for each along: more would be sheared; halved and doubled: the same
-    strong: float = 0.05  # share of the edges that count as joints; halved and doubled: joints lean by other 1 / LEAN
-
-
-BENDING = Bending()
+    move = 1.0  # px: less is not worth a change: pixels move by whole ones; halved: a straight wall is bent
+    narrowest = 0.5  # times as wide may a course become; halved: the same, doubled: none may
+    widest = 2.0  # and that; as above with doubled and halved
+    steepest = 0.35  # px down for each along: more would be sheared; halved and doubled: the same
+    strong = 0.05  # share of the edges that count as joints; halved and doubled: joints lean by other 1 / LEAN
 
 
 @dataclass(frozen=True, eq=False)
 class Straight:
-    """An exemplar laid straight."""
+    """A rectified exemplar."""
 
     exemplar: Exemplar  # its pixels where they lie now; what lay outside is not usable
     yx: Int32  # (H, W, 2): the pixel of the given exemplar that each pixel is
@@ -199,38 +190,29 @@ class Straight:
     converging: float  # how much wider the courses are at one end than at the other, as a share
     off: float  # how far courses lay from straight, parallel and equal ones at most, px
 
-    def to_exemplar(self, yx: Int32) -> Int32:
-        """Turn pixels of the straight exemplar into those of the given one."""
-        return np.ascontiguousarray(self.yx[yx[..., 0], yx[..., 1]])
-
 
 def straight_of(exemplar: Exemplar, weights: Weights = None) -> Straight | None:
-    """Lay the courses of an exemplar straight; None where none are found, or they are straight already."""
+    """Rectify the courses of an exemplar; None if there are none, or they are straight already."""
     return exemplar.memo(("straight", weights), lambda: _straight(exemplar, weights))
 
 
 def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
-    try:
-        wall = masonry_of(exemplar, weights)
-    except MethodError:
+    """Rectify by the beds; None if these are no smooth deformation of straight equal courses, or are straight."""
+    wall = masonry_if_any(exemplar, weights)
+    if wall is None:
         return None
-    return _laid(exemplar, wall)
-
-
-def _laid(exemplar: Exemplar, wall: Masonry) -> Straight | None:
-    """Follow the beds of a wall; None where they are no smooth change of straight ones of one pitch, or no change."""
-    picture, usable = wall.picture, exemplar.free.T if wall.upright else exemplar.free
+    usable = exemplar.free.T if wall.upright else exemplar.free
     factors = _factors(wall.work.beds, usable)
     if factors is None:
         return None
     at = _phase(factors, usable.shape)
     pitch, slope, off = _flat(at)
     steps = np.diff(at, axis=0) * pitch
-    if steps.min() < TURN * BENDING.narrowest or steps.max() > TURN * BENDING.widest:
+    if steps.min() < TURN * Bending.narrowest or steps.max() > TURN * Bending.widest:
         return None
-    if abs(slope) > BENDING.steepest or max(off, abs(slope) * usable.shape[1]) < BENDING.move:
+    if abs(slope) > Bending.steepest or max(off, abs(slope) * usable.shape[1]) < Bending.move:
         return None
-    lean = _lean(picture, usable)
+    lean = _lean(wall.picture, usable)
     yx, inside = _moved(at, round(pitch * 256), lean)
     ends = np.diff(at[[0, -1]], axis=0)[0]
     converging = float(ends.max() / ends.min() - 1)
@@ -242,7 +224,7 @@ def _laid(exemplar: Exemplar, wall: Masonry) -> Straight | None:
 
 
 def _flat(at: Int64) -> tuple[float, float, float]:
-    """The straight, parallel and equal courses next to a phase: pitch px, slope, and how far it is off at most, px."""
+    """Return the straight equal courses nearest to a phase: pitch px, slope, and the largest distance, px."""
     height, width = at.shape
     y, x = np.arange(height) * 2 + 1 - height, np.arange(width) * 2 + 1 - width
     # Sums of whole numbers; the places sum to nothing, so that each slope is a quotient.
@@ -253,7 +235,7 @@ def _flat(at: Int64) -> tuple[float, float, float]:
 
 
 def _lean(picture: Array, usable: Mask) -> int:
-    """How far the joints between bricks lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
+    """Return how far head joints lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
     smooth = np.rint(blurred(picture.astype(np.float64), 1.5, "symmetric") * 16).astype(np.int64)
     across, along = np.zeros(smooth.shape, np.int64), np.zeros(smooth.shape, np.int64)
     across[1:-1], along[:, 1:-1] = smooth[2:] - smooth[:-2], smooth[:, 2:] - smooth[:, :-2]
@@ -261,12 +243,12 @@ def _lean(picture: Array, usable: Mask) -> int:
     steep = usable & (square > 4 * (across * across).sum(axis=2))
     if steep.sum() < 100:
         return 0
-    strong = steep & (square >= np.sort(square[steep])[-max(100, int(BENDING.strong * steep.sum()))])
+    strong = steep & (square >= np.sort(square[steep])[-max(100, int(Bending.strong * steep.sum()))])
     return int(np.rint(-LEAN * int((across * along).sum(axis=2)[strong].sum()) / max(int(square[strong].sum()), 1)))
 
 
 def _moved(at: Int64, pitch: int, lean: int) -> tuple[Int64, Mask]:
-    """The pixel next to each place of the straight exemplar (courses along x, `pitch` 1/256 px), and which exist."""
+    """Return the pixel of each place of the rectified exemplar (courses along x, `pitch` 1/256 px), and which exist."""
     width = at.shape[1]
     low, high = int(at.min()), int(at.max())
     tall = (high - low) * pitch // (TURN * 256) + 1
@@ -287,7 +269,7 @@ def _moved(at: Int64, pitch: int, lean: int) -> tuple[Int64, Mask]:
 
 
 def _gathered(exemplar: Exemplar, yx: Int32, usable: Mask) -> Exemplar:
-    """The exemplar of other pixels, in all planes; vectors of normal maps stay as they are."""
+    """Return the exemplar of other pixels, in all planes; vectors of normal maps stay as they are."""
 
     def moved(plane: Plane) -> Plane:
         pixels, y, x = plane.pixels, yx[..., 0], yx[..., 1]
@@ -295,8 +277,7 @@ def _gathered(exemplar: Exemplar, yx: Int32, usable: Mask) -> Exemplar:
             s = exemplar.height // plane.height
             return replace(plane, pixels=pixels[y // s, x // s])
         s = plane.height // exemplar.height
-        parts = pixels.reshape(exemplar.height, s, exemplar.width, s, *pixels.shape[2:])
-        taken = parts[y, :, x].swapaxes(1, 2)
+        taken = blocks(pixels, s)[y, :, x].swapaxes(1, 2)
         return replace(plane, pixels=taken.reshape(y.shape[0] * s, y.shape[1] * s, *pixels.shape[2:]))
 
     planes = {name: moved(p) for name, p in exemplar.planes.items()}

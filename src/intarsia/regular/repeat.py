@@ -1,4 +1,4 @@
-"""Plain repetition at work: positions modulo the exemplar."""
+"""Method repeat: plain repetition, positions modulo the exemplar."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..model.sourcemap import SourceMap
 
 
 def resolved(method: Repeat, exemplars: Exemplars, canvas: Canvas) -> Repeat:
-    """Nothing is automatic here."""
+    """Return the method: it has no automatic parameters."""
     return method
 
 
 def synthesize(method: Repeat, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Take positions modulo the exemplar; the seed changes nothing."""
+    """Repeat the exemplar over the canvas; the seed changes nothing."""
     run.tick(0, 1)
     exemplar = exemplars[0]
     yx, pose = _repeated(exemplar, Box(0, 0, canvas.height, canvas.width)), None
@@ -33,12 +33,12 @@ def synthesize(method: Repeat, exemplars: Exemplars, canvas: Canvas, seed: int, 
 
 
 def window(method: Repeat, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Take positions modulo the exemplar, wherever they are."""
+    """Return the part of the endless repetition that lies in a box."""
     return SourceMap(_repeated(exemplars[0], box), None, None, (exemplars[0].source,), blend=method.blend)
 
 
 def _repeated(exemplar: Exemplar, box: Box) -> Int32:
-    """The exemplar pixels (height, width, 2) of a box."""
+    """Return the exemplar pixels (height, width, 2) of a box."""
     yx = np.empty((box.height, box.width, 2), np.int32)
     yx[:, :, 0] = (np.arange(box.y0, box.y1) % exemplar.height)[:, None]
     yx[:, :, 1] = np.arange(box.x0, box.x1) % exemplar.width

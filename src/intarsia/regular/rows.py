@@ -1,10 +1,11 @@
-"""Where the courses of a canvas lie: straight rows at exact places, which close around a wrapped canvas.
+"""Course rows of a canvas: straight courses at exact places, which close around a canvas that wraps.
 
-Courses of one pitch are courses of one height, 1.
+Courses of one pitch have the height 1.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
@@ -21,14 +22,14 @@ from ..model.canvas import Canvas
 from .brickwork import Line
 
 DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # levels of draws: of bricks, of courses, of where these begin
-SPARE = 64  # px above the height of a canvas that sums of heights are looked for: far above what may be strained
+SPARE = 64  # px above the height of a canvas up to which sums of heights are tried: far above the strain
 STAGE = 2012  # keeps the draws of courses apart from those of others
 STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
 
 
 @dataclass(frozen=True)
 class Rows:
-    """The courses of an endless canvas, which run along x and may lean; course i begins at ``place(2 i, column)``."""
+    """The courses of an endless canvas along x, possibly slanted; course i begins at ``place(2 i, column)``."""
 
     width: int  # columns of a canvas that wraps along the courses, else 0
     around: int  # courses around a canvas that wraps down the rows, else 0
@@ -42,7 +43,10 @@ class Rows:
 
     @classmethod
     def equal(cls, line: Line, canvas: Canvas, upright: bool) -> Rows:
-        """Lay the rows of an exemplar on a canvas (`upright`: the courses run down the canvas); ParameterError."""
+        """Place courses of one pitch on a canvas (`upright`: they run down it).
+
+        Raise ParameterError if they cannot close.
+        """
         down, along, height, width = turned(canvas, upright)
         pitch, around, slope, turn = (line.pitch, UNIT), 0, line.slope, 0
         if down:
@@ -60,7 +64,7 @@ class Rows:
 
     @classmethod
     def stacked(cls, heights: tuple[int, ...], canvas: Canvas, upright: bool, seed: int) -> Rows:
-        """Stack courses of unequal heights, px, on a canvas; ParameterError where they cannot close."""
+        """Stack courses of unequal heights, px, on a canvas. Raise ParameterError if they cannot close."""
         down, along, height, width = turned(canvas, upright)
         order = closing(heights, height, seed) if down else ()
         total = sum(heights[k] for k in order) if down else height
@@ -73,37 +77,37 @@ class Rows:
         phase = -below(max(heights), draw(seed, STAGE, PHASE)) * UNIT * height // total
         return cls(width if along else 0, len(order), 0, phase, (height, total), (0, 1), heights, seed, order)
 
-    def _dealt(self, i: int) -> tuple[int, tuple[int, ...], int]:
-        """How often all courses were laid before course i, in which order they are then, and its place in that."""
+    def _dealt(self, i: int) -> tuple[int, Sequence[int], int]:
+        """Return how often all courses come before course i, their order then, and its place in that order."""
         number, k = divmod(i, len(self.order or self.heights))
-        return number, self.order or dealt(len(self.heights), self.seed, ORDER, number, 0), k
+        return number, self.order or dealt(len(self.heights), self.seed, STAGE, ORDER, number, 0), k
 
     def kind(self, i: int) -> int:
-        """Which course of the exemplar course `i` is as high as."""
+        """Return which course of the exemplar has the height of course `i`."""
         _, order, k = self._dealt(i)
         return order[k]
 
     def _top(self, i: int) -> int:
-        """The heights of all courses from course 0 to course i."""
+        """Return the sum of the heights from course 0 to course i."""
         number, order, k = self._dealt(i)
         return number * sum(self.heights[c] for c in order) + sum(self.heights[c] for c in order[:k])
 
     def place(self, twice: int, u: Any) -> Any:
-        """The row at which course `twice` / 2 begins in columns (whole numbers), 1/256 px; exact however far out."""
+        """Return the row at which course `twice` / 2 begins in columns (whole numbers), 1/256 px; exact anywhere."""
         (a, b), (c, d) = self.pitch, self.slope
         at = self._top(twice // 2) + self._top((twice + 1) // 2)
         return self.phase + (at * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)
 
     def row(self, twice: int, u: Any) -> Any:
-        """The same as `place` in whole px."""
+        """Return `place` in whole px."""
         return self.place(twice, u) // UNIT
 
     def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
-        """The rows, counted from `y0`, at which course i begins in `count` columns."""
+        """Return the rows, counted from `y0`, at which course i begins in `count` columns."""
         return np.asarray(self.row(2 * i, first + np.arange(count).astype(object)) - y0, np.int64)
 
     def course_at(self, y: int, u: int) -> int:
-        """The course that covers a pixel."""
+        """Return the course that covers a pixel."""
         low, high = -1, 1
         while self.row(2 * low, u) > y:
             low *= 2
@@ -115,33 +119,30 @@ class Rows:
         return low
 
     def named(self, i: int, turns: int) -> int:
-        """The number of a course `turns` times around; around a canvas numbers return."""
+        """Return the number of a course `turns` times around, modulo the courses around the canvas."""
         i += self.turn * turns
         return i % self.around if self.around else i
 
     def rank(self, name: int) -> int:
-        """When a course is laid: after those of lower rank, of which at most two lie side by side."""
+        """Return when a course is made: after those of lower rank, of which at most two are adjacent to it."""
         if self.around and name >= self.around - self.around % 4:
             return 4 + name % 4
         return (0, 2, 1, 3)[name % 4]
 
 
 def turned(canvas: Canvas, upright: bool) -> tuple[bool, bool, int, int]:
-    """Whether a canvas wraps down and along its courses, and its sides so (`upright`: they run down the canvas)."""
+    """Return whether a canvas wraps across and along its courses, then its sides so (`upright`: courses run down)."""
     wraps, sides = (canvas.wrap.y, canvas.wrap.x), (canvas.height, canvas.width)
     return (*wraps[::-1], *sides[::-1]) if upright else (*wraps, *sides)
 
 
-@lru_cache(1 << 12)
-def dealt(count: int, seed: int, level: int, number: int, s: int) -> tuple[int, ...]:
-    """A shuffled deck of so many cards."""
-    return tuple(deck(count, seed, STAGE, level, number, s))
+dealt = lru_cache(1 << 12)(deck)
 
 
 def closing(heights: tuple[int, ...], height: int, seed: int) -> tuple[int, ...]:
-    """Courses whose heights add up to a canvas as nearly as can be, all about as often."""
+    """Return courses whose heights add up to a canvas as nearly as possible, all used about equally often."""
     most = max(0, height // sum(heights) - 1)
-    decks = [dealt(len(heights), seed, ORDER, number, 0) for number in range(most + 3)]
+    decks = [dealt(len(heights), seed, STAGE, ORDER, number, 0) for number in range(most + 3)]
     rest = height - most * sum(heights)
     sums: dict[int, tuple[int, ...]] = {0: ()}
     for k in chain(*decks[most:]):
@@ -157,7 +158,7 @@ class Piece(NamedTuple):
 
     first: int  # its columns on the canvas, up to the middle of the joints at both ends
     end: int
-    source: int  # the exemplar column that `first` shows
+    source: int  # the exemplar column at `first`
     course: int  # of the exemplar that it is a piece of
     left: int  # what lies at its left end: a joint, or FACE
     right: int  # and at its right end

@@ -1,16 +1,14 @@
-"""The tile that repeats best: the piece of an exemplar, one lattice cell large, whose opposite sides agree most.
+"""Best tile: the parallelogram of one lattice cell whose opposite borders match best, and its exact repetition.
 
-Laid side by side it gives an endless regular pattern; where the exemplar is regular nothing shows the joints. It is
-also what is left where an exemplar holds hardly more than one period.
+Repeated side by side it gives a regular pattern; if the exemplar is regular no joint is visible. It is the fallback for
+exemplars that hold hardly more than one period.
 
-Source: Lopez Recas 2011 (near-regular textures), section 4.1. Departures: borders are compared by vectors rounded to
-whole px; differences are added up in whole numbers; pixels under a mask are not used.
+The position along both lattice vectors is an exact fraction, so that nothing drifts, however far out. On a canvas that
+wraps, the lattice is strained a little so that it closes.
 
-A tile laid out over the endless plane, or strained a little so that it closes around a canvas.
-
-How far a px lies along both lattice vectors is an exact fraction, so that nothing drifts, however far out.
-
-Source: Lopez Recas 2011 (near-regular textures), eq. 3.29. Departures: vectors of fractions of a px; the strain.
+Source: Lopez Recas 2011 (near-regular textures), section 4.1 and eq. 3.29. Departures: borders are compared by vectors
+rounded to whole px; differences are summed in whole numbers; pixels under a mask are not used; vectors of fractions of
+a px; the strain.
 """
 
 from __future__ import annotations
@@ -20,6 +18,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,11 +29,12 @@ from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run
 from ..lattice import Pairs, Vector, Vectors, cell_of
+from ..lattice.candidates import overlap
 from ..model import Exemplar
 from ..model.canvas import Canvas
-from .tile_kernels import band_costs, lay_tile
+from .tile_kernels import lay_tile
 
-Rates = tuple[tuple[Fraction, Fraction], tuple[Fraction, Fraction]]
+Rates = list[list[Fraction]]
 
 STRAIN = 0.02  # how much a lattice may be strained to close around a canvas
 BITS = 61  # what fits into 64 bits with a sign and a sum of two
@@ -50,7 +50,7 @@ class TileLayout:
         The tile's corner, exemplar px; canvas px (y, x) shows it.
     vectors : ((dy, dx), (dy, dx))
         The tile's sides in the exemplar, 1/256 px.
-    rates : ((Fraction, Fraction), (Fraction, Fraction))
+    rates : [[Fraction, Fraction], [Fraction, Fraction]]
         How many sides one px down, and one px to the right, goes along the first and the second vector.
     """
 
@@ -60,45 +60,44 @@ class TileLayout:
 
     @classmethod
     def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas) -> TileLayout:
-        """Lay a tile out as its sides say; ParameterError where the canvas wraps at no whole number of them."""
+        """Repeat a tile by its sides. Raise ParameterError if the canvas wraps at no whole number of periods."""
         (p, q), (r, s) = vectors
-        area = p * s - q * r
-        free = Fraction(UNIT * s, area), Fraction(-UNIT * q, area)
-        right = Fraction(-UNIT * r, area), Fraction(UNIT * p, area)
-        sides, lengths = [_once_around(vectors, canvas, axis) for axis in (0, 1)], [canvas.height, canvas.width]
-        down, across = (
-            otherwise if side is None else (Fraction(side[0], n), Fraction(side[1], n))
-            for side, n, otherwise in zip(sides, lengths, (free, right), strict=True)
-        )
-        fixed = math.lcm(*(n for side, n in zip(sides, lengths, strict=True) if side is not None))
-        bits = BITS - max(abs(n) for v in vectors for n in v).bit_length() - fixed.bit_length()
-        rates = (down, across)
-        if math.lcm(*(f.denominator for rate in rates for f in rate)).bit_length() > bits + fixed.bit_length():
+        area, lengths = p * s - q * r, (canvas.height, canvas.width)
+        sides = [_once_around(vectors, canvas, axis) for axis in (0, 1)]
+        rates = [
+            [Fraction(n, length) for n in side] if side else [Fraction(UNIT * n, area) for n in free]
+            for side, length, free in zip(sides, lengths, ((s, -q), (-r, p)), strict=True)
+        ]
+        fixed = math.lcm(*(length for side, length in zip(sides, lengths, strict=True) if side)).bit_length()
+        bits = BITS - max(abs(n) for v in vectors for n in v).bit_length() - fixed
+        if _denominator(rates).bit_length() > bits + fixed:
             one = 1 << bits  # a lattice of very long vectors: rounded, beyond any px
-            down, across = (
-                rate if side is not None else (Fraction(round(rate[0] * one), one), Fraction(round(rate[1] * one), one))
+            rates = [
+                rate if side else [Fraction(round(f * one), one) for f in rate]
                 for rate, side in zip(rates, sides, strict=True)
-            )
-        return cls(anchor, vectors, (down, across))
+            ]
+        return cls(anchor, vectors, rates)
 
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, None]:
-        """The exemplar pixels (height, width, 2) of a window, all upright; y0 and x0 may be negative and huge."""
-        whole = math.lcm(*(f.denominator for rate in self.rates for f in rate))
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
+        """Return the exemplar pixels (height, width, 2) of a window, all upright; y0, x0 may be negative and huge."""
+        whole = _denominator(self.rates)
         steps = [[int(f * whole) % whole for f in rate] for rate in self.rates]
         y, x = y0 - self.anchor[0], x0 - self.anchor[1]
         first = [(y * steps[0][k] + x * steps[1][k]) % whole for k in (0, 1)]
         begin, rates, vectors, anchor = (np.array(n, np.int64) for n in (first, steps, self.vectors, self.anchor))
         out = np.empty((height, width, 2), np.int32)
         lay_tile(out, begin, rates, whole, vectors, anchor)
-        return out, None
+        return out
+
+
+def _denominator(rates: Rates) -> int:
+    return math.lcm(*(f.denominator for rate in rates for f in rate))
 
 
 def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
-    """Which px around its corner a tile of sides in 1/256 px may read, and where in that array the corner is.
+    """Return which px around its corner a tile of sides in 1/256 px may read, and where in that array the corner is.
 
-    Real vectors: all px whose square meets the parallelogram. Whole ones: those of one period, no more.
+    For fractional vectors: all px whose square meets the parallelogram. For whole ones: those of one period.
     """
     corners = np.array([(0, 0), *vectors, np.add(*vectors)])
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -118,11 +117,11 @@ def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
 
 
 def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, int, int]]:
-    """List which periods lead straight down (axis 0) or to the right (axis 1), at most `longest` px, rising.
+    """Return the lattice vectors that lead straight down (axis 0) or right (axis 1), at most `longest` px, rising.
 
-    Each as the number of both vectors, and the length in px, rounded.
+    Each as the multiples of both vectors, and the length in px, rounded.
     """
-    ((p, q), (r, s)) = vectors if axis == 0 else ((vectors[0][1], vectors[0][0]), (vectors[1][1], vectors[1][0]))
+    (p, q), (r, s) = (v if axis == 0 else v[::-1] for v in vectors)
     swapped = abs(q) > abs(s)  # count the vector that leads less far aside
     if swapped:
         (p, q), (r, s) = (r, s), (p, q)
@@ -142,15 +141,15 @@ def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, 
 
 
 def _once_around(vectors: Vectors, canvas: Canvas, axis: int) -> Vector | None:
-    """How many of both vectors go once around the canvas along an axis; None where it does not wrap."""
+    """Return the multiples of both vectors that go once around the canvas along an axis; None if it does not wrap."""
     length, wraps = ((canvas.height, canvas.wrap.y), (canvas.width, canvas.wrap.x))[axis]
     if not wraps:
         return None
     longest = length + 4 * max(abs(v[axis]) for v in vectors) // UNIT + 2
     found = periods_along(vectors, axis, longest)
+    v, w = vectors
     strains = [
         math.hypot(a * v[axis] + b * w[axis] - length * UNIT, a * v[1 - axis] + b * w[1 - axis]) / (length * UNIT)
-        for v, w in (vectors,)
         for a, b, _ in found
     ]
     if strains and min(strains) <= STRAIN:
@@ -167,8 +166,7 @@ BAND = 8  # px: width of the border that is compared
 SHARES = (12, 10, 8, 6, 5, 4)  # of the exemplar, in sixteenths: sides that are tried in a direction without a period
 
 
-@dataclass(frozen=True)
-class Tile:
+class Tile(NamedTuple):
     """A tile of an exemplar.
 
     Attributes
@@ -180,7 +178,7 @@ class Tile:
     cost : int
         Sum of the squared differences of both pairs of opposite borders, in feature units.
     costs : int64 array, shape (H, W)
-        The cost of every anchor; -1 where the tile or its border leaves the exemplar.
+        The cost of every anchor; -1 if the tile or its border leaves the exemplar.
     """
 
     anchor: Vector
@@ -192,7 +190,7 @@ class Tile:
 def best_tile(
     features: Int16, vectors: Vectors, usable: Mask | None = None, band: int = BAND
 ) -> Tile:
-    """Find the tile whose left and right, and top and bottom borders agree best.
+    """Find the tile whose left and right, and top and bottom borders match best.
 
     Parameters
     ----------
@@ -207,9 +205,9 @@ def best_tile(
     Raises
     ------
     ParameterError
-        where the band is below 1 or the vectors are parallel.
+        If the band is below 1 or the vectors are parallel.
     MethodError
-        where no tile with its borders fits into the exemplar.
+        If no tile with its borders fits into the exemplar.
     """
     whole = _in_px(vectors[0]), _in_px(vectors[1])
     (p, q), (r, s) = whole
@@ -219,11 +217,11 @@ def best_tile(
     mask = np.ones((height, width), np.bool_) if usable is None else usable
     costs = np.zeros((height, width), np.int64)
     for step, side in (whole, whole[::-1]):
-        difference = squared_steps(features, mask, *step)
+        difference = squared_steps(features, mask, step)
         if abs(side[0]) >= abs(side[1]):
-            band_costs(difference, side[0], side[1], band, costs)
+            _add_border(costs, difference, side, band)
         else:
-            band_costs(difference.T, side[1], side[0], band, costs.T)
+            _add_border(costs.T, difference.T, side[::-1], band)
     _drop_outside(costs, mask, vectors)
     if not (costs >= 0).any():
         raise MethodError(
@@ -235,20 +233,37 @@ def best_tile(
     return Tile((y, x), whole, int(costs[y, x]), costs)
 
 
-def squared_steps(features: Int16, usable: Mask, dy: int, dx: int) -> Int64:
-    """The squared difference of every px from the one a step away; -1 where either cannot be used."""
-    out = np.full(usable.shape, -1, np.int64)
-    here = tuple(np.s_[max(0, -d) : max(0, n - max(0, d))] for d, n in zip((dy, dx), usable.shape, strict=True))
-    there = tuple(np.s_[max(0, d) : max(0, n + min(0, d))] for d, n in zip((dy, dx), usable.shape, strict=True))
+def _add_border(costs: Int64, difference: Int64, side: Vector, band: int) -> None:
+    """Add to the cost of every anchor the differences in a band around a side (dy, dx), |dy| >= |dx|, dy not 0.
+
+    In every row of the side the band is `band` px wide, centred on the side. The cost is -1 if a difference is missing.
+    """
+    (dy, dx), (height, width) = side, costs.shape
+    rows = abs(dy)
+    around = np.pad(difference, rows + band, constant_values=-1)
+    sums = np.cumsum([np.maximum(around, 0), around < 0], axis=2)  # and how many are missing
+    bands = sums[:, :, band:] - sums[:, :, :-band]
+    total = np.zeros((2, height, width), np.int64)
+    for i in range(rows):
+        top = rows + band + (i if dy > 0 else -i)
+        left = rows + band - 1 + (2 * i * dx + rows) // (2 * rows) - band // 2
+        total += bands[:, top : top + height, left : left + width]
+    costs[...] = np.where((costs < 0) | (total[1] > 0), -1, costs + total[0])
+
+
+def squared_steps(features: Int16, usable: Mask, step: Vector) -> Int64:
+    """Return the squared difference of every px from the one a step away; -1 if either is not usable."""
+    out, (here, there) = np.full(usable.shape, -1, np.int64), overlap(usable.shape, step)
     apart = features[there].astype(np.int64) - features[here]
     out[here] = np.where(usable[here] & usable[there], (apart * apart).sum(axis=2), -1)
     return out
 
 
 def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> float:
-    """Say how much the periods of a texture differ: 0 they are equal, 1 they are no more alike than any two places.
+    """Return how much the periods of a texture differ: 0 they are equal, 1 no more alike than any two places.
 
-    The root mean square of the differences over both vectors (1/256 px, taken as whole px), over that of any two px.
+    The root mean square of the differences over both vectors (1/256 px, rounded to px), divided by that of random
+    pairs.
     """
     known = features[usable].astype(np.float64)
     spread = 2 * float(((known - known.mean(axis=0)) ** 2).sum(axis=1).mean())
@@ -256,7 +271,7 @@ def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> floa
         return 0.0
     total, count = 0, 0
     for vector in vectors:
-        found = squared_steps(features, usable, *_in_px(vector))
+        found = squared_steps(features, usable, _in_px(vector))
         total += int(found[found >= 0].sum())
         count += int((found >= 0).sum())
     return math.sqrt(total / count / spread) if count else 1.0
@@ -264,7 +279,7 @@ def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> floa
 
 @dataclass(frozen=True)
 class Tiling:
-    """The best tile of an exemplar, and the width in px of the border that was compared."""
+    """The best tile of an exemplar, its vectors (1/256 px), and the width in px of the border that was compared."""
 
     tile: Tile
     vectors: Vectors
@@ -272,7 +287,7 @@ class Tiling:
 
     @classmethod
     def of(cls, lattice: Pairs, weights: Weights, band: int, exemplar: Exemplar) -> Tiling:
-        """Find the tile; MethodError where none fits, however narrow its border is."""
+        """Find the best tile, with narrower borders if none fits. Raise MethodError if none fits at all."""
         picture = features([exemplar], weights).pictures[0]
         shape = int(picture.shape[0]), int(picture.shape[1])
         first, second = cell_of(lattice, shape)
@@ -293,7 +308,7 @@ class Tiling:
             band //= 2
 
     def layout(self, canvas: Canvas) -> TileLayout:
-        """The tile over the endless plane, or around a canvas that wraps."""
+        """Return the layout over the endless plane, or around a canvas that wraps."""
         return TileLayout.of(self.tile.anchor, self.vectors, canvas)
 
 
@@ -303,7 +318,7 @@ def _in_px(vector: Vector) -> Vector:
 
 
 def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
-    """Give cost -1 to anchors whose tile leaves the exemplar, or holds a px that cannot be used."""
+    """Set the cost to -1 for anchors whose tile leaves the exemplar or holds an unusable px."""
     height, width = costs.shape
     read, (above, before) = read_offsets(vectors)
     below, after = read.shape[0] - 1 - above, read.shape[1] - 1 - before
@@ -317,7 +332,7 @@ def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
 
 
 def _sides(vector: Vector, shape: Pair) -> list[Vector]:
-    """Sides across the only lattice vector: there nothing returns, so any length may be cut off. The longest first."""
+    """Return sides perpendicular to the only lattice vector, the longest first: no period limits their length."""
     length = math.hypot(*vector)
     y, x = -vector[1] / length, vector[0] / length
     room = min(n / abs(c) if abs(c) > 1e-9 else math.inf for n, c in zip(shape, (y, x), strict=True))

@@ -1,14 +1,13 @@
-"""What an exemplar of courses of unequal heights holds, by the lines that run across it.
+"""Courses of unequal heights: bed joints from the lines across an exemplar, and the stones between them.
 
-Lines lie on the outlines of stones, so a wide bed has two. They are drawn together where that makes beds which differ
-most from what lies between; then beds and mortar are found from one another, as in walls of one pitch. How they are
-found is this project's own.
+Lines lie on the outlines of stones, so a wide bed has two. They are merged to the beds that differ most from what lies
+between; then beds and mortar are found from one another, as in walls of one pitch. The method is this project's own.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
+from statistics import median_high
 from typing import NamedTuple
 
 import numpy as np
@@ -23,44 +22,41 @@ from ..foundation.params import Weights
 from ..model import Exemplar
 from .brickwork import (
     FACE,
-    FINDING,
     Bricks,
     Brickwork,
     Contrast,
+    Finding,
     Line,
     along_x,
     bricks_of,
     levelled,
-    spans_of,
+    straying,
     with_joints,
 )
 from .wall_kernels import FACE as CUT
 
 
-class Unequal(NamedTuple):
-    """How beds are found by lines, and what walls are. Halved and doubled on 12 exemplars that hold 181 stones."""
+class Unequal:
+    """How beds are found by lines, and what is a wall. Halved and doubled on 12 exemplars that hold 181 stones."""
 
-    near: int = 24  # the reach of lines is this part of the shorter side, as lines lie apart; 12: 171 stones, 48: 177
-    least: int = 6  # px at least; 3: the same, 12: 182
-    same: float = 0.6  # of that reach apart in the mean, two beds are one; 0.3 and 1.2: the same
-    bend: int = 64  # of 255 is what a bed pays for each px aside; 32: 180, 128: 185, but beds cut corners of stones
-    stray: float = 0.3  # of the lowest course a bed may leave its line, when mortar is known; halved: 175, doubled: 178
-    wide: int = 1  # px to either side that mortar is smoothed over; 0: 184, 2: 168
-    low: float = 0.4  # of the usual height, and 4 px: what is lower is a wide bed; 0.2: the same, 0.8: 155
-    full: int = 170  # of 255: what looks less like faces holds joints, and is no stone; 180: the same, 220: 174
-    like: float = 0.2  # of a course's height stones may be higher or lower. At 0.25 they touch across beds
-    some: int = 4  # such stones, or the course is left; 2: two stones take turns in a row, 8: three of six are lost
-    many: int = 8  # whole stones: where there are so many, none is laid that the border cuts; 4: 176, 16: 187
-    enough: int = 10  # whole stones: fewer are no wall; 5: one more of cobbles is, 20: five of ten are none
-    covered: float = 0.45  # of the exemplar is stones that are known; of ten 0.53 to 0.73, of a house's front 0.25
-    joints: int = 96  # of 255: what joints look like faces at most; of ten 5 to 68, hexagons 130, letters 114 and 176
-
-
-UNEQUAL = Unequal()
+    near = 24  # the reach of lines is this part of the shorter side, as lines lie apart; 12: 171 stones, 48: 177
+    least = 6  # px at least; 3: the same, 12: 182
+    same = 0.6  # of that reach apart in the mean, two beds are one; 0.3 and 1.2: the same
+    bend = 64  # of 255 is what a bed pays for each px aside; 32: 180, 128: 185, but beds cut corners of stones
+    stray = 0.3  # of the lowest course a bed may leave its line, when mortar is known; halved: 175, doubled: 178
+    wide = 1  # px to either side that mortar is smoothed over; 0: 184, 2: 168
+    low = 0.4  # of the usual height, and 4 px: what is lower is a wide bed; 0.2: the same, 0.8: 155
+    full = 170  # of 255: what looks less like faces holds joints, and is no stone; 180: the same, 220: 174
+    like = 0.2  # of a course's height stones may be higher or lower. At 0.25 they touch across beds
+    some = 4  # such stones, or the course is left; 2: two stones take turns in a row, 8: three of six are lost
+    many = 8  # whole stones: from so many on, none that the border cuts is used; 4: 176, 16: 187
+    enough = 10  # whole stones: fewer are no wall; 5: one more of cobbles is, 20: five of ten are none
+    covered = 0.45  # of the exemplar is stones that are known; of ten 0.53 to 0.73, of a house's front 0.25
+    joints = 96  # of 255: what joints look like faces at most; of ten 5 to 68, hexagons 130, letters 114 and 176
 
 
 class Masonry(NamedTuple):
-    """Courses of unequal heights, which run along x: what the exemplar shows, whole bricks, and heights."""
+    """Courses of unequal heights along x: what the exemplar holds, whole bricks, and heights."""
 
     picture: Int16  # (H, W, C): features, axes swapped where courses stand upright
     usable: Mask
@@ -73,37 +69,42 @@ class Masonry(NamedTuple):
 
     @property
     def sure(self) -> bool:
-        """Whether its stones and their joints are clear enough to be laid one by one without being asked."""
-        known = int((self.own * self.bricks.sizes).sum()) >= UNEQUAL.covered * self.usable.size
+        """Whether its stones and joints are clear enough to be used by the automatic choice."""
+        known = int((self.own * self.bricks.sizes).sum()) >= Unequal.covered * self.usable.size
         whole = int((self.bricks.table[:, 3:] != CUT).all(axis=1).sum())
-        return known and whole >= UNEQUAL.enough and self.faces <= UNEQUAL.joints
+        return known and whole >= Unequal.enough and self.faces <= Unequal.joints
 
     @property
     def told(self) -> str:
-        """What it is made of, in words."""
+        """A description of its stones and courses."""
         size = "wide" if self.upright else "high"
         high = f"{min(self.heights)} to {max(self.heights)}" if len(set(self.heights)) > 1 else f"{self.heights[0]}"
         return f"{len(self.own)} stones lie in courses {high} px {size}"
 
     @property
     def pitch(self) -> tuple[float, float]:
-        """The step from course to course in the mean: (x, y) px."""
+        """The mean step from course to course: (x, y) px."""
         step = sum(self.heights) / len(self.heights)
         return (step, 0.0) if self.upright else (0.0, step)
 
 
 def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
-    """Find the courses of an exemplar by its lines; MethodError where it has none, or they are not made of bricks."""
+    """Return the courses of an exemplar by its lines. Raise MethodError if there are none, or they hold no bricks."""
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
-def sure_masonry(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
-    """Its courses where their stones are clear enough to be laid one by one without being asked; None else."""
+def masonry_if_any(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
+    """Return the courses of an exemplar; None if it has none, or they hold no bricks."""
     try:
-        found = masonry_of(exemplar, weights)
+        return masonry_of(exemplar, weights)
     except MethodError:
         return None
-    return found if found.sure else None
+
+
+def sure_masonry(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
+    """Return the courses of an exemplar if they are clear enough for the automatic choice; else None."""
+    found = masonry_if_any(exemplar, weights)
+    return found if found is not None and found.sure else None
 
 
 def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
@@ -119,46 +120,46 @@ def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
         raise MethodError("the courses of the exemplar hold no whole brick.")
     bricks = _sorted_out(work, bricks)
     own = _heights(work, bricks)
-    mine = [own[bricks.table[:, 0] == k] for k in work.courses]
-    heights = tuple(int(np.sort(some)[len(some) // 2]) for some in mine if len(some))
-    often = [int((np.abs(own - height) <= UNEQUAL.like * height).sum()) for height in heights]
-    heights = tuple(h for h, n in zip(heights, often, strict=True) if n >= min(UNEQUAL.some, max(often)))
-    work = replace(work, line=Line(0, min(heights) * UNIT, (0, 1)))
+    mine = [own[bricks.table[:, 0] == k].tolist() for k in work.spans]
+    heights = tuple(median_high(some) for some in mine if some)
+    often = [int((np.abs(own - height) <= Unequal.like * height).sum()) for height in heights]
+    heights = tuple(h for h, n in zip(heights, often, strict=True) if n >= min(Unequal.some, max(often)))
+    work = work._replace(line=Line(0, min(heights) * UNIT, (0, 1)))
     return Masonry(picture, usable, upright, work, bricks, own, heights, faces_at_joints(work))
 
 
 def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
-    """Leave out what holds joints or lies within a wide bed, and what the border cuts where the rest is enough."""
+    """Leave out bricks that hold joints or lie within a wide bed, and those cut by the border if there are enough."""
     own = _heights(work, bricks)
-    least = max(UNEQUAL.low * np.sort(own)[len(own) // 2], 4)
+    least = max(Unequal.low * median_high(own), 4)
     full = [_filled(work, brick) for brick in bricks.table.tolist()]
     table = bricks.table[(own >= least) & full]
     whole = (table[:, 3:] != CUT).all(axis=1)
-    table = table[whole] if int(whole.sum()) >= UNEQUAL.many else table
+    table = table[whole] if int(whole.sum()) >= Unequal.many else table
     if not (table[:, 3] != CUT).any():
         raise MethodError("the courses of the exemplar hold no whole brick.")
-    return replace(bricks, table=table)
+    return bricks._replace(table=table)
 
 
 def _filled(work: Brickwork, brick: list[int]) -> bool:
-    """Whether a brick looks like one inside, and not like several with joints between."""
+    """Return whether a brick is one face inside, and not several with joints between."""
     k, a, b = brick[:3]
     rim = min(max(work.thickness, 2), (b - a - 1) // 2)
     top, end = work.beds[k, a + rim : b - rim] + rim, work.beds[k + 1, a + rim : b - rim] - rim
     y = np.arange(max(int(top.min()), 0), min(int(end.max()), len(work.faces)))[:, None]
     inside = (y >= top) & (y < end)
     faces = work.faces[y[:, 0], a + rim : b - rim][inside]
-    return int(faces.sum(dtype=np.int64)) >= UNEQUAL.full * len(faces)
+    return int(faces.sum(dtype=np.int64)) >= Unequal.full * len(faces)
 
 
 def _heights(work: Brickwork, bricks: Bricks) -> Int64:
-    """How high every brick is, with half of the beds above and below."""
+    """Return the height of every brick, with half of the beds above and below."""
     between = [work.beds[k + 1, a:b] - work.beds[k, a:b] for k, a, b, _, _ in bricks.table]
     return np.array([int(high.sum()) // len(high) for high in between], np.int64)
 
 
 def faces_at_joints(work: Brickwork) -> int:
-    """How much joints look like faces in the mean, 0 to 255."""
+    """Return how much joints look like faces in the mean, 0 to 255."""
     (height, width), total, count = work.faces.shape, 0, 0
     y = np.arange(height)
     for k, some in work.of_course.items():
@@ -170,9 +171,9 @@ def faces_at_joints(work: Brickwork) -> int:
 
 
 def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
-    """Find beds, mortar and joints by lines (n, W); MethodError where no course is whole."""
-    reach = max(min(usable.shape) // UNEQUAL.near, UNEQUAL.least)
-    smooth = averages(picture.astype(np.int32), UNEQUAL.wide)
+    """Find beds, mortar and joints by lines (n, W). Raise MethodError if no course is whole."""
+    reach = max(min(usable.shape) // Unequal.near, Unequal.least)
+    smooth = averages(picture.astype(np.int32), Unequal.wide)
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
     beds, best = np.empty((0, 0), np.int64), -1.0
     for cost in _fields(smooth, reach):
@@ -183,16 +184,15 @@ def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
     if len(beds) < 2:
         raise MethodError("the lines that run across the exemplar hold no course between them.")
     lowest = min(int((b - a).sum()) // len(a) for a, b in pairwise(beds))
-    for _ in range(FINDING.rounds):
+    for _ in range(Finding.rounds):
         faces = Contrast.of(smooth, usable, beds, pitch).faces_of(smooth)
-        beds = np.sort(_drawn(faces, beds, max(1, int(UNEQUAL.stray * lowest))), axis=0)
+        beds = np.sort(_drawn(faces, beds, max(1, int(Unequal.stray * lowest))), axis=0)
     faces = levelled(faces, pitch)
-    courses, spans = spans_of(usable, beds, lowest * UNIT)
-    return with_joints(Line(0, lowest * UNIT, (0, 1)), beds, courses, spans, faces)
+    return with_joints(Line(0, lowest * UNIT, (0, 1)), beds, usable, faces)
 
 
 def _fields(smooth: Array, reach: int) -> list[Int64]:
-    """What pixels cost a bed, 0 to 255: where beds are dark, where they are bright."""
+    """Return the cost of a bed at every pixel, 0 to 255: for dark beds, and for bright ones."""
     light, side = smooth.sum(axis=2), 2 * reach + 1
     closed = lowest(highest(light, side, "symmetric"), side, "symmetric")
     opened = highest(lowest(light, side, "symmetric"), side, "symmetric")
@@ -205,22 +205,16 @@ def _fields(smooth: Array, reach: int) -> list[Int64]:
 
 
 def _drawn(cost: Array, lines: Array, reach: int) -> Int64:
-    """The cheapest paths not farther from lines (n, W) than some px."""
-    (height, width), aside, found = cost.shape, np.arange(-reach, reach + 1)[:, None], list[Array]()
-    for line in lines:
-        y = line + aside
-        sure = FACE - cost[np.clip(y, 0, height - 1), np.arange(width)].astype(np.int64)
-        sure -= FINDING.pull * aside**2 // reach**2
-        sure[(y < 0) | (y >= height)] = FACE // 2
-        found.append(line + surest_line(sure, UNEQUAL.bend)[0] - reach)
-    return np.stack(found)
+    """Return the cheapest paths at most `reach` px from lines (n, W)."""
+    fields = [straying(cost, line, reach, FACE - FACE // 2) for line in lines]
+    return np.asarray(lines + np.stack([surest_line(-field.T, Unequal.bend)[0] for field in fields]) - reach)
 
 
 def _apart(beds: Array, reach: int) -> Int64:
-    """Beds of which no two are the same."""
+    """Return the beds with those that are the same merged."""
     kept: list[Array] = []
     for bed in np.sort(beds, axis=0):
-        if kept and int((bed - kept[-1]).sum()) < UNEQUAL.same * reach * len(bed):
+        if kept and int((bed - kept[-1]).sum()) < Unequal.same * reach * len(bed):
             kept[-1] = (kept[-1] + bed) // 2
         else:
             kept.append(bed)

@@ -1,9 +1,9 @@
-"""Textures of courses: rows of whole bricks, at one pitch or of unequal heights, with joints wherever they may be.
+"""Walls: an endless texture of courses of whole bricks, of one pitch or unequal heights, with free head joints.
 
-What lies where depends only on its place and the seed: any window of the endless texture can be made alone.
+Which piece lies where depends only on its place and the seed: any window of the endless texture can be made alone.
 
-Where only rows repeat, Lopez Recas 2011 lays blocks as elsewhere; to lay whole bricks course by course is not in the
-source.
+For textures of which only courses repeat, Lopez Recas 2011 places blocks as elsewhere; placing whole bricks course by
+course is not in the source.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,13 +34,13 @@ from . import wall_kernels
 from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
 from .chains import Chains, boards_of
 from .rows import Piece, Rows
-from .unequal import UNEQUAL, faces_at_joints, masonry_of
+from .unequal import Unequal, faces_at_joints, masonry_of
 
 Made = TypeVar("Made", bound=tuple[Array, ...])
 
 
 class Lately(Generic[Made]):
-    """Tuples of arrays by where they are, in so many bytes; those that were used longest ago give way."""
+    """LRU cache of tuples of arrays by their places, limited in bytes."""
 
     def __init__(self, most: int) -> None:
         self._most, self._held = most, dict[Pair, Made]()  # not changed but replaced: threads share it
@@ -51,7 +51,7 @@ class Lately(Generic[Made]):
     def all(
         self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
     ) -> list[Made]:
-        """Return what belongs to the keys; `make` is asked for those that are not there."""
+        """Return the values of the keys; `make` makes those that are missing."""
         held = self._held
         found = {key: held[key] for key in keys if key in held}
         missing = [key for key in keys if key not in found]
@@ -74,44 +74,38 @@ RUN_UP = 48  # columns on both sides that decide where the cut crosses to the ne
 RIM = 4  # joints are so many times as wide as rims of stones, which count as face, too; without, slivers are seen
 
 
-class Reach(NamedTuple):
-    """How far cuts wander, and what they pay; of nine walls of 320 px, less than 1 % changes where nothing is said."""
+class Reach:
+    """How far cuts may wander, and their costs; of nine walls of 320 px, less than 1 % changes if nothing is noted."""
 
-    beyond: int = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
-    most: int = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
-    bed: int = 4  # times that goes into the pitch; halved and doubled: 5 % of the planks, nothing is seen
-    dear: int = 3  # how much more a face out of place counts than a seam; 1: seams are less and bricks cut, 6: as is
-
-
-REACH = Reach()
+    beyond = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
+    most = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
+    bed = 4  # times that goes into the pitch; halved and doubled: 5 % of the planks, nothing is seen
+    dear = 3  # how much more a face out of place counts than a seam; 1: seams are less and bricks cut, 6: as is
 
 
 def courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Brickwork, Array, Array, bool]:
-    """Find the courses of an exemplar, and what they lie in: features and which are usable, axes swapped if upright."""
-    return exemplar.latest("courses", (lattice, weights), lambda: _courses_of(lattice, weights, exemplar))
+    """Return the courses of an exemplar, its features, its usable pixels, and whether axes are swapped (upright)."""
 
+    def found() -> tuple[Brickwork, Array, Array, bool]:
+        vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
+        upright = abs(vector[1]) > abs(vector[0])
+        picture, level, usable = along_x(features([exemplar], weights), exemplar, upright)
+        return brickwork_of(level, usable, vector[::-1] if upright else vector), picture, usable, upright
 
-def _courses_of(
-    lattice: Pairs, weights: Weights, exemplar: Exemplar
-) -> tuple[Brickwork, Array, Array, bool]:
-    feats = features([exemplar], weights)
-    vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
-    upright = abs(vector[1]) > abs(vector[0])
-    picture, level, usable = along_x(feats, exemplar, upright)
-    return brickwork_of(level, usable, vector[::-1] if upright else vector), picture, usable, upright
+    return exemplar.latest("courses", (lattice, weights), found)
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
-    """Return how much of the courses is whole bricks; 0 where there are none, or what parts them looks like faces."""
+    """Return the share of the courses that is whole bricks; 0 if there are none, or joints look like faces."""
     try:
         work = courses_of(lattice, None, exemplar)[0]
         bricks = bricks_of(work)
     except MethodError:
         return 0.0
-    length = sum(end - begin for begin, end in (work.spans[k] for k in work.courses))
-    if bricks is None or faces_at_joints(work) > UNEQUAL.joints:
+    length = sum(end - begin for begin, end in work.spans.values())
+    if bricks is None or faces_at_joints(work) > Unequal.joints:
         return 0.0
     return float(bricks.sizes.sum()) / max(length, 1)
 
@@ -123,7 +117,7 @@ class Wall:
     work: Brickwork  # what the exemplar holds; its courses run along x
     layout: Chains  # which piece lies where
     rows: Rows  # where the courses lie
-    scene: tuple[Any, ...]  # what the kernels show: see :mod:`intarsia.regular.wall_kernels`
+    scene: tuple[Any, ...]  # what the kernels read: see :mod:`intarsia.regular.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
     strips: Lately[Strip] = field(default_factory=partial(Lately, HELD), repr=False)
@@ -133,9 +127,9 @@ class Wall:
     def of(
         cls, lattice: Pairs, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
-        """Find courses and bricks, without a lattice courses of unequal heights by their lines.
+        """Find courses and bricks; without a lattice courses of unequal heights, by their lines.
 
-        MethodError where no course is whole, ParameterError where rows cannot close.
+        Raise MethodError if no course is whole, ParameterError if the courses cannot close around the canvas.
         """
         if lattice is None:
             picture, usable, upright, work, bricks, own, heights, _ = masonry_of(exemplar, weights)
@@ -150,10 +144,8 @@ class Wall:
         scene = (picture, usable, _weighted(picture, work, shown), work.beds, work.joints, halves)
         return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
-    def window(
-        self, y0: int, x0: int, height: int, width: int, run: Run | None = None
-    ) -> tuple[Int32, None]:
-        """The exemplar pixels (height, width, 2) of a window of the wall, all upright."""
+    def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
+        """Return the exemplar pixels (height, width, 2) of a window of the wall, all upright."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
         out = np.full((height, width, 2), -1, np.int32)
@@ -178,50 +170,47 @@ class Wall:
                     wall_kernels.pour(strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0)
                 done += 2 * len(courses)
         run.tick(total, total, draft)
-        return self._usable(out), None
+        return self._usable(out)
 
     def _draft(self, out: Int32) -> Laid:
-        """What of a window is laid."""
+        """Return the placed part of a window."""
         laid = out[:, :, 0] >= 0
         return self._usable(out), None, laid.T if self.upright else laid
 
     def _usable(self, out: Int32) -> Int32:
-        """Exemplar pixels that exist and are usable, with the axes of the exemplar."""
-        height, width = self.scene[1].shape
-        y, x = np.clip(out[:, :, 0], 0, height - 1), np.clip(out[:, :, 1], 0, width - 1)
+        """Return usable exemplar pixels, with the axes of the exemplar."""
+        yx: Array = np.clip(out, 0, np.subtract(self.scene[1].shape, 1))
         if self.known is not None:
-            y, x = self.known[0][y, x], self.known[1][y, x]
-        if self.upright:
-            y, x = x.T, y.T
-        return np.ascontiguousarray(np.stack([y, x], axis=2), np.int32)
+            yx = np.moveaxis(self.known[:, yx[..., 0], yx[..., 1]], 0, 2)
+        return np.ascontiguousarray(yx.swapaxes(0, 1)[..., ::-1] if self.upright else yx, np.int32)
 
     @property
     def _reach(self) -> int:
-        """How far a bed may lie from its line, px."""
-        return max(2, min(REACH.most, self.work.line.pitch // UNIT // REACH.bed))
+        """How far a cut may leave the line of a bed, px."""
+        return max(2, min(Reach.most, self.work.line.pitch // UNIT // Reach.bed))
 
     @property
     def _pace(self) -> Pair:
-        """How many columns so many chunks are wide."""
+        """Columns of a number of chunks, and that number."""
         return (wide, max(1, wide // CHUNK)) if (wide := self.rows.width) else (CHUNK, 1)
 
     def _from(self, m: int) -> int:
-        """The first column of a chunk of columns."""
+        """Return the first column of a chunk of columns."""
         columns, chunks = self._pace
         return m * columns // chunks
 
     def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
-        """Lay courses of chunks. Chains know one another, so they are made in turn; what is cut from them is not."""
-        spare = RUN_UP + 2 * REACH.most
+        """Make courses of chunks. Chains depend on one another, so they are made in turn; cutting runs in parallel."""
+        spare = RUN_UP + 2 * Reach.most
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
         return each(self._strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
     def _parted(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
-        """Cut courses of chunks together with those below them."""
+        """Cut courses of chunks against those below them."""
         return each(self._cut, [both[name] for name in names])
 
     def _strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
-        """Lay a course: its pixels (R, w, 2), what does not belong there (R, w), the row of its first one (w,)."""
+        """Make a course: its pixels (R, w, 2), the costs beyond its beds (R, w), the row of its first pixel (w,)."""
         m, i, pieces = course
         first = self._from(m) - RUN_UP
         wide = self._from(m + 1) + RUN_UP + 1 - first
@@ -236,7 +225,7 @@ class Wall:
         return out, wrong, top - reach + y0
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
-        """A piece as the kernels read it, its beds as far from the line above as from the one below."""
+        """Return a piece as the kernels read it, its beds as far from the line above as from the one below."""
         line = self.work.line
         here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
         x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
@@ -246,17 +235,18 @@ class Wall:
         return p.first - first, p.end - first, p.source - p.first + first, ty, *p[3:8]
 
     def _span(self, i: int, k: int, pieces: list[Piece], y0: int) -> tuple[int, int, int]:
-        """Of the junction before a piece the first row, how many, and how far its cut may wander."""
+        """Return the first row of the head joint before a piece, its number of rows, and how far its cut may wander."""
         if k == 0:
             return 0, 1, 0
         left, right = pieces[k - 1], pieces[k]
-        wander = min(self.work.thickness + REACH.beyond, REACH.most)
+        wander = min(self.work.thickness + Reach.beyond, Reach.most)
         wander = max(0, min(wander, (left.end - left.first) // 2 - 1, (right.end - right.first) // 2 - 1))
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
     def _cut(self, both_strips: tuple[Strip, Strip]) -> Cut:
-        """Cut two courses together: for every column of the chunk, how many rows of the band the upper one keeps."""
+        """Cut two courses along their bed: how many rows of the band the upper one keeps in each column of the chunk.
+        """
         upper, lower = both_strips
         cost, gap = wall_kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
         wide, both = len(cost), 2 * RUN_UP + 1
@@ -270,10 +260,8 @@ class Wall:
 
 
 def _weighted(picture: Array, work: Brickwork, shown: Array) -> Int64:
-    """What showing a pixel out of place costs: as much as it differs from mortar, in the units of colour."""
+    """Return what a pixel out of place costs: its difference from mortar, in units of colour."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]
-    contrast = 0.0
-    if len(mortar) and len(face):
-        contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0))
-    return np.asarray(shown.astype(np.int64) * int(REACH.dear * contrast) // FACE, np.int64)
+    contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0)) if len(mortar) and len(face) else 0.0
+    return np.asarray(shown.astype(np.int64) * int(Reach.dear * contrast) // FACE, np.int64)

@@ -1,11 +1,9 @@
-"""Courses laid in rows: pieces cut together in their joints, and courses cut together in the beds between them.
+"""Kernels of walls: course layout by dynamic programming, least cuts in head joints and in bed joints.
 
-A scene is what the exemplar shows: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs where
-it does not belong, beds (n, W), joints (m, H), and (2,) how wide the right and the left half
-of a joint are). A piece is a row of nine numbers:
-first column and end on the canvas, what to add to a canvas column and row to read it, the number of its course,
-what lies at its left and right end (a joint's number; FACE: the course is cut there), and the exemplar columns of
-both ends.
+A scene is what the exemplar holds: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs out of
+place, beds (n, W), joints (m, H), and (2,) the widths of the right and the left half of a joint). A piece is a row of
+nine numbers: first column and end on the canvas, what to add to a canvas column and row to read it, the number of its
+course, the joints at its left and right end (FACE: the course is cut there), and the exemplar columns of both ends.
 """
 
 from __future__ import annotations
@@ -16,6 +14,7 @@ import numpy as np
 
 from ..kernels.jit import kernel
 from ..kernels.paths import least_cut
+from .gap_kernels import readable
 
 FAR = np.int64(1) << 60  # more than any chain costs
 STRETCH = 8  # a px by which joints are widened or narrowed; halved: 3.8 px on 10 walls instead of 3.0, doubled: 2.1
@@ -24,69 +23,58 @@ SLIVER = 3000  # the shortest of all pieces; at 0 six wrapped walls cut theirs t
 
 @kernel
 def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any) -> int:
-    """Choose the elements of a chain of `length` px: `out` (n, 3): element, first column, end. Returns how many.
+    """Find the cheapest chain of `length` px: `out` (n, 3): element, first column, end. Return how many elements.
 
-    `sizes` (K,): lengths of the elements; `start` (K, length + 1): what an element costs by where it begins;
-    `joint` (length + 1,): what a joint costs by where it lies; `pair` (K, K): what one after another costs;
-    `closing` (K,): before what follows the chain. `rules`: the first element; by how many px the chain may miss
-    its length; the least px that the last element may be cut to, and what cutting it costs; what an element costs
-    that was shown two or three before; which element follows the chain, or -1. The last element may be cut, so that
-    there always is a chain.
+    `sizes` (K,): lengths of the elements; `start` (K, length + 1): cost of an element by where it begins; `joint`
+    (length + 1,): cost of a joint by where it lies; `pair` (K, K): cost of one after another; `closing` (K,): cost
+    before what follows the chain. `rules`: the first element; by how many px the chain may miss its length; the least
+    px that the last element may be cut to, and the cost of that; the cost of an element used two or three before; which
+    element follows the chain, or -1. The last element may be cut, so that there always is a chain.
     """
-    first, slack, least, cut, again = rules[0], rules[1], rules[2], rules[3], rules[4]
-    following = rules[5]
+    first, slack, least, cut, again, following = rules[0], rules[1], rules[2], rules[3], rules[4], rules[5]
     count = len(sizes)
     best = np.full((length + slack + 1, count), FAR, np.int64)
     back = np.full((length + slack + 1, count), -1, np.int64)
     if sizes[first] <= length + slack:
         best[sizes[first], first] = start[first, 0]
-    for u in range(1, length):
+    end, last, tail, least_cost = 0, first, -1, FAR
+    for u in range(1, length + slack + 1):
+        rest = length - u
         for k in range(count):
             if best[u, k] == FAR:
                 continue
             before = back[u, k]
             third = back[u - sizes[k], before] if before >= 0 else -1
-            for m in range(count):
-                v = u + sizes[m]
-                if v > length + slack:
-                    continue
-                cost = best[u, k] + pair[k, m] + joint[u] + start[m, u]
-                if m in (before, third):
-                    cost += again
-                if cost < best[v, m]:
-                    best[v, m], back[v, m] = cost, k
-    end, last, tail, least_cost = 0, first, -1, FAR
-    for u in range(1, length + slack + 1):
-        for k in range(count):
-            if best[u, k] == FAR:
-                continue
-            if abs(length - u) <= slack:
-                cost = best[u, k] + closing[k] + STRETCH * abs(length - u)
-                if following >= 0 and back[u, k] == following:
+            if abs(rest) <= slack:
+                cost = best[u, k] + closing[k] + STRETCH * abs(rest)
+                if following >= 0 and before == following:
                     cost += again
                 if cost < least_cost:
                     end, last, tail, least_cost = u, k, -1, cost
-            rest = length - u
             if rest <= 0:
                 continue
             for m in range(count):
-                if sizes[m] > rest:
-                    cost = best[u, k] + pair[k, m] + joint[u] + start[m, u] + closing[m] + cut
-                    cost += SLIVER * max(0, least - rest) // least
-                    if m == back[u, k] or k == following:
+                v = u + sizes[m]
+                grown = best[u, k] + pair[k, m] + joint[u] + start[m, u]
+                if v <= length + slack:
+                    cost = grown + again if m in (before, third) else grown
+                    if cost < best[v, m]:
+                        best[v, m], back[v, m] = cost, k
+                if v > length:
+                    cost = grown + closing[m] + cut + SLIVER * max(0, least - rest) // least
+                    if m == before or k == following:
                         cost += again
                     if cost < least_cost:
                         end, last, tail, least_cost = u, k, m, cost
     if least_cost == FAR:
         out[0, 0], out[0, 1], out[0, 2] = first, 0, length
         return 1
-    return _written(length, sizes, back, np.array([end, last, tail]), out)
+    return _written(length, sizes, back, end, last, tail, out)
 
 
 @kernel
-def _written(length: int, sizes: Any, back: Any, found: Any, out: Any) -> int:
-    """Walk a chain back and write it forwards; what it misses of its length is spread over its joints."""
-    end, last, tail = found[0], found[1], found[2]
+def _written(length: int, sizes: Any, back: Any, end: int, last: int, tail: int, out: Any) -> int:
+    """Trace a chain back and write it forwards; the px it misses of its length are spread over its joints."""
     n, u, k = 0, end, last
     while u > 0:
         n += 1
@@ -111,15 +99,15 @@ BEYOND = 1 << 40  # px: beyond any exemplar
 
 @kernel
 def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
-    """What it costs to show an exemplar pixel, perhaps beyond what it is to be a part of."""
-    if not (0 <= y < usable.shape[0] and 0 <= x < usable.shape[1] and usable[y, x]):
+    """Return the cost of an exemplar pixel that may lie beyond the piece it belongs to."""
+    if not readable(usable, y, x):
         return UNREADABLE
     return int(faces[y, x]) + STEP if beyond else 0
 
 
 @kernel
 def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
-    """The distance of two exemplar pixels; those outside count as the nearest inside."""
+    """Return the distance of two exemplar pixels; those outside count as the nearest inside."""
     h, w = picture.shape[:2]
     a, b, y, x = min(max(a, 0), h - 1), min(max(b, 0), w - 1), min(max(y, 0), h - 1), min(max(x, 0), w - 1)
     total = np.int64(0)
@@ -131,7 +119,7 @@ def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
 
 @kernel
 def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> int:
-    """The column at which a piece begins (side 0) or ends (1) in a row of the exemplar, with its half of the joint."""
+    """Return the column where a piece begins (side 0) or ends (1) in a row of the exemplar, with half its joint."""
     if kind == FACE:
         return end + half if side == 0 else end - half
     if not 0 <= y < joints.shape[1]:
@@ -141,14 +129,14 @@ def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> in
 
 @kernel
 def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int) -> None:
-    """Cut two pieces together, row by row from canvas row `first`: `cut` (n,) is the first column of the right one."""
+    """Cut two pieces row by row from canvas row `first`: `cut` (n,) is the first column of the right one."""
     n, wide = len(cut), 2 * reach + 1
     u = right[0]
     cost = np.empty((n, wide), np.int64)
     gaps = np.empty((n, 2 * reach), np.int64)
     gap = np.empty(2 * reach + 2, np.int64)
     wrong = np.empty((2, 2 * reach + 2), np.int64)
-    picture, usable, faces, joints, halves = scene[0], scene[1], scene[2], scene[4], scene[5]
+    picture, usable, faces, _, joints, halves = scene
     for r in range(n):
         y, x = first + r, u - reach - 1  # columns u - reach - 1 .. u + reach
         high = border(joints, halves[1], left[6], left[8], 1, y + left[3])
@@ -157,36 +145,28 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
             a, b, c, d = y + left[3], x + k + left[2], y + right[3], x + k + right[2]
             gap[k] = apart(picture, a, b, c, d)
             wrong[0, k], wrong[1, k] = amiss(usable, faces, a, b, b >= high), amiss(usable, faces, c, d, d < low)
-        for k in range(2 * reach):
-            gaps[r, k] = gap[k + 1]
-        before, after = np.int64(0), np.int64(0)
-        for k in range(1, 2 * reach + 2):
-            after += wrong[1, k]
+        gaps[r] = gap[1:-1]
+        before, after = np.int64(0), wrong[1, 1:].sum()
         for k in range(wide):  # the right piece begins at column u - reach + k
             cost[r, k] = gap[k] + gap[k + 1] + before + after
             if k + 1 < wide:
                 before += wrong[0, k + 1]
                 after -= wrong[1, k + 1]
-    path = least_cut(cost, gaps)
-    for r in range(n):
-        cut[r] = u - reach + path[r]
+    cut[:] = u - reach + least_cut(cost, gaps)
 
 
 @kernel
 def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) -> None:
-    """Lay the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) what lies beyond its beds.
+    """Place the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) their costs beyond its beds.
 
-    `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the junction before
-    every piece its first canvas row, how many rows, and how far it may reach; `pieces` (n, 9) from left to right
-    over all columns, canvas columns counted from the first of `out`.
+    `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the joint before every
+    piece its first canvas row, how many rows, and how far it may wander; `pieces` (n, 9) from left to right over all
+    columns, canvas columns counted from the first of `out`.
     """
     tall, wide = out.shape[:2]
     n = len(pieces)
-    usable, faces, beds = scene[1], scene[2], scene[3]
-    tallest = 1
-    for k in range(n):
-        tallest = max(tallest, spans[k, 1])
-    cuts = np.empty((n, tallest), np.int64)
+    _, usable, faces, beds, _, _ = scene
+    cuts = np.empty((n, spans[:, 1].max()), np.int64)
     for k in range(1, n):
         junction(scene, pieces[k - 1], pieces[k], spans[k, 0], cuts[k, : spans[k, 1]], spans[k, 2])
     at = 0
@@ -209,12 +189,12 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
 
 @kernel
 def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
-    """What each cut between two courses costs: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
+    """Return the cost of each cut between two courses: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
 
-    Also how much both courses differ at each pixel of the band: (w, 2 reach + 1).
+    Also return how much both courses differ at each pixel of the band: (w, 2 reach + 1).
 
-    `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) as :func:`lay` makes them; the band is the first
-    2 reach + 1 rows of the lower one, and lies `shift` (w,) rows down in the upper one.
+    `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) from :func:`lay`; the band is the first 2 reach + 1 rows of the
+    lower one, and lies `shift` (w,) rows down in the upper one.
     """
     band = 2 * reach + 1
     wide = len(shift)
@@ -238,7 +218,7 @@ def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
 
 @kernel
 def pour(pixels: Any, rows: Any, top: Any, end: Any, out: Any, at: Any) -> None:
-    """Write the rows top .. end of a laid course (R, w, 2) to a window `out` whose first column is column -`at`."""
+    """Write the rows top .. end of a course (R, w, 2) to a window `out` whose first column is column -`at`."""
     for x in range(len(top)):
         u = x + at
         if not 0 <= u < out.shape[1]:

@@ -143,7 +143,7 @@ class Findings:
         box = _rectangle(tiling, self.exemplar)
         y, x = tiling.tile.anchor
         if box is not None:
-            yx, _ = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
+            yx = tiling.layout(Canvas(*box, Wrap.BOTH)).window(y, x, *box)
             return TilePicture((x, y), tiling.tile.cost, True, _drawn(self.exemplar, yx, Wrap.BOTH))
         inside, (above, before) = read_offsets(tiling.vectors)
         yx = np.moveaxis(np.indices(inside.shape, np.int32), 0, 2) + np.array((y - above, x - before), np.int32)
