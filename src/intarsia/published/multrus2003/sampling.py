@@ -7,15 +7,16 @@ farther than what counts.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from ...analysis.features import features
+from ...analysis.features import Features, features
 from ...foundation.arrays import Array, Pair
 from ...foundation.params import AUTO, extent
-from ...foundation.run import Run, below
+from ...foundation.run import Run, below, draw
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
@@ -36,7 +37,7 @@ from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide, guided_patch
 from .guided import GuidedByRoots
 from .patch_sampling import PatchSampling
-from .pyramid import Drawn, DrawnPyramid, GuidedPyramid, PyramidSearch, check_pyramid
+from .pyramid import GuidedPyramid, PyramidSearch, check_pyramid
 from .repeats import Counter, Factors, Marks
 
 STAGE = 2003  # keeps this method's draws apart from those of others
@@ -75,9 +76,8 @@ def synthesize(
     misses: list[int] = []
     settings = settings_of(method)
     if method.pyramid != "off" and method.pyramid_draws == "every":
-        its = features(exemplars, method.channel_weights)
-        drawn = Drawn(seed, STAGE, partial(_admitted, method), method.boundary_candidates, its)
-        settings = replace(settings, finder=partial(_drawing, method, drawn))
+        draws = partial(drawn, method, features(exemplars, method.channel_weights), seed)
+        settings = replace(settings, finder=partial(_from_coarse, method, draws))
     stages = Stages(settings, exemplars, canvas, method.blend)
     for growth in stages:
         pick = partial(choose, method, growth, misses=misses)
@@ -116,7 +116,8 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
         isometries=method.isometries, search=_search(method), listed=listed(method), rim=max(overlap),
-        finder=partial(_from_coarse, method) if coarse else None, guided=GuidedPyramid if coarse else GuidedByRoots,
+        finder=partial(_from_coarse, method, None) if coarse else None,
+        guided=GuidedPyramid if coarse else GuidedByRoots,
         repeats=Repeats(rule, usage, method.min_repeat_distance),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack
@@ -124,17 +125,21 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     )  # fmt: skip
 
 
+def drawn(
+    method: PatchSampling, its: Features, seed: int, costs: Array, level: int, at: list[int],
+    window: tuple[Array, Array], guided: bool,
+) -> int:  # fmt: skip
+    """Draw the number of one of the costs, the lowest first, that the bound admits at a level; see PyramidSearch."""
+    many = method.boundary_candidates if guided else _admitted(method, costs, its.brightness(*window))
+    return below(min(max(many, 1), len(costs)), draw(seed, STAGE, 1 + level, *at))
+
+
 def _from_coarse(
-    method: PatchSampling, its: PatchSettings, variants: PosedExemplars, patch: Pair, listed: int
-) -> Search:
-    return PyramidSearch(variants, patch, its.overlap, method.pyramid, method.pyramid_kept, listed)
-
-
-def _drawing(
-    method: PatchSampling, drawn: Drawn, its: PatchSettings, variants: PosedExemplars, patch: Pair,
+    method: PatchSampling, draws: Callable[..., int] | None, its: PatchSettings, variants: PosedExemplars, patch: Pair,
     listed: int,
 ) -> Search:  # fmt: skip
-    return DrawnPyramid(variants, patch, its.overlap, method.pyramid, drawn)
+    kept, listed = (method.pyramid_kept, listed) if draws is None else (method.boundary_candidates,) * 2
+    return PyramidSearch(variants, patch, its.overlap, method.pyramid, kept, listed, draws)
 
 
 def choose(
