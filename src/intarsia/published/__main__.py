@@ -10,11 +10,10 @@ from pathlib import Path
 
 from .. import files
 from ..foundation import IntarsiaError, legible
+from ..methods import PRESETS
 from .figures import write
 
-DOCUMENTS = {
-    "000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004", "003": "segments", "004": "correction2008",
-}  # fmt: skip
+DOCUMENTS = {f"{number:03}": document for number, document in enumerate(PRESETS)}
 """Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES."""
 
 

@@ -29,9 +29,8 @@ laws of the thesis. compared: % of all patches that a window is compared with. V
 
 
 class Panel(NamedTuple):
-    """One picture of a figure: its letter, how it is made, what is measured of it, and what the document prints."""
+    """One picture of a figure: how it is made, what is measured of it, and what the document prints."""
 
-    letter: str
     told: str
     picture: Plane
     values: dict[str, float] = {}  # noqa: RUF012
@@ -39,26 +38,28 @@ class Panel(NamedTuple):
 
 
 Way = Callable[[Exemplar], Panel]
+Panels = Callable[[Exemplar], list[Panel]]
 
 
 class Figure(NamedTuple):
     """A figure: its number, what its caption says, what makes its panels from an exemplar, and a built-in one.
 
     `rising`: the claim in numbers, such as ``"seams c b; agree 90 d"``: a measure, and the panels (or bounds) along
-    which it must rise.
+    which it must rise. `letters`: of its panels, in their order.
     """
 
     number: str
     claim: str
-    panels: Callable[[Exemplar], list[Panel]]
-    usual: str
+    panels: Panels
     rising: str = ""
+    usual: str = "sample:pebbles"
+    letters: str = "abcdef"
 
     def verdict(self, panels: Sequence[Panel]) -> str:
         """Say whether the claim is seen in what was measured."""
         if not self.rising:
             return "To be judged by eye."
-        values, held = {panel.letter: panel.values for panel in panels}, []
+        values, held = {k: panel.values for k, panel in zip(self.letters, panels, strict=False)}, []
         for rule in self.rising.split("; "):
             name, *along = rule.split()
             found = [values[a][name] if a in values else float(a) for a in along]
@@ -68,7 +69,7 @@ class Figure(NamedTuple):
 
 def given(exemplar: Exemplar) -> Panel:
     """The exemplar itself, which is panel (a)."""
-    return Panel("a", "input", exemplar.base)
+    return Panel("input", exemplar.base)
 
 
 def cropped(exemplar: Exemplar, side: int) -> Exemplar:
@@ -93,7 +94,7 @@ def measured(made: Synthesis, picture: Plane) -> dict[str, float]:
     }  # fmt: skip
 
 
-def row(*ways: Way, side: int | None = None) -> Callable[[Exemplar], list[Panel]]:
+def row(*ways: Way, side: int | None = None) -> Panels:
     """Panels beside one another, each made in a way of its own; of the first `side` px of an exemplar, or of all."""
 
     def panels(exemplar: Exemplar) -> list[Panel]:
@@ -104,8 +105,8 @@ def row(*ways: Way, side: int | None = None) -> Callable[[Exemplar], list[Panel]
 
 
 def grown(
-    letter: str, size: int | Pair | None, slug: str, settings: dict[str, Any],
-    printed: str = "", feather: int | None = None, **more: Any,
+    size: int | Pair | None, slug: str, settings: dict[str, Any], printed: str = "", feather: int | None = None,
+    **more: Any,
 ) -> Way:  # fmt: skip
     """A panel to be grown, all with the same seed, its seams mixed as numbers of the file.
 
@@ -122,10 +123,14 @@ def grown(
         if guide is not None:
             wanted, there = np.asarray(guide.target.pixels), np.asarray(guide.sources[0].pixels)
             values["agree"] = 100 * float((there[*np.moveaxis(made.map.yx, 2, 0)] == wanted).mean())
-        told = ", ".join(f"{name} {value}" for name, value in settings.items())
-        return Panel(letter, f"{slug}: {told}", picture, values, printed)
+        return Panel(f"{slug}: {listed(settings)}", picture, values, printed)
 
     return panel
+
+
+def listed(settings: dict[str, Any]) -> str:
+    """Settings in one line."""
+    return ", ".join(f"{name} {value}" for name, value in settings.items())
 
 
 def shaded(values: Array, low: float | None = None, high: float | None = None) -> Any:
@@ -159,11 +164,11 @@ def write(title: str, figures: Sequence[Figure], exemplar: Exemplar | None, out:
         panels = figure.panels(files.read(figure.usual) if exemplar is None else exemplar)
         said = escape(f"{figure.claim} {figure.verdict(panels)}")
         parts.append(f"<h2>Figure {figure.number}</h2><p>{said}<table>")
-        for panel in panels:
-            name = f"figure_{figure.number.replace('.', '_')}_{panel.letter}.png"
+        for letter, panel in zip(figure.letters, panels, strict=False):
+            name = f"figure_{figure.number.replace('.', '_')}_{letter}.png"
             files.write(out / name, panel.picture)
             values = ", ".join(f"{key} {value:.4g}" for key, value in panel.values.items())
-            cells = f"({panel.letter})", f"<img src={name}>", *map(escape, (panel.told, values, panel.printed))
+            cells = f"({letter})", f"<img src={name}>", *map(escape, (panel.told, values, panel.printed))
             parts.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
         parts.append("</table>")
     page = out / "index.html"

@@ -14,7 +14,7 @@ import numpy as np
 from ...analysis import factor_for, reduced
 from ...analysis.elements import autocorrelation
 from ...analysis.features import features
-from ...foundation import MethodError
+from ...foundation import MethodError, ndimage
 from ...foundation.arrays import Floats, Int16, Int32, Int64
 from ...model import Exemplar
 from .goodness_kernels import MILLION, best_pair
@@ -40,14 +40,13 @@ def plain_lattice(picture: Int16) -> Floats | None:
 
 def _peaks(values: Int32) -> Int64:
     """All local maxima of the right half plane (n, 2), shortest first."""
-    height, width = values.shape
-    middle = height // 2, width // 2
-    padded = np.pad(values, 1, constant_values=-MILLION)
-    top = np.ones(values.shape, bool)
-    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
-        other = padded[i : i + height, j : j + width]
-        top &= values >= other if k < 4 else values > other
-    at = np.argwhere(top) - middle
+    above = np.array([[1, 1, 1], [1, 0, 0], [0, 0, 0]])
+    first, last = (
+        ndimage.maximum_filter(values, footprint=half, mode="constant", cval=-MILLION)
+        for half in (above, above[::-1, ::-1])
+    )
+    top = (values >= first) & (values > last)
+    at = np.argwhere(top) - np.array(values.shape) // 2
     at = at[(at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0))]
     square = (at * at).sum(axis=1)
     result: Int64 = at[np.lexsort((at[:, 1], at[:, 0], square))].astype(np.int64)

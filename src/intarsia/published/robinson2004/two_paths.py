@@ -15,6 +15,7 @@ from ...analysis.features import features
 from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below, draw
+from ...kernels import paths
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
@@ -23,7 +24,6 @@ from .raster_quilting import RasterQuilting
 from .two_paths_kernels import norms, overlap_sums
 
 STAGE = 2004  # keeps this method's draws apart from those of others
-FAR = np.int64(1) << 60
 
 
 def resolved(method: RasterQuilting, exemplars: Exemplars, canvas: Canvas) -> RasterQuilting:
@@ -87,40 +87,32 @@ def cut(norms: Int64, overlap: Pair, text: bool = False) -> Mask:
     rows, columns = (min(o, n) for o, n in zip(overlap, norms.shape, strict=True))
     new = np.ones(norms.shape, bool)
     down = accumulated(norms[:, :columns]) if columns else None
-    along = accumulated(norms[:rows].T).T if rows else None
+    along = accumulated(norms[:rows].T) if rows else None
     turn = 0, 0
     if down is not None and along is not None:
-        corner = down[:rows] + along[:, :columns] - (norms[:rows, :columns] if text else 0)
+        corner = down[:rows] + along[:columns].T - (norms[:rows, :columns] if text else 0)
         turn = divmod(int(corner.argmin()), columns)
         new[: turn[0] + 1, : turn[1] + 1] = False
     elif down is not None:
         turn = 0, int(down[0].argmin())
     elif along is not None:
-        turn = int(along[:, 0].argmin()), 0
+        turn = int(along[0].argmin()), 0
     if down is not None:
         for i, j in enumerate(traced(down, *turn)):
             new[turn[0] + i, : j + 1] = False
     if along is not None:
-        for j, i in enumerate(traced(along.T, turn[1], turn[0])):
+        for j, i in enumerate(traced(along, turn[1], turn[0])):
             new[: i + 1, turn[1] + j] = False
     return new
 
 
 def accumulated(error: Array) -> Int64:
     """Add up a strip from its last row on: each pixel and the least of its three predecessors."""
-    total = np.array(error, np.int64)
-    for i in range(len(total) - 2, -1, -1):
-        before = np.pad(total[i + 1], 1, constant_values=FAR)
-        total[i] += np.minimum(np.minimum(before[:-2], before[1:-1]), before[2:])
-    return total
+    total: Int64 = paths.accumulate(np.ascontiguousarray(error[::-1]), 0)
+    return total[::-1]
 
 
 def traced(total: Array, row: int, column: int) -> list[int]:
     """Follow the sums of a strip to its last row: the column in each row; of equal ones straight on, then the left."""
-    columns = [column]
-    for i in range(row + 1, len(total)):
-        ways = [(int(total[i, j]), k, j) for k, j in enumerate((column, column - 1, column + 1))
-                if 0 <= j < total.shape[1]]  # fmt: skip
-        column = min(ways)[2]
-        columns.append(column)
+    columns: list[int] = paths.trace(np.ascontiguousarray(total[row:][::-1]), column, 0)[::-1].tolist()
     return columns
