@@ -20,6 +20,7 @@ GROUP = 4  # components added in one go
 DENSE = 10  # where more than this part of a chunk is left, all of it is compared exactly
 SLACK = 1.0001  # more than single precision loses in a sum of some hundred squares
 LEFT_OUT = np.float32(np.inf)
+NONE = FAR, np.int64(-1), np.int64(-1)  # distance, variant and position of no exemplar pixel
 START, HEIGHT, WIDTH, STRIDE, SIZE, CLOSED, TOP, LEFT, TORUS, LOW, HIGH = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11
 
 
@@ -43,6 +44,7 @@ class Template(NamedTuple):
     dx: Int64
     value: Int32
     weight: Int32
+    tap: Int64  # of a raster scan
     offset: Int64  # of the component's value from the pixel's position, in the variant at hand
 
 
@@ -60,8 +62,8 @@ class SearchBuffers(NamedTuple):
 def room_for(components: int) -> Any:
     """Return an empty template for at most so many components."""
     components += GROUP
-    wide, narrow = np.empty((4, components), np.int64), np.empty((2, components), np.int32)
-    return Template(wide[0], wide[1], wide[2], narrow[0], narrow[1], wide[3])
+    wide, narrow = np.empty((5, components), np.int64), np.empty((2, components), np.int32)
+    return Template(wide[0], wide[1], wide[2], narrow[0], narrow[1], wide[3], wide[4])
 
 
 @kernel
@@ -104,6 +106,16 @@ def template_distance(ground: Any, v: Any, position: Any, template: Any, n: int,
         if total > limit:
             break
     return total
+
+
+@kernel
+def nearer(ground: Any, v: Any, position: Any, template: Any, n: int, best: Any) -> Any:
+    """Return the better of `best` (distance, variant, position) and a position; of equals the first in order."""
+    aim(ground, v, template, n)
+    d = template_distance(ground, v, position, template, n, best[0])
+    if d < best[0] or (d == best[0] and (v < best[1] or (v == best[1] and position < best[2]))):
+        return d, np.int64(v), np.int64(position)
+    return best
 
 
 @kernel

@@ -36,7 +36,7 @@ POINTS = 1 << 20  # draws of points are apart from those of the choice
 LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
 USUAL = 50  # one in so many of those compared is nearer than usual; 20: seams cost 3 to 16 % more, 100: fewer draws
 PATCHES = 1 << 18  # of a larger exemplar only every second, third, ... row and column is indexed
-Sides = tuple[bool, bool, bool, bool]  # top, left, bottom, right
+Sides = tuple[bool, ...]  # top, left, bottom, right
 
 
 def resolved(method: SegmentBased, exemplars: Exemplars, canvas: Canvas) -> SegmentBased:
@@ -118,8 +118,7 @@ class HistogramIndex:
         k = min(hits, len(self.histograms))
         reach = float(np.max(self._tree.query(query, k=k)[0]))  # of the k-th
         inside = np.array(self._tree.query_ball_point(query, reach * (1 + 1e-9) + 1e-9, return_sorted=True), np.int64)
-        step = self.histograms[inside] - query
-        return inside[np.argsort((step * step).sum(axis=1), kind="stable")[:k]]
+        return inside[np.argsort(((self.histograms[inside] - query) ** 2).sum(axis=1), kind="stable")[:k]]
 
 
 class SegmentSearch:
@@ -185,11 +184,9 @@ class SegmentSearch:
 
     def known_sides(self, known: Array) -> Sides:
         """Say which sides of a window's zone are known, more than half of each; or else those with anything."""
-        shares = [(int(np.count_nonzero(known[s])), known[s].size) for s in self._strips()]
-        most = tuple(2 * n > size for n, size in shares)
-        some_ = tuple(n > 0 for n, _ in shares)
-        chosen = most if any(most) else some_ if any(some_) else (True,) * 4
-        return chosen[0], chosen[1], chosen[2], chosen[3]
+        shares = [np.count_nonzero(known[s]) / known[s].size for s in self._strips()]
+        most, anything = (tuple(bool(share > least) for share in shares) for least in (0.5, 0.0))
+        return most if any(most) else anything if any(anything) else (True,) * 4
 
     def weights(self, sides: Sides) -> Int64:
         """How often every pixel of a window counts: once for each of the sides that it lies in."""
@@ -243,11 +240,9 @@ def some(members: Int64, most: int, bits: int) -> Int64:
     return members[(below(n, bits) + np.arange(most) * n // most) % n]
 
 
-def _parts(group: Group) -> tuple[float, float]:
+def _parts(group: Group) -> list[float]:
     """Var / range of distances and of sizes: the fragments' fractions."""
-    values = group.distances / FINE, group.sizes.mean(axis=1)
-    distance, size = (float(v.var() / max(np.ptp(v), 1.0)) for v in values)
-    return distance, size
+    return [float(v.var() / max(np.ptp(v), 1.0)) for v in (group.distances / FINE, group.sizes.mean(axis=1))]
 
 
 ENERGIES: dict[str, Callable[[Group], float]] = {
