@@ -1,4 +1,4 @@
-"""What the memorandum says of its settings, shown with several values of each; it has no figures of its own."""
+"""Claims of the memorandum on its settings, each shown with several values; it has no figures of its own."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ AS_THERE = {"snap": "off", "channel_weights": (1.0,), "jitter": 0.3}
 
 
 def varied(name: str, *values: Any) -> Panels:
-    """The same texture with several values of one setting."""
+    """Return the panels of one texture with several values of one setting."""
     return row(given, *(grown(200, "correction-2008", AS_THERE | {name: value}) for value in values))
 
 

@@ -1,4 +1,4 @@
-"""The figures of Lopez Recas 2011 that are grown from a near-regular texture, one function each."""
+"""The figures of Lopez Recas 2011 that show synthesis from a near-regular texture."""
 
 from __future__ import annotations
 
@@ -23,27 +23,27 @@ SIZE = 400
 
 
 def blocks(feather: int = 4, **more: Any) -> Way:
-    """A panel by random sampling and gap filling, with the source's settings but for those that are given."""
+    """Return a panel by random sampling and gap filling, with the source's settings except for those given."""
     settings = {"detector": "goodness", "channel_weights": (1.0,)} | more
     return grown(SIZE, "gap-filling", settings, feather=feather)
 
 
 def tile(exemplar: Exemplar) -> Panel:
-    """A panel by the best tile, repeated."""
+    """Make a panel of the best tile, repeated."""
     return grown(SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
 
 
 quilted = grown(SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
-"""A panel by image quilting, with blocks as large: 50 px, 10 px of them shared."""
+"""A panel by image quilting, with blocks of the same size: 50 px, 10 px of overlap."""
 
 
 def vectors(exemplar: Exemplar) -> Array:
-    """The lattice of best goodness, rows (dy, dx) in px."""
+    """Return the lattice of best goodness, rows (dy, dx) in px."""
     return np.array(lattice_by_goodness(exemplar, (1.0,)), int)[:, ::-1]
 
 
 def goodness(exemplar: Exemplar) -> list[Panel]:
-    """Figure 3.5: the correlation with itself, crosses where pairs of vectors are judged, and how good they are."""
+    """Figure 3.5: the autocorrelation, the lattice points of three pairs of vectors marked, and the pairs' goodness."""
     picture, found = features([exemplar], (1.0,)).pictures[0], vectors(exemplar)
     correlation, _ = autocorrelation(picture)
     panels, values = [given(exemplar)], np.rint(MILLION * correlation).astype(np.int32)
@@ -60,7 +60,7 @@ def goodness(exemplar: Exemplar) -> list[Panel]:
 
 
 def tile_costs(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.6: what the borders of every tile cost; the best tile repeated, and the worst."""
+    """Figure 4.6: border cost of every tile position; the best tile repeated, and the worst."""
     pair = vectors(exemplar)
     costs = best_tile(features([exemplar], (1.0,)).pictures[0], (256 * pair).tolist()).costs
     known = np.where(costs < 0, np.nan, costs)
@@ -73,14 +73,14 @@ def tile_costs(exemplar: Exemplar) -> list[Panel]:
 
 
 def sampled(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.7: every second block is drawn, the gaps are empty yet."""
+    """Figure 4.7: the randomly sampled blocks; the gaps are still empty."""
     pixels, (i, j) = blocks(0)(exemplar).picture.pixels.copy(), np.mgrid[:SIZE, :SIZE] // 40
     pixels[(i + j) % 2 == 1] = 0
     return [Panel("every second block", Plane(pixels))]
 
 
 def failures(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.1: tiles of irregular and of regular colours, and bent ones; how many true tiles the found one holds."""
+    """Figure 5.1: tiles of irregular and of regular colours, and bent ones; area of the tile found, in true tiles."""
     upright = np.mgrid[:180, :180]
     y, x = upright
     bent = upright + 6 * np.sin([x / 23 + y / 61 + 1, y / 27 + x / 57])

@@ -1,10 +1,10 @@
-"""The lattice by the rule of the source: the pair of correlation peaks with the best goodness.
+"""Lattice detection of Lopez Recas 2011: the pair of autocorrelation peaks with the best goodness.
 
-It is good at printed patterns, but answers on every texture, also on those without a lattice, and prefers large cells
-of which few points are seen.
+Good at printed patterns; but it returns a lattice for every texture, even for one without any, and prefers large
+cells of which few points are seen.
 
 Source: Lopez Recas 2011, section 3.3 and 3.3.1, eq. 3.22. Departures: a negative sum has goodness 0 instead of
-an undefined power; flat pairs are left out; the tile is counted in closed form, not px by px.
+an undefined power; flat pairs are left out; visible tile pixels are counted in closed form, not one by one.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def lattice_by_goodness(exemplar: Exemplar, weights: tuple[float, ...] | None) -
 
 
 def plain_lattice(picture: Int16) -> Floats | None:
-    """The lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None without peaks."""
+    """Return the lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None if there are no peaks."""
     factor = factor_for(picture.shape)
     small, _ = reduced(picture, None, factor)
     correlation, _ = autocorrelation(small)
@@ -39,7 +39,7 @@ def plain_lattice(picture: Int16) -> Floats | None:
 
 
 def _peaks(values: Int32) -> Int64:
-    """All local maxima of the right half plane (n, 2), shortest first."""
+    """Return all local maxima of the right half plane (n, 2), shortest first."""
     above = np.array([[1, 1, 1], [1, 0, 0], [0, 0, 0]])
     first, last = (
         ndimage.maximum_filter(values, footprint=half, mode="constant", cval=-MILLION)

@@ -1,6 +1,7 @@
-"""Random sampling and gap filling as published: square blocks, wedge borders, the best fitting patch in each gap.
+"""Engine of random sampling and gap filling: square blocks, mitred borders, the best matching patch in each gap.
 
-Which patch lies where depends only on its block and the seed: any window of the endless texture can be made alone.
+Which patch is placed where depends only on its block and the seed, so any window of the endless texture can be made
+alone.
 
 Source: Lopez Recas 2011, 4.2. Departures: vectors are real, positions rounded from exact multiples; draws belong to
 places, so that any window can be made alone; a wrapped canvas is closed by stretching the lattice.
@@ -35,14 +36,14 @@ from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
 
 STAGE = 20110
-SEEDS = 4  # whose layouts are kept at a time
+SEEDS = 4  # prepared samplings cached at a time
 LONGEST = 256  # values compared at once: their squared differences fit into 32 bits
 DENSE = 0.03  # share of an exemplar's places from which transforms are quicker
-TOGETHER = 64  # gaps a thread that are filled between two looks at the clock
+TOGETHER = 64  # gaps filled per thread between two progress reports
 
 
 def resolved(method: GapFilling, exemplars: Exemplars, canvas: Canvas) -> GapFilling:
-    """Find the lattice; MethodError where there is none."""
+    """Return the method with its lattice; MethodError if none is found."""
     if method.lattice is not AUTO:
         check_lattice(method.lattice, exemplars[0])
         return method
@@ -52,7 +53,7 @@ def resolved(method: GapFilling, exemplars: Exemplars, canvas: Canvas) -> GapFil
 
 
 def synthesize(method: GapFilling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Pair the random blocks of the canvas, then fill the gaps."""
+    """Place the random blocks of the canvas, then fill the gaps."""
     laid, source = Sampling(method, exemplars[0], canvas, seed), exemplars[0].source
     drafting = run.drafting(lambda now: drafted(now, None, source, canvas.wrap))
     yx = laid.window(0, 0, canvas.height, canvas.width, drafting)
@@ -60,7 +61,7 @@ def synthesize(method: GapFilling, exemplars: Exemplars, canvas: Canvas, seed: i
 
 
 def window(method: GapFilling, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Lay the blocks that a box meets; what they are read from is prepared once for an exemplar and a seed."""
+    """Place the blocks that meet a box; the exemplar is prepared once per method and seed."""
 
     def prepared() -> Sampling:
         plane = Canvas(1, 1)
@@ -72,7 +73,7 @@ def window(method: GapFilling, exemplars: Exemplars, box: Box, seed: int, run: R
 
 
 class SquareBlocks:
-    """Square blocks of a canvas, and the lattice under it.
+    """The grid of square blocks on a canvas, and its relation to the lattice.
 
     ``block``: rows and columns of a block, px; around a wrapped canvas some are one px shorter. ``lengths``: rows and
     columns of the canvas, px. ``around``: how many blocks lie around it along each axis; 0 where it does not wrap.
@@ -80,7 +81,7 @@ class SquareBlocks:
     """
 
     def __init__(self, cell: tuple[Vector, Vector], side: int, canvas: Canvas) -> None:
-        """Lay blocks of `side` px on a canvas; ParameterError where it does not close on the lattice."""
+        """Divide a canvas into blocks of `side` px; ParameterError if it wraps but does not close on the lattice."""
         self.lengths = canvas.height, canvas.width
         rows, columns = (
             2 * max(1, round(n / (2 * side))) if wraps else 0
@@ -93,7 +94,7 @@ class SquareBlocks:
         self.turns = down, once_around(cell, canvas.width, 1) if columns else (0, UNIT)
 
     def begin(self, i: int, j: int) -> Pair:
-        """First pixel of a block."""
+        """Return the first pixel of a block."""
         y, x = (
             n * length // count if count else n * side
             for n, length, count, side in zip((i, j), self.lengths, self.around, self.block, strict=True)
@@ -101,7 +102,7 @@ class SquareBlocks:
         return y, x
 
     def block_of(self, y: int, x: int) -> Pair:
-        """The block that holds a pixel."""
+        """Return the block that holds a pixel."""
         i, j = (
             ((p + 1) * count - 1) // length if count else p // side
             for p, length, count, side in zip((y, x), self.lengths, self.around, self.block, strict=True)
@@ -109,11 +110,11 @@ class SquareBlocks:
         return i, j
 
     def number(self, i: int, j: int) -> Pair:
-        """Number of a block; around a wrapped canvas the numbers return."""
+        """Return the number of a block, modulo the number of blocks on a wrapped canvas."""
         return returning(self.around, i, j)
 
     def lattice_place(self, i: int, j: int) -> Pair:
-        """Where a block begins in the lattice, 1/256 px: as on the canvas, less the stretch."""
+        """Return where a block begins on the unstretched lattice, 1/256 px."""
         y, x = self.begin(*self.number(i, j))
         tall, wide = (n if count else 1 for n, count in zip(self.lengths, self.around, strict=True))
         whole = tall * wide
@@ -126,7 +127,7 @@ class Sampling:
     """An endless texture of square blocks."""
 
     def __init__(self, method: GapFilling, exemplar: Exemplar, canvas: Canvas, seed: int) -> None:
-        """Prepare an exemplar; MethodError where its patches are too few."""
+        """Prepare an exemplar; ParameterError, or MethodError if it has no room for a patch."""
         self.method, self.seed, border = method, seed, method.border
         self.picture = features([exemplar], method.channel_weights).pictures[0]
         v1, v2 = cell_of(method.lattice, self.picture.shape[:2])
@@ -146,14 +147,14 @@ class Sampling:
             raise self._no_room()
         self.ring = wedges(height, width, border)
         self.runs = _runs(self.ring, border, self.picture.shape)
-        # For correlation, and where places are so many that one by one would be slow.
+        # For correlation, and where there are so many places that comparing one by one would be slow.
         many = method.fit == "correlation" or min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / area) > DENSE
         self.transforms = Transforms(self.picture, self.ring) if many else None
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
         self.everywhere = np.argwhere(self.valid) if far <= method.slack else None
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run) -> Int32:
-        """The exemplar pixels (height, width, 2) of a window, all upright."""
+        """Return the exemplar pixels (height, width, 2) of a window, all upright."""
         (i0, j0), (i1, j1) = self.blocks.block_of(y0, x0), self.blocks.block_of(y0 + height - 1, x0 + width - 1)
         fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
         gaps = [f for f in fields if sum(f) % 2]
@@ -176,7 +177,7 @@ class Sampling:
         return draft()[0]
 
     def _places(self, block: Pair, slack: int) -> Array:
-        """The places of a block in the lattice, or up to `slack` px beyond the exemplar: (n, 2) px."""
+        """Return the lattice-aligned places of a block, up to `slack` px beyond the exemplar: (n, 2) px."""
         y, x = (at - self.method.border // 2 * UNIT for at in self.blocks.lattice_place(*block))
         (a, b), (c, d) = self.cell
         area = a * d - b * c
@@ -185,7 +186,7 @@ class Sampling:
         return (lattice_points((y - m * a - n * c, x - m * b - n * d), *self.cell, low, high) + UNIT // 2) // UNIT
 
     def _drawn(self, block: Pair) -> Pair:
-        """Draw a patch for a block: all its places in the lattice are equally likely (4.2.1)."""
+        """Draw a patch for a block: all its lattice-aligned places are equally likely (4.2.1)."""
         places = self._places(block, 0)
         places = places[self.valid[*places.T]]
         if not len(places):
@@ -194,7 +195,7 @@ class Sampling:
         return y, x
 
     def _filled(self, gap: Pair, drawn: dict[Pair, Pair]) -> Pair:
-        """Find the patch for a gap whose border fits its four neighbours best (4.2.2)."""
+        """Return the patch for a gap whose border matches its four neighbours best (4.2.2)."""
         sources = [  # both begin half a border before the block
             np.array(drawn[n]) - self.blocks.begin(*n) + self.blocks.begin(*gap) for n in beside(*gap)
         ]
@@ -213,7 +214,7 @@ class Sampling:
         return y, x
 
     def _write(self, block: Pair, place: Pair, out: Array, y0: int, x0: int) -> None:
-        """Write what of a block lies in a window."""
+        """Write the part of a block that lies in a window."""
         (y, x), (v, u) = self.blocks.begin(*block), self.blocks.begin(block[0] + 1, block[1] + 1)
         top, left = max(y, y0), max(x, x0)
         bottom, right = min(v, y0 + out.shape[0]), min(u, x0 + out.shape[1])
@@ -233,7 +234,7 @@ class Sampling:
 
 
 def wedges(height: int, width: int, border: int) -> Array:
-    """Describe the border of a gap of height x width px: (n, 3), row and column from its outer corner, and side.
+    """Return the border pixels of a gap of height x width px: (n, 3), row and column from its outer corner, and side.
 
     The border is centred on the edge. Sides: 0 above, 1 below, 2 left, 3 right; they meet in 45 degree mitres.
     """
@@ -244,7 +245,7 @@ def wedges(height: int, width: int, border: int) -> Array:
 
 
 def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
-    """Cut a border into stretches of rows; well spread, so that poor fits show early."""
+    """Cut a border into row segments, in an order that spreads them well, so that poor matches are rejected early."""
     channels = shape[2]
     longest = max(1, min(border, LONGEST // channels))
     begins = np.flatnonzero((np.diff(ring[:, :2], axis=0, prepend=-2) != (0, 1)).any(axis=1)).tolist()
@@ -256,7 +257,7 @@ def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
 
 
 def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
-    """The lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
+    """Return the lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
     (a, b), (c, d) = cell
     area = a * d - b * c
 
@@ -293,7 +294,7 @@ class Transforms:
         )
 
     def best(self, border: Array, places: Array, correlate: bool) -> int:
-        """Which of places (m, 2) fits a border (C, n) best, the first of equals: GNCC in 1e-9, or differences."""
+        """Return which of places (m, 2) matches a border (C, n) best, the first of equals: by GNCC in 1e-9 or SSD."""
         y, x = places.T
         products, sums, squares = self._products(self.spectra, border)[y, x], self.sums[:, y, x], self.squares[:, y, x]
         if not correlate:
@@ -305,7 +306,7 @@ class Transforms:
         return int(np.rint(np.divide(above, below, out=np.zeros_like(below), where=below > 0)).argmax())
 
     def _products(self, spectra: Array, values: Array) -> Array:
-        """Sums of products of a border (k, n) and every place of the exemplar: (h, w)."""
+        """Return the sums of products of a border (k, n) and every place of the exemplar: (h, w)."""
         laid = np.zeros((len(values), *self.sides))
         laid[:, *self.at] = values
         total = (spectra * np.conj(rfft2(laid, self.size))).sum(axis=0)

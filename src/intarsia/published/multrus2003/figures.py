@@ -1,6 +1,6 @@
-"""The figures of Multrus 2003 that are grown from a texture, one function each.
+"""The figures of Multrus 2003 that show synthesis from a texture.
 
-Panels that begin with the same block there begin with the same seed here.
+Panels that begin with the same block in the thesis begin with the same seed here.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ PYRAMID = {"pyramid": "mean", "pyramid_draws": "every"}
 
 def patches(size: Any, printed: str = "", feather: Any = None, start: Any = None, guide: Any = None,
             **more: Any) -> Way:  # fmt: skip
-    """A panel by patch-based sampling, with the source's settings but for those that are given."""
+    """Return a panel by patch-based sampling, with the source's settings except for those given."""
     settings = {"patch": 25, "overlap": 5, **more}
     way = grown(size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide)
     return lambda e: way(e)._replace(told=listed(settings))
 
 
 def by_pixels(columns: int, printed: str) -> Way:
-    """A panel pixel by pixel."""
+    """Return a panel synthesized pixel by pixel."""
     return grown(200, "wei-levoy", {"matching": "exact", "noise": "white", "window": (3, columns)}, printed)
 
 
 def isometries(size: int | None, *printed: str, **more: Any) -> list[Way]:
-    """Panels with more and more isometries."""
+    """Return panels with larger and larger sets of isometries."""
     ways = zip(("none", "180", "90", "both"), printed, strict=True)
     return [patches(size, seconds, isometries=kind, **more) for kind, seconds in ways]
 
@@ -63,10 +63,10 @@ def multiresolution(exemplar: Exemplar) -> list[Panel]:
 
 
 def laws(side: Array) -> dict[str, Array]:
-    """Differences of pixels for each that is grown, by the laws of 2.3, 3.4 and 4.3.2, of square inputs."""
+    """Return the pixel differences per output pixel for square inputs, by the formulas of 2.3, 3.4 and 4.3.2."""
 
     def searched(places: Any, n: int) -> Any:
-        """So many blocks along each axis, n times smaller than 25 px with seams of 5 px."""
+        """Return the cost of `places` blocks along each axis, n times smaller than 25 px with seams of 5 px."""
         return places**2 * 2 * (5 // n) * (25 // n + 2 * (5 // n)) / 35**2
 
     around = searched(36, 1) + searched(17, 2)  # what fits into an area of twice the block's side
@@ -77,7 +77,7 @@ def laws(side: Array) -> dict[str, Array]:
 
 
 def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
-    """Figures 2.4, 3.8 and 4.8: the laws over the side of the input; the gain by the last of them."""
+    """Figures 2.4, 3.8 and 4.8: the cost formulas over the side of the input; the gain by the last of them."""
     side = np.arange(64, 513)
     drawn = dict([*laws(side).items()][:curves])
     *before, last = drawn.values()
@@ -86,7 +86,7 @@ def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
 
 
 def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
-    """Root mean square distance of the seam above and left of a block to that of every block, in its best pose."""
+    """Return the RMS distance of the seam above and left of a block to that of every block, in its best pose."""
     known = np.ones((*block.shape[:2], 1))
     known[5:, 5:] = 0
     squares, maps = (pixels**2).sum(axis=2), []
@@ -98,9 +98,9 @@ def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
 
 
 def maps(exemplar: Exemplar, *ways: Sequence[int]) -> list[Panel]:
-    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose.
+    """Figures 3.12 and 4.2: distances of all blocks to the next one of a partial synthesis, each in its best pose.
 
-    What lies above and left of the next block is grown by canvases that end there. `ways`: the poses of each panel.
+    The part above and left of the next block is made on canvases that end there. `ways`: the poses of each panel.
     `periodic`: the highest correlation of a map with itself, moved by a third of a block or more, and by no more than
     half of the map.
     """
@@ -118,7 +118,7 @@ def maps(exemplar: Exemplar, *ways: Sequence[int]) -> list[Panel]:
 
 
 def periodic(values: Array) -> float:
-    """The highest correlation of a map with itself, moved by 12 px or more, and by at most half of it."""
+    """Return the highest autocorrelation of a map at shifts of 12 px or more, and of at most half its size."""
     around = [2 * n for n in values.shape]
     power = [np.abs(np.fft.rfft2(v, around)) ** 2 for v in (values - values.mean(), np.ones(values.shape))]
     moved, shared = (np.fft.irfft2(p, around) for p in power)
@@ -128,7 +128,7 @@ def periodic(values: Array) -> float:
 
 
 def continued(exemplar: Exemplar) -> list[Panel]:
-    """Figures 4.1 and 5.1: the input is continued to the right, with more and more isometries."""
+    """Figures 4.1 and 5.1: the input is extended to the right, with larger and larger sets of isometries."""
     e = cropped(exemplar, 150)
     start = extended((e.source,), 0, Margins(right=e.width))
     ways = isometries(None, "9 s", "23 s", "30 s", "45 s", start=start, candidates=2)
@@ -136,7 +136,7 @@ def continued(exemplar: Exemplar) -> list[Panel]:
 
 
 def avoided(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.2: a corner of the input is marked, and does not come into the output."""
+    """Figure 5.2: a corner of the input is masked, and must not appear in the output."""
     pixels = exemplar.base.samples[:300, :300].copy()
     usable = np.ones(pixels.shape[:2], bool)
     usable[:50, :50] = False
@@ -146,7 +146,7 @@ def avoided(exemplar: Exemplar) -> list[Panel]:
 
 
 def labelled(exemplar: Exemplar, side: int, dark: float, printed: dict[float, str], **more: Any) -> list[Panel]:
-    """Figures 5.5 to 5.8: a disc is painted with two regions of the input, one darker; alpha weighs the boundary."""
+    """Figures 5.5 to 5.8: a disc of labels is filled from two regions, one darker; alpha weighs the guide."""
     side = min(side, exemplar.height, exemplar.width)
     y, x = np.mgrid[:side, :side]
     there, here = x > side / 2 + side / 20 * np.sin(y / 12), np.hypot(y - side / 2, x - side / 2) < side / 3

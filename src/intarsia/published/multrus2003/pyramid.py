@@ -1,7 +1,7 @@
-"""The pyramid search: all positions at a quarter of the resolution, then only around the best of them.
+"""Multiresolution patch search: all positions at a quarter of the resolution, then only around the best of them.
 
-Multrus 2003, 4.3. The source follows a single position from level to level and loses its way on regular textures; here
-several are kept, always the best. The source draws at every level: `draw` of PyramidSearch.
+Multrus 2003, 4.3. The source follows a single position from level to level and goes astray on regular textures; here
+the best few are kept. The source draws at every level: `draw` of PyramidSearch.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ FILTERS = {
     "gaussian": ((1, 2, 1), (2, 4, 2), (1, 2, 1)),
     "none": ((0, 0, 0), (0, 1, 0), (0, 0, 0)),
 }
-"""What is averaged before every second pixel is dropped: as in the source, with more weight in the middle, nothing."""
+"""Filters applied before decimation by two: as in the source, weighted to the middle, none."""
 
 Stack = list[tuple[Array, Array]]
 """Features (n, h, w, C) of windows and which of their pixels are known (n, h, w), at all levels, from fine to coarse;
@@ -106,7 +106,7 @@ class PyramidSearch:
 
     @staticmethod
     def _allowed(v: int, level: PyramidLevel, finer: PyramidLevel) -> Mask:
-        """Positions from which the search at the finer level finds one that is allowed."""
+        """Return the positions from which the search at the finer level reaches an allowed one."""
         shape = level.posed.table[v, 1:3].tolist()
         rows, columns = (max(n - w + 1, 0) for n, w in zip(shape, level.window, strict=True))
         allowed = finer.allowed[v]
@@ -123,16 +123,16 @@ class PyramidSearch:
         return BATCH
 
     def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
-        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map, as PatchSearch does."""
+        """Return the candidates for the windows that begin at `at` (n, 2) of a partial map, as PatchSearch does."""
         stack = self.stack(grown, at)
         return [self.followed(of_window(stack, k), place, prices) for k, place in enumerate(at.tolist())]
 
     def followed(
         self, stack: Stack, at: list[int], prices: Prices, join: Callable[[int, Array], Array] | None = None
     ) -> Candidates:
-        """Return the candidates for the window that begins at `at`.
+        """Return the candidates for the window that begins at `at`, searched from the coarsest level down.
 
-        `join`: under a guide, what distances become at a level: of rows (n, 4) as candidates, their costs.
+        `join`: under a guide, returns the costs of candidates (n, 4) at a level.
         """
         (feats, known), usual, rows = stack[0], -1, np.empty((0, 4), np.int64)
         if join is None and not known.any():
@@ -161,7 +161,7 @@ class PyramidSearch:
         return Candidates(nearest(rows), max(usual * sums[0] // total, 0), feats, known)
 
     def _near(self, number: int, v: int, coarse: Array, feats: Array, known: Array) -> Array:
-        """The places of a variant at a level, measured, near `coarse` ones (n, 4) of the last: candidates (n, 4)."""
+        """Return a variant's positions near `coarse` candidates (n, 4), measured; at the coarsest level all."""
         level = self.levels[number]
         near = allowed = level.allowed[v]
         if number < LEVELS:
@@ -179,7 +179,7 @@ class PyramidSearch:
         return rows
 
     def stack(self, grown: Grown, at: Array) -> Stack:
-        """Features and known pixels of the windows at all levels."""
+        """Return features and known pixels of the windows at all levels."""
         feats, state = self.variants.windows(grown, at - MARGIN, [side + 2 * MARGIN for side in self.patch])
         inner = tuple(slice(MARGIN, MARGIN + side) for side in self.patch)
         finest = feats[:, *inner].copy(), state[:, *inner].copy()
@@ -190,13 +190,13 @@ class PyramidSearch:
         return [finest, *self._coarser(feats, state)]
 
     def whole_stack(self, pictures: Array, inside: Array) -> Stack:
-        """Windows (n, h, w, C) of which all is known that lies `inside` (n, h, w), at all levels."""
+        """Return windows (n, h, w, C) at all levels, known where they lie `inside` (n, h, w) the canvas."""
         around = [(0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN)]
         state = np.pad(np.where(inside > 0, np.uint8(KNOWN), np.uint8(OUTSIDE)), around, constant_values=OUTSIDE)
         return [(pictures, inside), *self._coarser(np.pad(pictures, [*around, (0, 0)]), state)]
 
     def _coarser(self, feats: Array, state: Array) -> Stack:
-        """The coarser levels of windows with their margins; where little is known, any known pixel is enough."""
+        """Return the coarser levels of windows with margins; where nothing stays known, any known pixel is enough."""
         stack = []
         for number, level in enumerate(self.levels[1:], 1):
             inner = np.s_[:, *(slice(MARGIN >> number, (MARGIN >> number) + side) for side in level.window)]
@@ -246,9 +246,10 @@ def low_quantile(rows: Array) -> int:
 
 
 def priced(rows: Array, prices: Prices, level: int, unit: int) -> Array:
-    """Return the distances of one variant's candidates (n, 4) at a level with what repeats cost, added or multiplied.
+    """Return the distances of one variant's candidates (n, 4) at a level with the price of repeats.
 
-    Of the repeats, which are those at level 0, every 2**level-th is read; `unit`: price of one, in 1/256.
+    The price is added, or multiplied for Factors. Repeats are counted at level 0, and every 2**level-th is read;
+    `unit`: price of one, in 1/256.
     """
     d, v, *place = rows.T
     counts = prices.counts[v[0] if len(v) else 0]
@@ -258,7 +259,7 @@ def priced(rows: Array, prices: Prices, level: int, unit: int) -> Array:
 
 
 def cheapest(costs: Array, size: int) -> Array:
-    """Return the numbers of the `size` lowest costs, in their order; of equal ones the first comes first."""
+    """Return the indices of the `size` lowest costs, in ascending order; of equal ones the first comes first."""
     among = np.arange(len(costs))
     if size < len(costs):
         among = np.flatnonzero(costs <= np.partition(costs, size - 1)[size - 1])
@@ -272,7 +273,7 @@ def level_size(patch: int, seam: int, level: int) -> int:
 
 
 def check_pyramid(patch: Pair, seam: Pair) -> None:
-    """Refuse patches and seams (rows, columns) of which nothing would be left at the coarsest level."""
+    """Raise ParameterError for patches or seams (rows, columns) that would vanish at the coarsest level."""
     if min(patch) < LEAST or min(seam) < LEAST:
         raise ParameterError(
             f"a pyramid needs at least {LEAST} px of patch without seams and of seam, not {min(patch)} and "

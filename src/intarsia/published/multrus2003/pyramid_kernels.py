@@ -1,4 +1,4 @@
-"""Kernel of the pyramid search: pictures and windows reduced by two (Multrus 2003, 4.3)."""
+"""Kernel of the pyramid search: filtering and decimation by two of partly known pictures (Multrus 2003, 4.3)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Patch-based sampling at work: which patches may be chosen by each bound, and how they meet.
+"""Engine of patch-based sampling: candidate bounds, the draw among candidates, and how patches are joined.
 
-Where a short-list would hide some of what Multrus 2003 draws among (3.3.4, 4.2.1), every patch is measured until it is
-farther than what counts.
+Where a short-list would hide some of the candidates of Multrus 2003 (3.3.4, 4.2.1), every patch is measured, until its
+distance exceeds the bound.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ UNLIMITED = 1 << 60
 
 
 def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> PatchSampling:
-    """Decide patch and seam from the size of the texture's elements."""
+    """Return the method with patch and overlap derived from the size of the texture's elements."""
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
         whole = default_patch(exemplars) if canvas.guide is None else guided_patch(exemplars, canvas.guide)
@@ -72,7 +72,7 @@ def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> Pat
 def synthesize(
     method: PatchSampling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Grow the map window by window, in raster order as far as windows touch."""
+    """Build the map window by window, in raster order as far as windows overlap."""
     misses: list[int] = []
     settings = settings_of(method)
     if method.pyramid != "off" and method.pyramid_draws == "every":
@@ -88,7 +88,7 @@ def synthesize(
 
 
 def listed(method: PatchSampling) -> int:
-    """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
+    """Return how many candidates a search keeps: more than may be chosen, as the short-list is approximate."""
     if method.bound != "best" and not of_all(method):
         return LISTED_BY_EPSILON
     at_bounds = method.boundary_candidates if method.pyramid != "off" else min(method.boundary_candidates, MOST)
@@ -97,18 +97,18 @@ def listed(method: PatchSampling) -> int:
 
 
 def of_all(method: PatchSampling) -> bool:
-    """Whether every patch is looked at, as what may be chosen could lie beyond a short-list."""
+    """Return whether every patch must be measured, as a candidate could be missing from a short-list."""
     far = method.bound != "best" or method.candidates > MOST or method.repetition in ("counter", "marks")
     return method.pyramid == "off" and far
 
 
 def _search(method: PatchSampling) -> str:
-    """Counters and marks are those of single places, which the exact search has."""
+    """Return the search to use: counters and marks belong to single positions, which need the exact search."""
     return "exact" if method.repetition in ("counter", "marks") else method.search
 
 
 def settings_of(method: PatchSampling) -> PatchSettings:
-    """How patches are laid; known once patch and overlap are."""
+    """Return how patches are placed; patch and overlap must be resolved."""
     overlap = extent(method.overlap or 0)
     rule = {"counter": Counter, "marks": Marks}.get(method.repetition, Repetition)
     usage = method.usage if method.repetition == "prices" else 0.0
@@ -129,7 +129,7 @@ def drawn(
     method: PatchSampling, its: Features, seed: int, costs: Array, level: int, at: list[int],
     window: tuple[Array, Array], guided: bool,
 ) -> int:  # fmt: skip
-    """Draw the number of one of the costs, the lowest first, that the bound admits at a level; see PyramidSearch."""
+    """Draw the index of one of the ascending costs that the bound admits at a level; see PyramidSearch."""
     many = method.boundary_candidates if guided else _admitted(method, costs, its.brightness(*window))
     return below(min(max(many, 1), len(costs)), draw(seed, STAGE, 1 + level, *at))
 
@@ -145,7 +145,7 @@ def _from_coarse(
 def choose(
     method: PatchSampling, growth: Growth, window: Window, found: Candidates, bits: int, misses: list[int]
 ) -> Pick | None:
-    """Draw one of the candidates that the bound admits; note a miss where it admits none."""
+    """Draw one of the candidates that the bound admits; if it admits none, take the best and record a miss."""
     at_boundary = growth.at_boundary(window)
     rows, prices = _priced(growth, window, found)
     brightness = growth.features.brightness(found.feats, found.known) if method.bound == "epsilon" else 0
@@ -164,14 +164,14 @@ def choose(
 
 
 def _admitted(method: PatchSampling, prices: Array, brightness: int) -> int:
-    """How many of `prices`, the lowest first, may be chosen; 0: none, so the best is taken."""
+    """Return how many of the ascending `prices` may be chosen; 0: none, so the best is taken."""
     if method.bound == "best":
         return min(method.candidates, len(prices))
     return int(np.searchsorted(prices, _limit(method, prices, brightness), side="right"))
 
 
 def _limit(method: PatchSampling, prices: Array, brightness: int) -> int:
-    """The highest price that may be chosen, by the lowest ones of all."""
+    """Return the highest price that may be chosen, given the lowest prices."""
     if method.bound == "epsilon":  # d < epsilon R, both squared (Multrus 2003, 3.3.4)
         return math.ceil(method.epsilon**2 * brightness) - 1
     last = 0 if method.bound == "relative" else method.candidates - 1
@@ -181,7 +181,7 @@ def _limit(method: PatchSampling, prices: Array, brightness: int) -> int:
 
 
 def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, Array]:
-    """The candidates that are not forbidden, the cheapest first, and their prices."""
+    """Return the candidates that are not forbidden, cheapest first, and their prices."""
     prices = growth.repetition.prices(window[0], window[1], found)
     order = np.argsort(prices, kind="stable")
     order = order[prices[order] >= 0]
@@ -189,7 +189,7 @@ def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, A
 
 
 def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found: Candidates) -> None:
-    """Lay a patch into the window that begins at `at`, as `join` says."""
+    """Place a patch into the window that begins at `at`, joined as the parameter `join` requires."""
     bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
     if method.join == "cut" or (bounds and method.boundary_join == "cut"):
         growth.cutting()(at, pick, found)
@@ -198,7 +198,7 @@ def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found
 
 
 def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
-    """Return all patches that a window may take and that are at most so far away (squared), nearest first."""
+    """Return all patches allowed in a window within a squared distance, nearest first."""
     if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
         limit = 2 * limit + 1
     table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
@@ -213,7 +213,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
 
 
 def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
-    """Return all patches that a window may take where labels meet, by seam and guide together, cheapest first."""
+    """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
     guided, at = growth.guided, np.array([growth.at(window)], np.int64)
     assert guided is not None, "labels meet under a guide"
     table = Table(guided.allowed_at(window))

@@ -1,4 +1,4 @@
-"""Wei and Levoy, and Ashikhmin, at work: level after level, row after row, the pixel whose neighbourhood fits best."""
+"""Engine of Wei-Levoy and Ashikhmin synthesis: coarse to fine, in raster order, the best matching neighbourhood."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from .wei_levoy import WeiLevoy
 FEW = 6  # pixels that the tree names
 LEAVES = 24  # of the tree, looked into for one pixel
 Way = tuple[Callable[..., None], tuple[Any, ...]]
-"""A kernel that fills pixels, and what it is given after the torus and the exemplars."""
+"""A kernel that fills pixels, and its arguments after the torus and the exemplars."""
 
 
 def resolved(method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas) -> WeiLevoy | Ashikhmin:
-    """Decide the window from the size of the texture's elements."""
+    """Return the method with its window derived from the size of the texture's elements."""
     found: WeiLevoy | Ashikhmin = with_window(
         method, exemplars, (5, method.widest), False, lambda size: scan_reach(size, method.levels)
     )
@@ -34,7 +34,7 @@ def resolved(method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas)
 def synthesize(
     method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Fill level after level, row after row."""
+    """Fill the levels from coarse to fine, each row by row."""
     draws, white = (seed, method.stage), method.noise == "white"
     scan = Scan(exemplars, canvas, extent(method.window or 3), method.levels, draws, white)
     for _ in range(method.levels):
@@ -49,7 +49,7 @@ def synthesize(
 
 
 def _ways(method: WeiLevoy | Ashikhmin, scan: Scan, exemplar: Ground) -> tuple[Way, Way]:
-    """Return what fills pixels of this level, in turn, and what fills those again that saw noise."""
+    """Return how pixels of this level are filled, and how those that saw noise are filled again."""
     searched = exemplar, scan.torus.choices, scan.components()
     full: Way = full_pixels, ()
     if isinstance(method, Ashikhmin):

@@ -1,4 +1,4 @@
-"""Neighbourhoods of single pixels: how far one is from another, and which exemplar pixels have the most similar one.
+"""Kernels of pixel neighbourhoods: distances, and the search for the exemplar pixels with the most similar ones.
 
 The exemplars lie as planes, one channel after the other, so that one tap of a neighbourhood can be compared at many
 exemplar pixels at once. A pixel of a plane is named by its *position*, row * stride + column. A toroidal exemplar
@@ -25,7 +25,7 @@ START, HEIGHT, WIDTH, STRIDE, SIZE, CLOSED, TOP, LEFT, TORUS, LOW, HIGH = 0, 1, 
 
 
 class Ground(NamedTuple):
-    """The exemplars that pixels are taken from, in every pose.
+    """The exemplars in every pose, from which pixels are taken.
 
     There are two kinds of neighbourhood: 0 reaches up and to the sides, 1 all around.
     """
@@ -37,7 +37,7 @@ class Ground(NamedTuple):
 
 
 class Template(NamedTuple):
-    """A neighbourhood to look for: components, each one channel of one tap."""
+    """A neighbourhood to search for: components, each one channel of one tap."""
 
     plane: Int64
     dy: Int64
@@ -49,7 +49,7 @@ class Template(NamedTuple):
 
 
 class SearchBuffers(NamedTuple):
-    """What a search writes to."""
+    """Buffers that a search writes to."""
 
     sums: Float32
     exact: Floats
@@ -68,7 +68,7 @@ def room_for(components: int) -> Any:
 
 @kernel
 def workplace(ground: Any) -> Any:
-    """Return room for all candidates that a search may find."""
+    """Return buffers for all candidates that a search may find."""
     found = np.empty((3, ground.closed.shape[1]), np.int64)
     return SearchBuffers(np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float64), found[0], found[1], found[2])
 
@@ -89,7 +89,7 @@ def position_of(ground: Any, v: int, y: int, x: int, kind: int) -> int:
 
 @kernel
 def aim(ground: Any, v: Any, template: Any, n: int) -> None:
-    """Work out where the components of a template lie around a position of variant `v`."""
+    """Compute the offsets of a template's components from a position of variant `v`."""
     size, stride = ground.table[v, SIZE], ground.table[v, STRIDE]
     for m in range(n):
         template.offset[m] = template.plane[m] * size + template.dy[m] * stride + template.dx[m]
@@ -205,7 +205,7 @@ def known_value(ground: Any, v: int, yx: Any, y: int, x: int, plane: int) -> Any
 
 @kernel
 def show(ground: Any, variant: Any, yx: Any, y: int, x: int, v: Any, position: Any) -> None:
-    """Write into a map that (y, x) shows the exemplar pixel at a position."""
+    """Write into a map that (y, x) is copied from the exemplar pixel at a position."""
     row = ground.table[v]
     variant[y, x] = v
     yx[y, x, 0] = position // row[STRIDE] % row[HEIGHT]

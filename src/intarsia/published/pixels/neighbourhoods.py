@@ -1,4 +1,4 @@
-"""The exemplars as single pixels with neighbourhoods: what methods that grow pixel by pixel search."""
+"""Exemplars laid out for neighbourhood search, and automatic windows of pixel-based methods."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PixelPlanes:
 
 
 def layers(variants: PosedExemplars, exemplars: Exemplars) -> list[PixelPlanes]:
-    """Take variants made for patches of one pixel apart into planes."""
+    """Split variants made for patches of one pixel into planes."""
     return [
         PixelPlanes(
             np.ascontiguousarray(np.moveaxis(variants.picture(v), 2, 0)),
@@ -85,7 +85,7 @@ def choices(of: Ground, kind: int) -> Int64:
 
 
 def check_window(exemplars: Exemplars, window: str, reach: Reach) -> None:
-    """Refuse a window that finds no room in an exemplar that is sampled."""
+    """Raise ParameterError or MethodError if a window fits nowhere in an exemplar that is sampled."""
     for e in sampled(exemplars):
         rows, columns = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
         if not e.toroidal and (rows > e.height or columns > e.width):
@@ -102,9 +102,9 @@ def check_window(exemplars: Exemplars, window: str, reach: Reach) -> None:
 def with_window(
     method: Any, exemplars: Exemplars, limits: Pair, whole: bool, reach: Callable[[Pair], Reach]
 ) -> Any:
-    """Decide the window of a method: as wide as the largest elements, within limits, if that finds room.
+    """Return a method with its window decided: as wide as the largest elements, within limits, if that fits.
 
-    `whole`: as many rows as columns, not half of them; `reach` tells how far a window of (rows, columns) reads.
+    `whole`: as many rows as columns, not half of them; `reach` returns how far a window of (rows, columns) reads.
     """
     if method.window is not AUTO:
         check_window(exemplars, words(method.window), reach(extent(method.window)))
@@ -128,7 +128,7 @@ def _room(exemplar: Exemplar, reach: Reach) -> bool:
 
 
 def _allowed(usable: Mask, reach: Reach) -> Mask:
-    """Where everything within reach lies inside the picture and is usable."""
+    """Return where everything within reach lies inside the picture and is usable."""
     top, left, bottom, right = reach
     out = np.zeros_like(usable)
     free = valid_windows(usable.shape, usable, False, (top + bottom + 1, left + right + 1))

@@ -1,4 +1,4 @@
-"""Growing outward pixel by pixel: which of those that come next do not touch, and how they are filled."""
+"""Kernels of Efros-Leung synthesis: which pixels can be filled in parallel, and how one is filled."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .neighbourhood_kernels import (
 
 @kernel
 def ranks(pixels: Any, grown: Any, window: Any) -> Any:
-    """Number pixels (n, 2) so that one in the window of an earlier one has a higher rank: equal ranks do not touch."""
+    """Rank pixels (n, 2): one in the window of an earlier one has a higher one; equal ranks are independent."""
     (height, width), wrap = grown.variant.shape, grown.wrap
     rank = np.full((height, width), -1, np.int64)
     out = np.empty(len(pixels), np.int64)

@@ -1,6 +1,6 @@
-"""Filling a torus row by row, each pixel by what lies above and to the left of it.
+"""Kernels of raster-scan synthesis on a torus: causal neighbourhoods, their full search, tree search, coherence.
 
-At the beginning every pixel of the torus shows something, mostly noise; the first pixels see it where their
+At the beginning every pixel of the torus has a value, mostly noise; the first pixels see it where their
 neighbourhoods reach across the border. Pixels below and to the right count only if they are known for good: those
 of a start, and the first rows and columns, seen by the last ones across a border that wraps.
 """
@@ -35,7 +35,7 @@ from .neighbourhood_kernels import (
 
 @kernel
 def project(ground: Any, places: Any, components: Any, mean: Any, axes: Any, out: Any) -> None:
-    """Read the neighbourhoods at (variant, position) `places` (N, 2), and turn them into points `out` (N, D).
+    """Project the neighbourhoods at (variant, position) `places` (N, 2) to points `out` (N, D).
 
     `components` (n, 3) are plane, row and column of each value; see :func:`project_vector`.
     """
@@ -50,7 +50,7 @@ def project(ground: Any, places: Any, components: Any, mean: Any, axes: Any, out
 
 @kernel
 def project_vector(values: Any, mean: Any, axes: Any, out: Any) -> None:
-    """Turn a long vector (n,) into a point (D,): the rounded sums of (value - mean) * axis / 16384."""
+    """Project a vector (n,) to a point (D,): the rounded sums of (value - mean) * axis / 16384."""
     for d in range(len(axes)):
         total = np.int64(8192)
         for m in range(len(mean)):
@@ -87,7 +87,7 @@ BRANCHES = 4  # neighbours whose continuations make the first bound
 
 
 class Torus(NamedTuple):
-    """What the rows are filled into, and how neighbourhoods look."""
+    """The torus that is filled, and the shape of its neighbourhoods."""
 
     variant: UInt8  # (H, W)
     yx: Int32  # (H, W, 2)
@@ -133,7 +133,7 @@ def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
 
 @kernel
 def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> Any:
-    """Return (variant, position) that continues at (y, x) what tap `t` shows; -1 where the exemplar ends."""
+    """Return (variant, position) that continues tap `t` at (y, x) as in the exemplar; -1 where the exemplar ends."""
     a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
     b = (x + torus.taps[t, 1]) % torus.variant.shape[1]
     v, i, j = torus.variant[a, b], torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1]
@@ -180,7 +180,7 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
 
 @kernel
 def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixels: Any, components: int) -> None:
-    """Fill pixels (n, 2), in turn, with the best of a few that a tree names, and of the continuations.
+    """Fill pixels (n, 2), in turn, with the best of a few found by a tree and of the continuations.
 
     Neighbourhoods that are not the usual ones are searched in full.
     """
@@ -246,7 +246,7 @@ def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, componen
 
 @kernel
 def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any, stage: int, level: int) -> None:
-    """Show at every pixel an exemplar pixel drawn blindly among the choices (m, 2)."""
+    """Fill every pixel with an exemplar pixel drawn uniformly among the choices (m, 2)."""
     for y in range(variant.shape[0]):
         for x in range(variant.shape[1]):
             k = below(len(choices), draw(seed, stage, 64 + level, y, x))

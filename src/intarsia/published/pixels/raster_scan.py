@@ -1,4 +1,4 @@
-"""A raster scan over a torus: the neighbourhoods of Wei and Levoy, the noise, the start, the levels."""
+"""Raster scan over a torus: neighbourhoods of Wei and Levoy, initial noise, start maps, resolution levels."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Array = Int64
 
 
 def tree_of(ground: Ground, places: Int64, components: Int64) -> Tree:
-    """Build the tree over the neighbourhoods at (variant, position) `places` (N, 2).
+    """Return a kd-tree of the neighbourhoods at (variant, position) `places` (N, 2), projected to principal axes.
 
     `components` (n, 3) are plane, row and column of what a neighbourhood consists of.
     """
@@ -120,7 +120,7 @@ def _halved(one: PixelPlanes) -> PixelPlanes:
 
 
 class Scan:
-    """The map of a method that goes row by row, level by level.
+    """The partial map of a raster-scan method, level by level.
 
     A canvas that does not wrap is part of a larger torus. The margin above it takes the first rows, which see
     nothing but noise, and that at its side keeps its left and right edges apart. `white`: it begins as white noise,
@@ -155,7 +155,7 @@ class Scan:
         self.level = levels
 
     def enter(self) -> tuple[Torus, Ground]:
-        """Go to the next finer level; return the torus, filled with noise or the coarser level, and the exemplars."""
+        """Enter the next finer level; return the torus, filled with noise or the coarser level, and the exemplars."""
         coarse = self.level < self.levels
         self.level -= 1
         seed, stage = np.uint64(self.draws[0]), self.draws[1]
@@ -212,12 +212,12 @@ class Scan:
 
     @property
     def room(self) -> int:
-        """The number of components that a neighbourhood may have at most."""
+        """Return the largest number of components of a neighbourhood."""
         torus = self.torus
         return len(torus.taps) * max(torus.channels, len(torus.coarse))
 
     def stretches(self, most: int) -> Iterator[Int64]:
-        """Yield the unknown pixels (n, 2) of this level, at most so many of a row at once."""
+        """Yield the unknown pixels (n, 2) of this level, at most `most` of a row at once."""
         done = self.torus.done
         height, width = done.shape
         for y in range(height):
@@ -226,7 +226,7 @@ class Scan:
                 self.done += min(x + most, width) - x
 
     def first_ones(self, most: int) -> list[Int64]:
-        """List the pixels (n, 2), at most so many together, that saw noise across a wrapped border."""
+        """Return the pixels (n, 2), at most `most` together, that saw noise across a wrapped border."""
         torus = self.torus
         if self.white:
             return []
@@ -239,7 +239,7 @@ class Scan:
         return [pixels[k : k + most] for k in range(0, len(pixels), most)]
 
     def map(self, blend: Blend) -> SourceMap:
-        """The map as far as it has grown; of coarser levels nothing is seen yet."""
+        """Return the map as far as it is filled; empty during coarser levels."""
         torus, (top, left) = self.torus, self.margin
         if self.level == 0:
             done = torus.done[top:, left:]
@@ -248,7 +248,7 @@ class Scan:
         return self.growing.map(self.exemplars, self.canvas, blend)
 
     def _noise(self, shape: tuple[int, ...]) -> PixelPlanes:
-        """White noise as large as the torus, over the range of each channel: read like an exemplar, but never used."""
+        """Return white noise of the torus's size over each channel's range: read like an exemplar, never copied."""
         every = np.concatenate([one.planes.reshape(len(one.planes), -1) for one in self.pyramid[self.level]], axis=1)
         planes, places = np.empty((len(every), *shape), np.int16), np.indices(shape).reshape(2, -1).T
         for c, values in enumerate(every.astype(np.int64)):
@@ -257,7 +257,7 @@ class Scan:
         return PixelPlanes(planes, np.zeros(shape, bool), False)
 
     def _refined(self, shape: tuple[int, ...]) -> tuple[Any, Any]:
-        """Show at every pixel what the coarser level shows there, in finer steps."""
+        """Return variant and coordinates upsampled from the coarser level."""
         torus = self.torus
         variant = np.ascontiguousarray(_doubled(torus.variant[None], shape)[0])
         yx = np.stack([_doubled(2 * torus.yx[None, :, :, k], shape)[0] for k in (0, 1)], axis=2)
@@ -268,7 +268,7 @@ class Scan:
         return variant, np.ascontiguousarray(yx)
 
     def _start(self, variant: Any, yx: Any) -> Mask:
-        """Lay the start map over it; return which pixels that makes known."""
+        """Copy the start map into variant and coordinates; return which pixels it makes known."""
         done = np.zeros(variant.shape, bool)
         if self.canvas.start is None:
             return done

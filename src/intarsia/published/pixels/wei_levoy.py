@@ -1,4 +1,4 @@
-"""Wei-Levoy: row by row, each pixel is the one whose neighbourhood above and to the left fits best.
+"""Wei-Levoy synthesis: in raster order, each pixel is the one with the best matching causal neighbourhood.
 
 Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization", SIGGRAPH 2000, as Multrus 2003
 describes it (chapter 2).
@@ -25,7 +25,7 @@ from .raster_window import RasterWindow
 
 @dataclass(frozen=True)
 class WeiLevoy(RasterWindow):
-    """Fill the canvas row by row with the pixels whose surroundings fit best; the result is tileable."""
+    """Fill the canvas row by row with the pixels whose neighbourhoods match best; the result is tileable."""
 
     slug: ClassVar[str] = "wei-levoy"
     paper: ClassVar[str] = "Wei and Levoy 2000; Multrus 2003"

@@ -1,4 +1,4 @@
-"""The pictures of Robinson 2004: random tiling beside quilting, in the report's settings, in its order."""
+"""The pictures of Robinson 2004: random tiling beside quilting, in the report's settings and order."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ SETTINGS = ((26, 4, "concrete"), (42, 7, "brick, pebbles, wood, apples"), (84, 1
 
 
 def quilted(patch: object, overlap: object) -> Way:
-    """A panel by quilting, of twice the exemplar's size."""
+    """Return a panel by quilting, of twice the exemplar's size."""
     return grown(None, "raster-quilting", {"patch": patch, "overlap": overlap})
 
 
 def pair(patch: int, overlap: int) -> Panels:
-    """Random tiling beside quilting, of 160 px of the exemplar."""
+    """Return panels by random tiling and by quilting, from 160 px of the exemplar."""
     return row(grown(None, "random-tiling", {"patch": patch}), quilted(patch, overlap), side=160)
 
 
 def beside(number: str, claim: str, rising: str, *settings: tuple[object, object]) -> Figure:
-    """Quilting with several patches and overlaps."""
+    """Return a figure of quilting with several patches and overlaps."""
     return Figure(number, claim, row(*(quilted(*s) for s in settings), side=160), rising, "sample:tiles", "bcd")
 
 

@@ -1,4 +1,4 @@
-"""The figures of the fragments on segments that are grown from a texture, one function each."""
+"""The figures of the fragments on segments that show synthesis from a texture."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def found(exemplar: Exemplar) -> list[Panel]:
 
 
 def patches(**more: Any) -> Way:
-    """A panel of 512 px by segments, with the source's settings but for those that are given."""
+    """Return a panel of 512 px by segments, with the source's settings except for those given."""
     return grown(512, "segment-based", AS_THERE | more)
 
 
@@ -38,7 +38,7 @@ def sizes(exemplar: Exemplar) -> list[Panel]:
 
 
 def results(exemplar: Exemplar) -> list[Panel]:
-    """Figures 3 and 4: the texture, grown with the sizes that were found."""
+    """Figures 3 and 4: the texture, synthesized with the sizes found."""
     made = patches()(exemplar)
     side, wide = published_segments(exemplar, "sum").patch - 1, 100 * SegmentBased.hits
     share = wide / ((exemplar.height - side) * (exemplar.width - side))
