@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from ... import methods
 from ...foundation.blend import Blend
-from ...foundation.params import AUTO, param
+from ...foundation.params import param
 from ...methods import Ability, EndlessBase
 
 
@@ -27,10 +27,9 @@ class GapFilling(EndlessBase):
     engine: ClassVar[str] = "intarsia.published.lopez_recas2011.sampling"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
-        low=-65536, high=65536, unit="px",
-    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
+        "by which steps the texture repeats; automatic: found in the exemplar"
+    )
     detector: str = param(
         "contrast", "choice", "how an automatic lattice is found: by contrast, or by the goodness of the source, which "
         "answers on every texture",

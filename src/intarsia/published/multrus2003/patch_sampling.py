@@ -43,11 +43,11 @@ class PatchSampling(MethodBase):
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     bound: str = param(
-        "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
+        "best", "choice", "what may be chosen: the best few, all within epsilon of black, or of the best distance",
         choices=("best", "epsilon", "relative"),
     )  # fmt: skip
     candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=99_999)
-    epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
+    epsilon: float = param(0.1, "float", "with the other bounds: relative tolerance", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
         choices=("feather", "middle", "cut"),

@@ -157,6 +157,13 @@ def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, templa
 
 
 @kernel
+def drawn(torus: Any, level: int, y: int, x: int) -> Any:
+    """Return (variant, position) drawn among the choices for (y, x), with the random numbers of a level."""
+    k = below(len(torus.choices), draw(torus.seed, torus.stage, level, y, x))
+    return torus.choices[k, 0], torus.choices[k, 1]
+
+
+@kernel
 def full_pixels(torus: Any, ground: Any, pixels: Any, components: int) -> None:
     """Fill pixels (n, 2), in turn, with the exemplar pixels whose neighbourhoods are most similar of all."""
     template, work = room_for(components), workplace(ground)
@@ -170,8 +177,8 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
     """Fill a pixel by comparing its neighbourhood with all others; of equal ones the first is taken."""
     torus.done[y, x] = True
     if n == 0:
-        k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
-        show(ground, torus.variant, torus.yx, y, x, torus.choices[k, 0], torus.choices[k, 1])
+        v, at = drawn(torus, torus.level, y, x)
+        show(ground, torus.variant, torus.yx, y, x, v, at)
         return
     best = best_continuation(torus, ground, y, x, kind, template, n)[0]
     find_nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
@@ -216,8 +223,7 @@ def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, componen
             t = template.tap[m]
             v, at = continuation(torus, ground, y, x, t, kind)
             if at < 0:
-                k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
-                v, at = torus.choices[k, 0], torus.choices[k, 1]
+                v, at = drawn(torus, 8 + t, y, x)
                 if ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                     continue
             known = False
@@ -238,8 +244,7 @@ def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, componen
                 if d < best:
                     best, variant, position = d, v, at
         if variant < 0:
-            k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
-            variant, position = torus.choices[k, 0], torus.choices[k, 1]
+            variant, position = drawn(torus, torus.level, y, x)
         show(ground, torus.variant, torus.yx, y, x, variant, position)
         torus.done[y, x] = True
 

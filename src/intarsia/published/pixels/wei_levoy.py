@@ -38,7 +38,7 @@ class WeiLevoy(RasterWindow):
 
     levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)
     matching: str = param(
-        "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
+        "tree", "choice", "search a kd-tree for a few similar neighbourhoods, or compare all", choices=("tree", "exact")
     )
     noise: str = param(
         "exemplar", "choice", "what the canvas is before: pixels of the exemplar, or white noise; white: as published, "
