@@ -153,5 +153,4 @@ def test_every_search_is_under_contract() -> None:
     every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
     makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, GuidedSearch)}
     within = {"Search", "GuideSearch"}  # promises; what guided searches are made of
-    within |= {"DrawnPyramid"}  # draws, and answers with one place
     assert makers - within == {"PatchSearch", "PyramidSearch", "SegmentSearch", *UNDER_GUIDES}

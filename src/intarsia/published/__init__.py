@@ -1,1 +1,1 @@
-"""What is there because a paper has it, one package a document; only the table of methods knows of it."""
+"""Methods and settings kept because a paper describes them, one package per document; only METHODS refers to them."""

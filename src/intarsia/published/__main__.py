@@ -1,4 +1,4 @@
-"""``python -m intarsia.published 000 -o out/``: the figures of a document, made again from an exemplar."""
+"""``python -m intarsia.published 000 -o out/``: reproduce the figures of a document from an exemplar."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from pathlib import Path
 
 from .. import files
 from ..foundation import IntarsiaError, legible
+from ..methods import PRESETS
 from .figures import write
 
-DOCUMENTS = {
-    "000": "multrus2003", "001": "lopez_recas2011", "002": "robinson2004", "003": "segments", "004": "correction2008",
-}  # fmt: skip
+DOCUMENTS = {f"{number:03}": document for number, document in enumerate(PRESETS)}
 """Number of a document -> its package, of which the module `figures` holds TITLE and FIGURES."""
 
 
 def main(words: Sequence[str] | None = None) -> Path:
-    """Make all figures of a document (or of all), or those that are named; return the page that was last written."""
+    """Reproduce all figures of a document (or of all), or those named; return the path of the last page written."""
     told = argparse.ArgumentParser(prog="python -m intarsia.published", description=__doc__)
     told.add_argument("document", choices=[*DOCUMENTS, "all"])
     told.add_argument("-o", "--output", type=Path, required=True, help="the folder to write; of all, one in it each")

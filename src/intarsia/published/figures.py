@@ -1,4 +1,4 @@
-"""Figures of a document, made again: pictures numbered as there, and a page with claims, measures and verdicts."""
+"""Reproduction of a document's figures: numbered pictures, and an HTML page with claims, measures and verdicts."""
 
 from __future__ import annotations
 
@@ -29,9 +29,8 @@ laws of the thesis. compared: % of all patches that a window is compared with. V
 
 
 class Panel(NamedTuple):
-    """One picture of a figure: its letter, how it is made, what is measured of it, and what the document prints."""
+    """One picture of a figure: how it was made, what was measured of it, and the number the document prints."""
 
-    letter: str
     told: str
     picture: Plane
     values: dict[str, float] = {}  # noqa: RUF012
@@ -39,26 +38,28 @@ class Panel(NamedTuple):
 
 
 Way = Callable[[Exemplar], Panel]
+Panels = Callable[[Exemplar], list[Panel]]
 
 
 class Figure(NamedTuple):
-    """A figure: its number, what its caption says, what makes its panels from an exemplar, and a built-in one.
+    """A figure: its number, the claim of its caption, a function that makes its panels from an exemplar.
 
     `rising`: the claim in numbers, such as ``"seams c b; agree 90 d"``: a measure, and the panels (or bounds) along
-    which it must rise.
+    which it must rise strictly. `usual`: the built-in exemplar. `letters`: of the panels, in order.
     """
 
     number: str
     claim: str
-    panels: Callable[[Exemplar], list[Panel]]
-    usual: str
+    panels: Panels
     rising: str = ""
+    usual: str = "sample:pebbles"
+    letters: str = "abcdef"
 
     def verdict(self, panels: Sequence[Panel]) -> str:
-        """Say whether the claim is seen in what was measured."""
+        """Return whether the measures confirm the claim: all rules hold, some, or none."""
         if not self.rising:
             return "To be judged by eye."
-        values, held = {panel.letter: panel.values for panel in panels}, []
+        values, held = {k: panel.values for k, panel in zip(self.letters, panels, strict=False)}, []
         for rule in self.rising.split("; "):
             name, *along = rule.split()
             found = [values[a][name] if a in values else float(a) for a in along]
@@ -67,22 +68,22 @@ class Figure(NamedTuple):
 
 
 def given(exemplar: Exemplar) -> Panel:
-    """The exemplar itself, which is panel (a)."""
-    return Panel("a", "input", exemplar.base)
+    """Return the exemplar itself as a panel, (a) of most figures."""
+    return Panel("input", exemplar.base)
 
 
 def cropped(exemplar: Exemplar, side: int) -> Exemplar:
-    """The first pixels of an exemplar, as many as a caption says, or all."""
+    """Return the upper left `side` x `side` px of an exemplar, or all of it if it is smaller."""
     return Exemplar.of(np.asarray(exemplar.base.pixels)[:side, :side])
 
 
 def steps(plane: Plane) -> float:
-    """How much neighbours in a row differ, on average."""
+    """Return the mean absolute difference of horizontally adjacent samples."""
     return float(np.abs(np.diff(plane.samples.astype(np.float64), axis=1)).mean())
 
 
 def measured(made: Synthesis, picture: Plane) -> dict[str, float]:
-    """What is measured of every picture that is grown."""
+    """Return the measures of a synthesized picture, as MEASURES explains them."""
     yx, exemplar = made.map.yx, made.exemplars[0]
     _, counts = np.unique(yx.reshape(-1, 2), axis=0, return_counts=True)
     together = np.abs(np.diff(yx, axis=1)).sum(axis=2) == 1
@@ -93,8 +94,8 @@ def measured(made: Synthesis, picture: Plane) -> dict[str, float]:
     }  # fmt: skip
 
 
-def row(*ways: Way, side: int | None = None) -> Callable[[Exemplar], list[Panel]]:
-    """Panels beside one another, each made in a way of its own; of the first `side` px of an exemplar, or of all."""
+def row(*ways: Way, side: int | None = None) -> Panels:
+    """Return a function that makes one panel by each of `ways`, from the first `side` px of an exemplar or from all."""
 
     def panels(exemplar: Exemplar) -> list[Panel]:
         shown = exemplar if side is None else cropped(exemplar, side)
@@ -104,12 +105,12 @@ def row(*ways: Way, side: int | None = None) -> Callable[[Exemplar], list[Panel]
 
 
 def grown(
-    letter: str, size: int | Pair | None, slug: str, settings: dict[str, Any],
-    printed: str = "", feather: int | None = None, **more: Any,
+    size: int | Pair | None, slug: str, settings: dict[str, Any], printed: str = "", feather: int | None = None,
+    **more: Any,
 ) -> Way:  # fmt: skip
-    """A panel to be grown, all with the same seed, its seams mixed as numbers of the file.
+    """Return a function that synthesizes a panel, always with SEED, seams mixed in the file's own values.
 
-    No size: twice the input. `more`: a start or a guide.
+    `size` None: twice the input. `more`: a start map or a guide.
     """
 
     def panel(exemplar: Exemplar) -> Panel:
@@ -122,20 +123,24 @@ def grown(
         if guide is not None:
             wanted, there = np.asarray(guide.target.pixels), np.asarray(guide.sources[0].pixels)
             values["agree"] = 100 * float((there[*np.moveaxis(made.map.yx, 2, 0)] == wanted).mean())
-        told = ", ".join(f"{name} {value}" for name, value in settings.items())
-        return Panel(letter, f"{slug}: {told}", picture, values, printed)
+        return Panel(f"{slug}: {listed(settings)}", picture, values, printed)
 
     return panel
 
 
+def listed(settings: dict[str, Any]) -> str:
+    """Return settings in one line."""
+    return ", ".join(f"{name} {value}" for name, value in settings.items())
+
+
 def shaded(values: Array, low: float | None = None, high: float | None = None) -> Any:
-    """A map of numbers as gray: black is the least, white the most, and what is none; of it, or as given."""
+    """Return a map of numbers in gray, black at `low`, white at `high` (by default its extremes) and for NaN."""
     low, high = (np.nanmin(values) if low is None else low), (np.nanmax(values) if high is None else high)
     return np.nan_to_num((values - low) / (high - low) * 255, nan=255).astype(np.uint8)
 
 
 def plotted(x: Array, curves: dict[str, Array]) -> Plane:
-    """Curves over x, their logarithms upward; each ends at its name, beside its least and its most."""
+    """Draw curves over x on a logarithmic y axis, each labelled at its end with its name, first and last value."""
     page = np.full((360, 640), 255, np.uint8)
     page[20:341, 40] = page[340, 40:441] = 128
     logs = np.log10([*curves.values()])
@@ -149,9 +154,9 @@ def plotted(x: Array, curves: dict[str, Array]) -> Plane:
 
 
 def write(title: str, figures: Sequence[Figure], exemplar: Exemplar | None, out: Path) -> Path:
-    """Make figures, write every panel, and return the page that shows them beside what is claimed and printed.
+    """Make figures, write every panel, and return the path of the page that shows them with claims and measures.
 
-    Without an exemplar each is made from the built-in one that suits it.
+    Without an exemplar each figure uses its built-in one.
     """
     out.mkdir(parents=True, exist_ok=True)
     parts = [f"<!doctype html><meta charset=utf-8><title>{escape(title)}</title><h1>{escape(title)}</h1><p>{MEASURES}"]
@@ -159,11 +164,11 @@ def write(title: str, figures: Sequence[Figure], exemplar: Exemplar | None, out:
         panels = figure.panels(files.read(figure.usual) if exemplar is None else exemplar)
         said = escape(f"{figure.claim} {figure.verdict(panels)}")
         parts.append(f"<h2>Figure {figure.number}</h2><p>{said}<table>")
-        for panel in panels:
-            name = f"figure_{figure.number.replace('.', '_')}_{panel.letter}.png"
+        for letter, panel in zip(figure.letters, panels, strict=False):
+            name = f"figure_{figure.number.replace('.', '_')}_{letter}.png"
             files.write(out / name, panel.picture)
             values = ", ".join(f"{key} {value:.4g}" for key, value in panel.values.items())
-            cells = f"({panel.letter})", f"<img src={name}>", *map(escape, (panel.told, values, panel.printed))
+            cells = f"({letter})", f"<img src={name}>", *map(escape, (panel.told, values, panel.printed))
             parts.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
         parts.append("</table>")
     page = out / "index.html"

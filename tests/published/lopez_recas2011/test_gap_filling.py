@@ -171,10 +171,10 @@ def test_the_error_between_neighbours_does_not_grow() -> None:
 @pytest.mark.parametrize("corner", [(0, 0), (-31, 77), (2**40 - 3, -(2**40) - 11)])
 def test_a_window_is_a_crop(corner: tuple[int, int]) -> None:
     y, x = corner
-    plain = Sampling.of(PLAIN, Exemplar.of(texture(40, 44, 2, 1)), Canvas(10, 10), 5)
-    whole = plain.window(y, x, 60, 70)[0]
+    plain = Sampling(PLAIN, Exemplar.of(texture(40, 44, 2, 1)), Canvas(10, 10), 5)
+    whole = plain.window(y, x, 60, 70, ia.Run())
     for top, left, height, width in ((0, 0, 1, 1), (11, 31, 30, 9), (59, 0, 1, 70)):
-        part = plain.window(y + top, x + left, height, width)[0]
+        part = plain.window(y + top, x + left, height, width, ia.Run())
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -182,9 +182,9 @@ def test_a_wrapped_canvas_continues_in_itself_and_keeps_the_phase() -> None:
     """What lies at q is read near M M'^-1 q, but for lattice multiples and the slack of gaps."""
     e = Exemplar.of(texture(60, 66, 1, 1))
     method = changed(lattice=((9.5, 0), (0, 7.75)), slack=0)
-    plain = Sampling.of(method, e, Canvas(124, 115, ia.Wrap.BOTH), 3)
-    here = plain.window(0, 0, 124, 115)[0]
-    np.testing.assert_array_equal(plain.window(124, -115, 124, 115)[0], here)
+    plain = Sampling(method, e, Canvas(124, 115, ia.Wrap.BOTH), 3)
+    here = plain.window(0, 0, 124, 115, ia.Run())
+    np.testing.assert_array_equal(plain.window(124, -115, 124, 115, ia.Run()), here)
     for axis, (period, turns, length) in enumerate(((7.75, 16, 124), (9.5, 12, 115))):
         at = np.arange(length) * (turns * period / length)
         off = here[..., axis] - (at[:, None] if axis == 0 else at[None, :])

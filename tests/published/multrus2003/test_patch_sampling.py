@@ -21,10 +21,8 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.growth import Growth
 from intarsia.published.multrus2003 import sampling
-from intarsia.published.multrus2003.pyramid import Drawn, DrawnPyramid
 from intarsia.published.multrus2003.sampling import choose, join_in, settings_of
 from intarsia.rendering.render import render
-from intarsia.search import posed_exemplars
 from intarsia.testing import texture
 
 PLAIN = {"repetition": "none", "search": "exact"}
@@ -157,15 +155,11 @@ def test_where_labels_meet_one_of_a_few_is_drawn_at_every_level_too(monkeypatch:
         assert (halves[out.map.yx[..., 0], out.map.yx[..., 1]] == disc)[inner].all()
     assert (made[1] != made[3]).any()
     assert counts == {1}  # whatever is drawn was drawn on the way
-    drawn = Drawn(3, 2003, lambda prices, brightness: 1, 3, features([Exemplar.of(picture)]))
-    variants = posed_exemplars([Exemplar.of(picture)], features([Exemplar.of(picture)]), (0,), (14, 14))
-    search = DrawnPyramid(variants, (14, 14), (4, 4), "mean", drawn)
-    given = np.tile(np.arange(3)[None, :, None], (200, 1, 4)).astype(np.int64)
-    best, found = given.copy(), np.arange(200) % 4
-    search.followed(best, found, np.stack([np.arange(200)] * 2, axis=1), 1)
-    np.testing.assert_array_equal(found, np.minimum(np.arange(200) % 4, 1))
-    for many in (1, 2, 3):
-        assert set(best[np.arange(200) % 4 == many, 0, 0].tolist()) == set(range(many))
+    its, window = features([Exemplar.of(picture)]), (np.zeros((14, 14, 3), np.int16), np.ones((14, 14), np.uint8))
+    for many in range(1, 6):
+        costs = np.arange(many)
+        drawn = {sampling.drawn(method, its, 3, costs, 1, [k, k], window, True) for k in range(200)}
+        assert drawn == set(range(min(many, 3)))
 
 
 # ---- blocks, placement, distance -----------------------------------------------------------------------------------

@@ -107,7 +107,7 @@ def test_levels_have_the_source_s_sizes() -> None:
     search = search_of(Exemplar.of(smooth(103, 90)), 25, 5)
     assert [level.window for level in search.levels] == [(35, 35), (16, 16), (8, 8)]
     assert [level.reach.tolist() for level in search.levels] == [[18, 18], [9, 9], [5, 5]]
-    assert [tuple(level.table[0, 1:3]) for level in search.levels] == [(103, 90), (51, 45), (25, 22)]
+    assert [tuple(level.posed.table[0, 1:3]) for level in search.levels] == [(103, 90), (51, 45), (25, 22)]
     assert all(level_size(4 + 2 * 4, 4, level) >= 3 for level in range(LEVELS + 1))
 
 

@@ -1,8 +1,8 @@
-"""The correction operation as a memorandum of 2008 defines it: 5 x 5 colours, proximity and jump sets."""
+"""The correction operation of a memorandum of 2008: 5 x 5 colour neighbourhoods, proximity and jump sets."""
 
 PRESET = {
     "method": "correction-2008",
     "snap": "off",
     "channel_weights": "1",
 }
-"""What `grow --as correction2008` sets: options, and their values as they are written."""
+"""Options that `grow --as correction2008` sets, with their values as strings."""

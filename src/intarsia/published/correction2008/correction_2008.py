@@ -1,4 +1,4 @@
-"""Correction of 2008: parallel controllable synthesis with what a memorandum says of candidates and of distance.
+"""Parallel controllable texture synthesis with the candidate sets and the distance of a memorandum of 2008.
 
 A memorandum of 2008 on the correction operation of Lefebvre and Hoppe (docs/sources-004.md); rule=published is that of
 their paper of 2005.
@@ -56,7 +56,7 @@ class Correction2008(ParallelControllable):
             raise ParameterError(f"{word} cannot follow angle and zoom; drop it, or drop them.")
 
     def _mask(self, mask: tuple[float, ...]) -> tuple[float, ...]:
-        """The 25 weights that are meant."""
+        """Return the mask as 25 weights; ParameterError if it has another length, or vectors are compared."""
         if self.neighbourhood != "colour":
             raise ParameterError("neighbourhood_mask needs neighbourhood=colour; say so, or leave it out.")
         if len(mask) not in (9, 25):

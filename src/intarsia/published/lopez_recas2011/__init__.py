@@ -1,4 +1,4 @@
-"""Near-regular textures as Lopez Recas 2011 lays them: square blocks at random, the gaps between them filled."""
+"""Near-regular texture synthesis by random sampling and gap filling (Lopez Recas 2011)."""
 
 PRESET = {
     "method": "gap-filling",
@@ -6,4 +6,4 @@ PRESET = {
     "channel_weights": "1",
     "mixing": "source",
 }
-"""What `grow --as lopez_recas2011` sets: options, and their values as they are written."""
+"""Options that `grow --as lopez_recas2011` sets, with their values as strings."""

@@ -1,4 +1,4 @@
-"""The figures of Lopez Recas 2011 that are grown from a near-regular texture, one function each."""
+"""The figures of Lopez Recas 2011 that show synthesis from a near-regular texture."""
 
 from __future__ import annotations
 
@@ -22,33 +22,32 @@ USUAL = "sample:tiles"
 SIZE = 400
 
 
-def blocks(letter: str, feather: int = 4, **more: Any) -> Way:
-    """A panel by random sampling and gap filling, with the source's settings but for those that are given."""
+def blocks(feather: int = 4, **more: Any) -> Way:
+    """Return a panel by random sampling and gap filling, with the source's settings except for those given."""
     settings = {"detector": "goodness", "channel_weights": (1.0,)} | more
-    return grown(letter, SIZE, "gap-filling", settings, feather=feather)
+    return grown(SIZE, "gap-filling", settings, feather=feather)
 
 
 def tile(exemplar: Exemplar) -> Panel:
-    """A panel by the best tile, repeated."""
-    return grown("b", SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
+    """Make a panel of the best tile, repeated."""
+    return grown(SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
 
 
-def quilted(letter: str) -> Way:
-    """A panel by image quilting, with blocks as large: 50 px, 10 px of them shared."""
-    return grown(letter, SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
+quilted = grown(SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
+"""A panel by image quilting, with blocks of the same size: 50 px, 10 px of overlap."""
 
 
 def vectors(exemplar: Exemplar) -> Array:
-    """The lattice of best goodness, rows (dy, dx) in px."""
+    """Return the lattice of best goodness, rows (dy, dx) in px."""
     return np.array(lattice_by_goodness(exemplar, (1.0,)), int)[:, ::-1]
 
 
 def goodness(exemplar: Exemplar) -> list[Panel]:
-    """Figure 3.5: the correlation with itself, crosses where pairs of vectors are judged, and how good they are."""
+    """Figure 3.5: the autocorrelation, the lattice points of three pairs of vectors marked, and the pairs' goodness."""
     picture, found = features([exemplar], (1.0,)).pictures[0], vectors(exemplar)
     correlation, _ = autocorrelation(picture)
     panels, values = [given(exemplar)], np.rint(MILLION * correlation).astype(np.int32)
-    for letter, pair in {"b": found, "c": 2 * found, "d": found // 2}.items():
+    for pair in (found, 2 * found, found // 2):
         total, count = significant_sum(values, *pair, *picture.shape[:2])
         drawn, marks = shaded(correlation), np.zeros(values.shape)
         crosses = (np.mgrid[-20:21, -20:21].T @ pair).reshape(-1, 2) + np.array(values.shape) // 2
@@ -56,82 +55,77 @@ def goodness(exemplar: Exemplar) -> list[Panel]:
         marks[*inside.T] = 1
         drawn[binary_dilation(marks, iterations=3)] = 0
         good = {"goodness": (max(total, 0) / MILLION) ** ALPHA / max(count, 1)}
-        panels.append(Panel(letter, f"{pair.tolist()}", Plane(drawn), good))
+        panels.append(Panel(f"{pair.tolist()}", Plane(drawn), good))
     return panels
 
 
 def tile_costs(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.6: what the borders of every tile cost; the best tile repeated, and the worst."""
+    """Figure 4.6: border cost of every tile position; the best tile repeated, and the worst."""
     pair = vectors(exemplar)
     costs = best_tile(features([exemplar], (1.0,)).pictures[0], (256 * pair).tolist()).costs
     known = np.where(costs < 0, np.nan, costs)
-    panels, at = [Panel("a", "costs", Plane(shaded(known)))], np.mgrid[:SIZE, :SIZE].T
+    panels, at = [Panel("costs", Plane(shaded(known)))], np.mgrid[:SIZE, :SIZE].T
     inner = at - np.floor(at @ np.linalg.inv(pair)).astype(int) @ pair
-    for letter, n in {"c": np.nanargmin(known), "d": np.nanargmax(known)}.items():
+    for n in (np.nanargmin(known), np.nanargmax(known)):
         y, x = (inner + np.unravel_index(n, known.shape)).T
-        panels.append(Panel(letter, "repeated", Plane(exemplar.base.pixels[y, x]), {"cost": known.flat[n]}))
+        panels.append(Panel("repeated", Plane(exemplar.base.pixels[y, x]), {"cost": known.flat[n]}))
     return panels
 
 
 def sampled(exemplar: Exemplar) -> list[Panel]:
-    """Figure 4.7: every second block is drawn, the gaps are empty yet."""
-    made = blocks("a", 0)(exemplar)
-    pixels, (i, j) = made.picture.pixels.copy(), np.mgrid[:SIZE, :SIZE] // 40
+    """Figure 4.7: the randomly sampled blocks; the gaps are still empty."""
+    pixels, (i, j) = blocks(0)(exemplar).picture.pixels.copy(), np.mgrid[:SIZE, :SIZE] // 40
     pixels[(i + j) % 2 == 1] = 0
-    return [Panel("a", "every second block", Plane(pixels))]
+    return [Panel("every second block", Plane(pixels))]
 
 
 def failures(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.1: tiles of irregular and of regular colours, and bent ones; how many true tiles the found one holds."""
+    """Figure 5.1: tiles of irregular and of regular colours, and bent ones; area of the tile found, in true tiles."""
     upright = np.mgrid[:180, :180]
     y, x = upright
     bent = upright + 6 * np.sin([x / 23 + y / 61 + 1, y / 27 + x / 57])
     i, j = upright // 18
     drawn = (i * i * 7919 + i * j * 31 + j * j * 4729) % 181 + 60
-    shades = {"a": drawn, "c": 150 - 16 * ((i + j) % 2), "d": 150 - 16 * (j % 2), "f": 170}
+    tiles = (drawn, upright, 324), (150 - 16 * ((i + j) % 2), upright, 648), (150 - 16 * (j % 2), upright, 648)
     panels = []
-    for letter, shade in shades.items():
-        joint = ((bent if letter == "f" else upright) % 18 < 2.5).any(axis=0)
-        tiles = np.where(joint, 40, shade).astype(np.uint8)
-        pair = vectors(Exemplar.of(tiles))
-        true = 648 if letter in "cd" else 324
-        panels.append(Panel(letter, f"{pair.tolist()}", Plane(tiles), {"tiles": abs(np.linalg.det(pair)) / true}))
+    for shade, lines, true in (*tiles, (170, bent, 324)):
+        plane = Plane(np.where((lines % 18 < 2.5).any(axis=0), 40, shade).astype(np.uint8))
+        pair = vectors(Exemplar.of(plane.pixels))
+        panels.append(Panel(f"{pair.tolist()}", plane, {"tiles": abs(np.linalg.det(pair)) / true}))
     return panels
 
 
 FIGURES = (
     Figure(
         "3.5", "Of pairs of vectors the tile itself is best, not a larger or a smaller one.",
-        goodness, USUAL, "goodness c b; goodness d b",
+        goodness, "goodness c b; goodness d b", USUAL,
     ),
-    Figure("4.6", "The best tile repeats smoothly, the worst with seams.", tile_costs, USUAL, "cost c d"),
-    Figure("4.7", "Blocks are drawn among those in the same place of the lattice.", sampled, USUAL),
+    Figure("4.6", "The best tile repeats smoothly, the worst with seams.", tile_costs, "cost c d", USUAL, "acd"),
+    Figure("4.7", "Blocks are drawn among those in the same place of the lattice.", sampled, usual=USUAL),
     Figure(
         "4.10", "By correlation a little more blocky, by differences sharp edges fit a little worse.",
-        row(blocks("a", fit="correlation"), blocks("b", fit="difference")), USUAL, "seams b a",
+        row(blocks(fit="correlation"), blocks(fit="difference")), "seams b a", USUAL,
     ),
     Figure(
         "4.11", "Random sampling introduces irregularities without visible repetitions.",
-        row(given, tile, blocks("c", 0)), USUAL, "shown b c; most c b",
+        row(given, tile, blocks(0)), "shown b c; most c b", USUAL,
     ),
     Figure(
-        "4.13", "The result after transitions have been smoothed.",
-        row(blocks("a", 0), blocks("b")), USUAL, "sharp b a",
+        "4.13", "The result after transitions have been smoothed.", row(blocks(0), blocks()), "sharp b a", USUAL,
     ),
     Figure(
         "5.1", "Irregular colours give too large a tile (a), regular ones half one (c, d), bent tiles a wrong one (f).",
-        failures, USUAL, "tiles 1.1 a; tiles c 0.9; tiles d 0.9; tiles 1.1 f",
+        failures, "tiles 1.1 a; tiles c 0.9; tiles d 0.9; tiles 1.1 f", USUAL, "acdf",
     ),
     Figure(
         "5.2", "Near-regular textures are better synthesized so than by other approaches.",
-        row(given, tile, blocks("c"), quilted("d")), USUAL, "shown b c; seams c d",
+        row(given, tile, blocks(), quilted), "shown b c; seams c d", USUAL,
     ),
     Figure(
-        "5.12", "A wider blending area reduces the blocky appearance.",
-        row(blocks("a"), blocks("b", 28)), USUAL, "sharp b a",
+        "5.12", "A wider blending area reduces the blocky appearance.", row(blocks(), blocks(28)), "sharp b a", USUAL,
     ),
     Figure(
         "5.13", "Irregular textures grow with the vectors 1,0 and 0,1.",
-        row(given, blocks("b", lattice=((1.0, 0.0), (0.0, 1.0))), quilted("c")), "sample:pebbles",
+        row(given, blocks(lattice=((1.0, 0.0), (0.0, 1.0))), quilted),
     ),
-)
+)  # fmt: skip

@@ -1,9 +1,9 @@
-"""Random sampling and gap filling: square blocks at random places of the lattice, the gaps filled to fit.
+"""Random sampling and gap filling: random blocks of a near-regular texture, gaps filled by the best match.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
-and Lopez Recas's thesis of the same year, 4.2; what departs from it is told in `sampling.py`.
+and Lopez Recas's thesis of the same year, 4.2; departures are listed in `sampling.py`.
 
-Cost: for every second block a comparison of all its places on the pixels of its border.
+Cost: for every second block, its border is compared at all its candidate places.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import ClassVar
 
 from ... import methods
 from ...foundation.blend import Blend
-from ...foundation.params import AUTO, param
+from ...foundation.params import param
 from ...methods import Ability, EndlessBase
 
 
 @dataclass(frozen=True)
 class GapFilling(EndlessBase):
-    """Lay square blocks at random places of the lattice, and fill the gaps between them with what fits best."""
+    """Copy square blocks from random places of the lattice, and fill the gaps between them with the best match."""
 
     slug: ClassVar[str] = "gap-filling"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
@@ -27,10 +27,9 @@ class GapFilling(EndlessBase):
     engine: ClassVar[str] = "intarsia.published.lopez_recas2011.sampling"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
-    lattice: tuple[tuple[float, float], ...] | None = param(
-        AUTO, "vectors", "by which steps the texture repeats; automatic: found in the exemplar",
-        low=-65536, high=65536, unit="px",
-    )  # fmt: skip
+    lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(
+        "by which steps the texture repeats; automatic: found in the exemplar"
+    )
     detector: str = param(
         "contrast", "choice", "how an automatic lattice is found: by contrast, or by the goodness of the source, which "
         "answers on every texture",
@@ -49,5 +48,5 @@ class GapFilling(EndlessBase):
 
     @property
     def blend(self) -> Blend:
-        """Blocks are mixed over 4 px."""
+        """Blocks are feathered over 4 px."""
         return Blend(4)

@@ -1,10 +1,10 @@
-"""The lattice by the rule of the source: the pair of correlation peaks with the best goodness.
+"""Lattice detection of Lopez Recas 2011: the pair of autocorrelation peaks with the best goodness.
 
-It is good at printed patterns, but answers on every texture, also on those without a lattice, and prefers large cells
-of which few points are seen.
+Good at printed patterns; but it returns a lattice for every texture, even for one without any, and prefers large
+cells of which few points are seen.
 
 Source: Lopez Recas 2011, section 3.3 and 3.3.1, eq. 3.22. Departures: a negative sum has goodness 0 instead of
-an undefined power; flat pairs are left out; the tile is counted in closed form, not px by px.
+an undefined power; flat pairs are left out; visible tile pixels are counted in closed form, not one by one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from ...analysis import factor_for, reduced
 from ...analysis.elements import autocorrelation
 from ...analysis.features import features
-from ...foundation import MethodError
+from ...foundation import MethodError, ndimage
 from ...foundation.arrays import Floats, Int16, Int32, Int64
 from ...model import Exemplar
 from .goodness_kernels import MILLION, best_pair
@@ -29,7 +29,7 @@ def lattice_by_goodness(exemplar: Exemplar, weights: tuple[float, ...] | None) -
 
 
 def plain_lattice(picture: Int16) -> Floats | None:
-    """The lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None without peaks."""
+    """Return the lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None if there are no peaks."""
     factor = factor_for(picture.shape)
     small, _ = reduced(picture, None, factor)
     correlation, _ = autocorrelation(small)
@@ -39,15 +39,14 @@ def plain_lattice(picture: Int16) -> Floats | None:
 
 
 def _peaks(values: Int32) -> Int64:
-    """All local maxima of the right half plane (n, 2), shortest first."""
-    height, width = values.shape
-    middle = height // 2, width // 2
-    padded = np.pad(values, 1, constant_values=-MILLION)
-    top = np.ones(values.shape, bool)
-    for k, (i, j) in enumerate((i, j) for i in (0, 1, 2) for j in (0, 1, 2) if (i, j) != (1, 1)):
-        other = padded[i : i + height, j : j + width]
-        top &= values >= other if k < 4 else values > other
-    at = np.argwhere(top) - middle
+    """Return all local maxima of the right half plane (n, 2), shortest first."""
+    above = np.array([[1, 1, 1], [1, 0, 0], [0, 0, 0]])
+    first, last = (
+        ndimage.maximum_filter(values, footprint=half, mode="constant", cval=-MILLION)
+        for half in (above, above[::-1, ::-1])
+    )
+    top = (values >= first) & (values > last)
+    at = np.argwhere(top) - np.array(values.shape) // 2
     at = at[(at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0))]
     square = (at * at).sum(axis=1)
     result: Int64 = at[np.lexsort((at[:, 1], at[:, 0], square))].astype(np.int64)

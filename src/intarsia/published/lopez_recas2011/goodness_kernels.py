@@ -1,4 +1,4 @@
-"""Kernels of the goodness of lattices: the tiles that overlaps show, and the best pair of peaks."""
+"""Kernels of lattice goodness: how much of a tile an overlap shows, and the best pair of correlation peaks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def hermite(v1y: int, v1x: int, v2y: int, v2x: int) -> tuple[int, int, int]:
 
 @kernel
 def union_length(a: int, b: int, width: int, count: int) -> int:
-    """Length of the union of the circular intervals [-b i, -b i + width) mod a, i < count."""
+    """Return the length of the union of the circular intervals [-b i, -b i + width) mod a, i < count."""
     if count <= 0:
         return 0
     if width >= a:
@@ -46,7 +46,7 @@ def union_length(a: int, b: int, width: int, count: int) -> int:
 
 @kernel
 def tile_pixels(a: int, b: int, c: int, height: int, width: int) -> int:
-    """Count the different pixels of the tile of the lattice (a, 0), (b, c) that a rectangle shows.
+    """Return how many different pixels of the tile of the lattice (a, 0), (b, c) a rectangle shows.
 
     Rows c apart show the same row of the tile, shifted by b.
     """
@@ -59,7 +59,7 @@ def tile_pixels(a: int, b: int, c: int, height: int, width: int) -> int:
 
 @kernel
 def significant_sum(values: Any, v: Any, w: Any, height: int, width: int) -> Pair:
-    """Add up and count the map at the significant points of the right half plane of a reduced pair, in whole px.
+    """Return sum and number of the map's values at the significant lattice points (right half plane) of a reduced pair.
 
     Significant: the overlap of the picture (height x width) with itself shows 85 % of the tile or more.
     """
@@ -83,7 +83,7 @@ def significant_sum(values: Any, v: Any, w: Any, height: int, width: int) -> Pai
 
 @kernel
 def highest(values: Any, height: int, width: int) -> Any:
-    """Return the highest value of the map, but its middle, where the overlap has so many px or more."""
+    """Return, for every n, the highest value of the map, its middle excepted, where the overlap has n px or more."""
     high, wide = values.shape[0] >> 1, values.shape[1] >> 1
     most = np.zeros(height * width + 1, np.int64)
     for y in range(-high, high + 1):

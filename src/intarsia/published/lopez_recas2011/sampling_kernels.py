@@ -1,4 +1,4 @@
-"""Kernels of random sampling and gap filling: the places near a lattice, and the patch that fits a border best."""
+"""Kernels of random sampling and gap filling: places near a lattice, and the best match of a border."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FIRST = 4  # runs of a border that every place is compared on; then a comparison
 
 @kernel
 def near(places: Any, valid: Any, slack: int) -> Any:
-    """Mark where a patch may begin, which `valid` (h, w) says, within `slack` px of places (n, 2): (h, w)."""
+    """Return the `valid` (h, w) first pixels of patches that lie within `slack` px of places (n, 2): (h, w)."""
     height, width = valid.shape
     marks = np.zeros(valid.shape, np.bool_)
     for k in range(len(places)):
@@ -25,7 +25,7 @@ def near(places: Any, valid: Any, slack: int) -> Any:
 
 @kernel
 def best_place(picture: Any, runs: Any, border: Any, places: Any) -> int:
-    """Find the place with the least sum of squared differences from a border, the first of equals.
+    """Return the place with the least sum of squared differences from a border, the first of equals.
 
     `runs` (n, 3): stretches of a row of `picture` (H, W, C) that are compared at once, where they begin in its numbers
     (from the place) and in those of the `border`, and how many numbers; `places` (m, 2).
@@ -51,7 +51,7 @@ def best_place(picture: Any, runs: Any, border: Any, places: Any) -> int:
 
 @kernel
 def _difference(flat: Any, at: int, runs: Any, border: Any, limit: Any) -> Any:
-    """Squared differences along runs; the sum so far once that exceeds `limit`."""
+    """Return the sum of squared differences along runs, or the partial sum once it exceeds `limit`."""
     total = np.int64(0)
     for k in range(len(runs)):
         f = flat[at + runs[k, 0] : at + runs[k, 0] + runs[k, 2]]

@@ -1,4 +1,4 @@
-"""Patch-based sampling with all that Multrus 2003 has: candidates, counters and marks, and the pyramid search."""
+"""Patch-based sampling as in Multrus 2003: candidate bounds, repetition counters and marks, pyramid search."""
 
 PRESET = {
     "method": "patch-sampling",
@@ -13,4 +13,4 @@ PRESET = {
     "boundary_join": "same",
     "mixing": "source",
 }
-"""What `grow --as multrus2003` sets: options, and their values as they are written."""
+"""Options that `grow --as multrus2003` sets, with their values as strings."""

@@ -1,11 +1,11 @@
-"""The figures of Multrus 2003 that are grown from a texture, one function each.
+"""The figures of Multrus 2003 that show synthesis from a texture.
 
-Panels that begin with the same block there begin with the same seed here.
+Panels that begin with the same block in the thesis begin with the same seed here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -19,55 +19,54 @@ from ...model import Exemplar
 from ...model.canvas import Guide
 from ...model.image import Kind, Plane
 from ...tasks.completion import Margins, extended
-from ..figures import Figure, Panel, Way, cropped, given, grown, plotted, row, shaded
+from ..figures import Figure, Panel, Way, cropped, given, grown, listed, plotted, row, shaded
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
-PEBBLES = "sample:pebbles"
+TILES, GRASS, GRAVEL = "sample:tiles", "sample:grass", "sample:gravel"
 AS_THERE = {"search": "exact", "repetition": "none", "channel_weights": (1.0,)}
 ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
-ISOMETRIES = "none", "180", "90", "both"
+PYRAMID = {"pyramid": "mean", "pyramid_draws": "every"}
 
 
-def patches(letter: str, size: Any, printed: str = "", feather: Any = None,
-            start: Any = None, guide: Any = None, **more: Any) -> Way:  # fmt: skip
-    """A panel by patch-based sampling, with the source's settings but for those that are given."""
+def patches(size: Any, printed: str = "", feather: Any = None, start: Any = None, guide: Any = None,
+            **more: Any) -> Way:  # fmt: skip
+    """Return a panel by patch-based sampling, with the source's settings except for those given."""
     settings = {"patch": 25, "overlap": 5, **more}
-    way = grown(letter, size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide)
-    return lambda e: way(e)._replace(told=", ".join(f"{name} {value}" for name, value in settings.items()))
+    way = grown(size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide)
+    return lambda e: way(e)._replace(told=listed(settings))
 
 
-def by_pixels(letter: str, columns: int, printed: str) -> Way:
-    """A panel pixel by pixel."""
-    return grown(letter, 200, "wei-levoy", {"matching": "exact", "noise": "white", "window": (3, columns)}, printed)
+def by_pixels(columns: int, printed: str) -> Way:
+    """Return a panel synthesized pixel by pixel."""
+    return grown(200, "wei-levoy", {"matching": "exact", "noise": "white", "window": (3, columns)}, printed)
 
 
 def isometries(size: int | None, *printed: str, **more: Any) -> list[Way]:
-    """Panels with more and more isometries."""
-    ways = zip("bcde", ISOMETRIES, printed, strict=True)
-    return [patches(k, size, seconds, isometries=kind, **more) for k, kind, seconds in ways]
+    """Return panels with larger and larger sets of isometries."""
+    ways = zip(("none", "180", "90", "both"), printed, strict=True)
+    return [patches(size, seconds, isometries=kind, **more) for kind, seconds in ways]
 
 
 REPETITIONS = row(
-    given, patches("b", 300, "73 s", candidates=1), patches("c", 300, "73 s", candidates=1, repetition="counter"),
-    side=200,
-)  # fmt: skip
+    given, patches(300, "73 s", candidates=1), patches(300, "73 s", candidates=1, repetition="counter"), side=200
+)
 """Without and with the prevention of repetitions."""
 
 
 def multiresolution(exemplar: Exemplar) -> list[Panel]:
     """Figure 4.9: without and with the pyramid."""
     e = cropped(exemplar, 200)
-    made = row(patches("b", 200, "33.4 s"), patches("c", 200, "1.0 s", pyramid="mean", pyramid_draws="every"))(e)
-    work = laws(np.array([e.width]))
-    counted = zip(made, (work["blocks"], work["pyramid"]), strict=True)
+    made = row(patches(200, "33.4 s"), patches(200, "1.0 s", **PYRAMID))(e)
+    _, *work = laws(np.array([e.width])).values()
+    counted = zip(made, work, strict=True)
     return [given(e), *(panel._replace(values=panel.values | {"differences": float(n[0])}) for panel, n in counted)]
 
 
 def laws(side: Array) -> dict[str, Array]:
-    """Differences of pixels for each that is grown, by the laws of 2.3, 3.4 and 4.3.2, of square inputs."""
+    """Return the pixel differences per output pixel for square inputs, by the formulas of 2.3, 3.4 and 4.3.2."""
 
     def searched(places: Any, n: int) -> Any:
-        """So many blocks along each axis, n times smaller than 25 px with seams of 5 px."""
+        """Return the cost of `places` blocks along each axis, n times smaller than 25 px with seams of 5 px."""
         return places**2 * 2 * (5 // n) * (25 // n + 2 * (5 // n)) / 35**2
 
     around = searched(36, 1) + searched(17, 2)  # what fits into an area of twice the block's side
@@ -78,16 +77,16 @@ def laws(side: Array) -> dict[str, Array]:
 
 
 def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
-    """Figures 2.4, 3.8 and 4.8: the laws over the side of the input; the gain by the last of them."""
+    """Figures 2.4, 3.8 and 4.8: the cost formulas over the side of the input; the gain by the last of them."""
     side = np.arange(64, 513)
     drawn = dict([*laws(side).items()][:curves])
     *before, last = drawn.values()
     values = {"growth": last[-1] / last[0], "gain": before[-1][-1] / last[-1] if before else 1.0}
-    return [Panel("a", "differences for a pixel, input of 64 to 512 px", plotted(side, drawn), values)]
+    return [Panel("differences for a pixel, input of 64 to 512 px", plotted(side, drawn), values)]
 
 
 def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
-    """Root mean square distance of the seam above and left of a block to that of every block, in its best pose."""
+    """Return the RMS distance of the seam above and left of a block to that of every block, in its best pose."""
     known = np.ones((*block.shape[:2], 1))
     known[5:, 5:] = 0
     squares, maps = (pixels**2).sum(axis=2), []
@@ -98,28 +97,28 @@ def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
     return np.sqrt(np.maximum(np.min(maps, axis=0), 0) / known.sum())
 
 
-def maps(exemplar: Exemplar, ways: Mapping[str, Sequence[int]]) -> list[Panel]:
-    """Figures 3.12 and 4.2: distances of all blocks to the next one of a picture in progress, each in its best pose.
+def maps(exemplar: Exemplar, *ways: Sequence[int]) -> list[Panel]:
+    """Figures 3.12 and 4.2: distances of all blocks to the next one of a partial synthesis, each in its best pose.
 
-    What lies above and left of the next block is grown by canvases that end there. `periodic`: the highest correlation
-    of a map with itself, moved by a third of a block or more, and by no more than half of the map.
+    The part above and left of the next block is made on canvases that end there. `ways`: the poses of each panel.
+    `periodic`: the highest correlation of a map with itself, moved by a third of a block or more, and by no more than
+    half of the map.
     """
     e = cropped(exemplar, 150)
-    above, left = row(patches("b", (90, 200)), patches("b", (200, 90)))(e)
+    above, left = row(patches((90, 200)), patches((200, 90)))(e)
     begun = np.zeros((120, 200, *above.picture.samples.shape[2:]), above.picture.samples.dtype)
     begun[:90], begun[90:, :90] = above.picture.samples, left.picture.samples[90:120]
-    found = {k: farness(e.base.samples.astype(np.float64), begun[85:, 85:120] * 1.0, p) for k, p in ways.items()}
-    panels, ends = [above._replace(picture=Plane(begun))], [*map(np.min, found.values()), *map(np.max, found.values())]
-    for letter, far in found.items():
+    found = [farness(e.base.samples.astype(np.float64), begun[85:, 85:120] * 1.0, poses) for poses in ways]
+    panels, ends = [above._replace(picture=Plane(begun))], [*map(np.min, found), *map(np.max, found)]
+    for poses, far in zip(ways, found, strict=True):
         low = (far == minimum_filter(far, 9)) & (far < (far.min() + np.median(far)) / 2)
         values = {"mean": float(far.mean()), "minima": float(low.sum()), "periodic": periodic(far)}
-        gray = Plane(shaded(far, min(ends), max(ends)))
-        panels.append(Panel(letter, f"distances, isometries {ways[letter]}", gray, values))
+        panels.append(Panel(f"distances, isometries {poses}", Plane(shaded(far, min(ends), max(ends))), values))
     return panels
 
 
 def periodic(values: Array) -> float:
-    """The highest correlation of a map with itself, moved by 12 px or more, and by at most half of it."""
+    """Return the highest autocorrelation of a map at shifts of 12 px or more, and of at most half its size."""
     around = [2 * n for n in values.shape]
     power = [np.abs(np.fft.rfft2(v, around)) ** 2 for v in (values - values.mean(), np.ones(values.shape))]
     moved, shared = (np.fft.irfft2(p, around) for p in power)
@@ -129,7 +128,7 @@ def periodic(values: Array) -> float:
 
 
 def continued(exemplar: Exemplar) -> list[Panel]:
-    """Figures 4.1 and 5.1: the input is continued to the right, with more and more isometries."""
+    """Figures 4.1 and 5.1: the input is extended to the right, with larger and larger sets of isometries."""
     e = cropped(exemplar, 150)
     start = extended((e.source,), 0, Margins(right=e.width))
     ways = isometries(None, "9 s", "23 s", "30 s", "45 s", start=start, candidates=2)
@@ -137,17 +136,17 @@ def continued(exemplar: Exemplar) -> list[Panel]:
 
 
 def avoided(exemplar: Exemplar) -> list[Panel]:
-    """Figure 5.2: a corner of the input is marked, and does not come into the output."""
+    """Figure 5.2: a corner of the input is masked, and must not appear in the output."""
     pixels = exemplar.base.samples[:300, :300].copy()
     usable = np.ones(pixels.shape[:2], bool)
     usable[:50, :50] = False
     pixels[~usable] = 0
-    made = patches("c", 300, "243 s")(Exemplar.of(pixels, usable=usable))
+    made = patches(300, "243 s")(Exemplar.of(pixels, usable=usable))
     return [made._replace(values=made.values | {"marked": (made.picture.samples == 0).all(axis=2).sum()})]
 
 
 def labelled(exemplar: Exemplar, side: int, dark: float, printed: dict[float, str], **more: Any) -> list[Panel]:
-    """Figures 5.5 to 5.8: a disc is painted with two regions of the input, one darker; alpha weighs the boundary."""
+    """Figures 5.5 to 5.8: a disc of labels is filled from two regions, one darker; alpha weighs the guide."""
     side = min(side, exemplar.height, exemplar.width)
     y, x = np.mgrid[:side, :side]
     there, here = x > side / 2 + side / 20 * np.sin(y / 12), np.hypot(y - side / 2, x - side / 2) < side / 3
@@ -155,90 +154,72 @@ def labelled(exemplar: Exemplar, side: int, dark: float, printed: dict[float, st
     two = Exemplar.of(np.where(there[..., None], pixels * dark, pixels).astype(pixels.dtype))
     source, target = (Plane(marks.astype(np.uint8), Kind.LABEL) for marks in (there, here))
     more = {"isometries": "both"} | ALIKE | more
-    panels = [given(two), Panel("c", "labels", Plane(shaded(here * 1)))]
-    for letter, (alpha, seconds) in zip("defgh", printed.items(), strict=False):
-        made = patches(letter, side, seconds, guide=Guide(source, target, alpha), **more)(two)
+    panels = [given(two), Panel("labels", Plane(shaded(here * 1)))]
+    for alpha, seconds in printed.items():
+        made = patches(side, seconds, guide=Guide(source, target, alpha), **more)(two)
         panels.append(made._replace(told=f"alpha {alpha}"))
     return panels
 
 
-UPRIGHT = {"c": (0,)}
-POSED = UPRIGHT | {"d": (0, 1, 2, 6), "e": (0, 3, 4, 5, 7), "f": tuple(range(8))}
-ALPHAS = {0.5: "50 s", 1: "51 s", 2: "50 s", 3: "49 s", 5: "51 s"}
+def painted(number: str, claim: str, rising: str, side: int, dark: float, **more: Any) -> Figure:
+    """Figures 5.5 to 5.8."""
+    return Figure(number, claim, partial(labelled, side=side, dark=dark, **more), rising, GRAVEL, "acdefgh")
+
+
 FIGURES = (
-    Figure("2.4", "The work grows with the size of the input.", partial(costs, curves=1), PEBBLES, "growth 60 a"),
-    Figure("3.8", "Blocks take clearly less of it than pixels.", partial(costs, curves=2), PEBBLES, "gain 10 a"),
-    Figure("4.8", "The pyramid takes clearly less than blocks.", partial(costs, curves=3), PEBBLES, "gain 10 a"),
+    Figure("2.4", "The work grows with the size of the input.", partial(costs, curves=1), "growth 60 a"),
+    Figure("3.8", "Blocks take clearly less of it than pixels.", partial(costs, curves=2), "gain 10 a"),
+    Figure("4.8", "The pyramid takes clearly less than blocks.", partial(costs, curves=3), "gain 10 a"),
     Figure(
         "2.5", "Pixel by pixel; a larger neighbourhood keeps larger structures.",
-        row(given, by_pixels("b", 7, "> 2100 s"), by_pixels("c", 9, "2780 s"), side=128), PEBBLES, "whole b c",
+        row(given, by_pixels(7, "> 2100 s"), by_pixels(9, "2780 s"), side=128), "whole b c",
     ),
     Figure(
         "3.4", "Without blending block boundaries can easily be recognized.",
-        row(given, patches("b", 200, feather=0), patches("c", 200)), PEBBLES, "sharp c b",
+        row(given, patches(200, feather=0), patches(200)), "sharp c b",
     ),
     Figure(
         "3.6", "Small patches lose the structure, large ones leave little interaction.",
-        row(given, *(patches(k, 200, patch=n, overlap=4) for k, n in zip("bcde", (5, 25, 45, 100), strict=True))),
-        "sample:tiles", "seams e d c b",
+        row(given, *(patches(200, patch=n, overlap=4) for n in (5, 25, 45, 100))), "seams e d c b", TILES,
     ),
     Figure(
         "3.7", "Narrow seams match badly, 5 px are best, wide ones bring errors by blending.",
-        row(given, *(patches(k, 200, overlap=n) for k, n in zip("bcdef", (1, 3, 5, 10, 20), strict=True))),
-        PEBBLES, "seams d b; sharp f d",
+        row(given, *(patches(200, overlap=n) for n in (1, 3, 5, 10, 20))), "seams d b; sharp f d",
     ),
     Figure(
         "3.12", "A stochastic texture has few places that fit ...",
-        partial(maps, ways=UPRIGHT), "sample:grass", "minima c 4; periodic c 0.5",
+        lambda e: maps(e, (0,)), "minima c 4; periodic c 0.5", GRASS, "bc",
     ),
     Figure(
         "3.12d", "... a regular one many, which repeat.",
-        partial(maps, ways=UPRIGHT), "sample:tiles", "minima 4 c; periodic 0.5 c",
+        lambda e: maps(e, (0,)), "minima 4 c; periodic 0.5 c", TILES, "bc",
     ),
     Figure(
         "4.1", "Isometries continue an arc otherwise than by the same piece (b is figure 5.1).",
-        continued, "sample:gravel", "most e b",
+        continued, "most e b", GRAVEL,
     ),
     Figure(
         "4.2", "With isometries many blocks come nearer.",
-        partial(maps, ways=POSED), "sample:grass", "mean f d c; mean f e c",
+        lambda e: maps(e, (0,), (0, 1, 2, 6), (0, 3, 4, 5, 7), tuple(range(8))),
+        "mean f d c; mean f e c", GRASS, "bcdef",
     ),
     Figure(
         "4.3", "Isometries lead to an improved variability.",
-        row(given, *isometries(200, "17 s", "46 s", "57 s", "83 s"), side=150), PEBBLES, "whole e b",
+        row(given, *isometries(200, "17 s", "46 s", "57 s", "83 s"), side=150), "whole e b",
     ),
-    Figure(
-        "4.5", "With the prevention of repetitions there are less noticeable ones.",
-        REPETITIONS, PEBBLES, "most c b; shown b c",
-    ),
-    Figure("4.6", "On a regular texture it makes the result slightly worse.", REPETITIONS, "sample:tiles", "seams b c"),
-    Figure(
-        "4.9", "By the pyramid far fewer differences are taken, at equal quality if stochastic.",
-        multiresolution, PEBBLES, "differences c b",
-    ),
-    Figure(
-        "4.10", "On a regular texture the pyramid joins blocks worse.",
-        multiresolution, "sample:tiles", "seams b c",
-    ),
-    Figure("5.2", "What is marked is avoided.", avoided, PEBBLES, "marked c 1"),
-    Figure(
-        "5.5", "The more alpha, the better the boundary, and the worse the seams.",
-        partial(labelled, side=150, dark=0.4, printed=ALPHAS, patch=7, overlap=4),
-        "sample:gravel", "agree d e f; seams f g h",
-    ),
-    Figure(
-        "5.6", "A smooth boundary is followed, quickly by the pyramid.",
-        partial(labelled, side=300, dark=0.9, printed={1: "35 s"}, pyramid="mean", pyramid_draws="every"),
-        "sample:gravel", "agree 97 d",
-    ),
-    Figure(
-        "5.7", "A boundary of strong contrast is met only where the input has one like it.",
-        partial(labelled, side=300, dark=0.4, printed={2: "598 s"}, patch=10, boundary_candidates=2),
-        "sample:gravel", "agree d 99",
-    ),
-    Figure(
-        "5.8", "Without alpha the boundary is free, and the seams are better.",
-        partial(labelled, side=256, dark=0.4, printed={1.5: "559 s", 0: "560 s"}, patch=7, overlap=4),
-        "sample:gravel", "agree e d; seams e d",
-    ),
-)
+    Figure("4.5", "With the prevention of repetitions there are less noticeable ones.", REPETITIONS,
+           "most c b; shown b c"),
+    Figure("4.6", "On a regular texture it makes the result slightly worse.", REPETITIONS, "seams b c", TILES),
+    Figure("4.9", "By the pyramid far fewer differences are taken, at equal quality if stochastic.", multiresolution,
+           "differences c b"),
+    Figure("4.10", "On a regular texture the pyramid joins blocks worse.", multiresolution, "seams b c", TILES),
+    Figure("5.2", "What is marked is avoided.", avoided, "marked c 1", letters="c"),
+    painted("5.5", "The more alpha, the better the boundary, and the worse the seams.", "agree d e f; seams f g h",
+            150, 0.4, printed={0.5: "50 s", 1: "51 s", 2: "50 s", 3: "49 s", 5: "51 s"}, patch=7, overlap=4),
+    painted("5.6", "A smooth boundary is followed, quickly by the pyramid.", "agree 97 d",
+            300, 0.9, printed={1: "35 s"}, **PYRAMID),
+    painted("5.7", "A boundary of strong contrast is met only where the input has one like it.", "agree d 99",
+            300, 0.4, printed={2: "598 s"}, patch=10, boundary_candidates=2),
+    painted("5.8", "Without alpha the boundary is free, and the seams are better.", "agree e d; seams e d",
+            256, 0.4, printed={1.5: "559 s", 0: "560 s"}, patch=7, overlap=4),
+)  # fmt: skip

@@ -1,4 +1,4 @@
-"""Patch-based sampling: patches whose seams match, feathered into one another.
+"""Patch-based sampling: patches with matching boundary zones, blended by feathering.
 
 Liang, Liu, Xu, Guo and Shum, "Real-time texture synthesis by patch-based sampling", ACM Transactions on Graphics
 2001; Multrus 2003 (see docs/sources-000.md).
@@ -23,7 +23,7 @@ from ...methods import Ability, MethodBase
 
 @dataclass(frozen=True)
 class PatchSampling(MethodBase):
-    """Lay patches whose seams match what is there, and feather the seams."""
+    """Place patches whose seams match their neighbours, and feather the seams."""
 
     slug: ClassVar[str] = "patch-sampling"
     paper: ClassVar[str] = "Liang et al. 2001; Multrus 2003"
@@ -43,11 +43,11 @@ class PatchSampling(MethodBase):
         low=0, high=1 << 16, unit="px",
     )  # fmt: skip
     bound: str = param(
-        "best", "choice", "who may be chosen: the best few, all within epsilon of black, or of the best distance",
+        "best", "choice", "what may be chosen: the best few, all within epsilon of black, or of the best distance",
         choices=("best", "epsilon", "relative"),
     )  # fmt: skip
     candidates: int = param(5, "int", "with bound=best: how many may be chosen", low=1, high=99_999)
-    epsilon: float = param(0.1, "float", "with the other bounds: how far from the ideal one may be", low=0, high=100)
+    epsilon: float = param(0.1, "float", "with the other bounds: relative tolerance", low=0, high=100)
     join: str = param(
         "feather", "choice", "how patches meet: feathered, cut in the middle of the seam, or along the cheapest seam",
         choices=("feather", "middle", "cut"),
@@ -85,12 +85,12 @@ class PatchSampling(MethodBase):
 
     @property
     def blend(self) -> Blend:
-        """A feather as wide as the seam."""
+        """Feather as wide as the seam."""
         return Blend(max(extent(self.overlap or 0)) if self.join == "feather" else 0)
 
     @property
     def pitch(self) -> tuple[int, int]:
-        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
+        """Step from patch to patch, (rows, columns) px; valid once patch and overlap are resolved."""
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] + overlap[0], patch[1] + overlap[1]
 

@@ -1,4 +1,4 @@
-"""What repeats cost by Multrus 2003, 4.2.1: distances are multiplied by one more than how often a patch was used."""
+"""Repetition costs of Multrus 2003, 4.2.1: distances are multiplied by 1 + the number of uses of a patch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...search import Candidates, Prices, Search, WindowGrid
 
 
 class Factors(Prices):
-    """Uses that distances are multiplied by: 1 + uses; ONE = once."""
+    """Use counts by which distances are multiplied, as 1 + uses; ONE is one use."""
 
 
 class Marks(Repetition):
@@ -28,10 +28,10 @@ class Marks(Repetition):
         self.search_prices = Factors([self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()], 0)
 
     def account(self) -> None:
-        """Uses count at once."""
+        """Do nothing: uses count at once."""
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
-        """Return for every candidate its squared distance times (1 + uses)**2; -1 where it is forbidden."""
+        """Return for every candidate its squared distance times (1 + uses)**2; -1 if it is forbidden."""
         plain = super().prices(row, column, found)
         begins, rows, columns = self._offsets[found.rows[:, 1]].T
         y, x = (found.rows[:, 2 + k] // self.search.factor for k in (0, 1))
@@ -43,7 +43,7 @@ class Counter(Marks):
     """Distance times (1 + uses of any patch that touches it)."""
 
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:
-        """Count a patch (variant, row, column) laid at a window, wherever one would touch it."""
+        """Count a patch (variant, row, column) placed at a window, for all patches that would overlap it."""
         self.laid += 1
         place, laid, factor = self.grid[row, column], self._laid, self.search.factor
         placement(laid.frames, laid.shape, *pick, *self.layout.at(row, column), place)

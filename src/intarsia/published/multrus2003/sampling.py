@@ -1,21 +1,22 @@
-"""Patch-based sampling at work: which patches may be chosen by each bound, and how they meet.
+"""Engine of patch-based sampling: candidate bounds, the draw among candidates, and how patches are joined.
 
-Where a short-list would hide some of what Multrus 2003 draws among (3.3.4, 4.2.1), every patch is measured until it is
-farther than what counts.
+Where a short-list would hide some of the candidates of Multrus 2003 (3.3.4, 4.2.1), every patch is measured, until its
+distance exceeds the bound.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from ...analysis.features import features
+from ...analysis.features import Features, features
 from ...foundation.arrays import Array, Pair
 from ...foundation.params import AUTO, extent
-from ...foundation.run import Run, below
+from ...foundation.run import Run, below, draw
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
@@ -36,7 +37,7 @@ from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide, guided_patch
 from .guided import GuidedByRoots
 from .patch_sampling import PatchSampling
-from .pyramid import Drawn, DrawnPyramid, GuidedPyramid, PyramidSearch, check_pyramid
+from .pyramid import GuidedPyramid, PyramidSearch, check_pyramid
 from .repeats import Counter, Factors, Marks
 
 STAGE = 2003  # keeps this method's draws apart from those of others
@@ -47,7 +48,7 @@ UNLIMITED = 1 << 60
 
 
 def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> PatchSampling:
-    """Decide patch and seam from the size of the texture's elements."""
+    """Return the method with patch and overlap derived from the size of the texture's elements."""
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
         whole = default_patch(exemplars) if canvas.guide is None else guided_patch(exemplars, canvas.guide)
@@ -71,13 +72,12 @@ def resolved(method: PatchSampling, exemplars: Exemplars, canvas: Canvas) -> Pat
 def synthesize(
     method: PatchSampling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Grow the map window by window, in raster order as far as windows touch."""
+    """Build the map window by window, in raster order as far as windows overlap."""
     misses: list[int] = []
     settings = settings_of(method)
     if method.pyramid != "off" and method.pyramid_draws == "every":
-        its = features(exemplars, method.channel_weights)
-        drawn = Drawn(seed, STAGE, partial(_admitted, method), method.boundary_candidates, its)
-        settings = replace(settings, finder=partial(_drawing, method, drawn))
+        draws = partial(drawn, method, features(exemplars, method.channel_weights), seed)
+        settings = replace(settings, finder=partial(_from_coarse, method, draws))
     stages = Stages(settings, exemplars, canvas, method.blend)
     for growth in stages:
         pick = partial(choose, method, growth, misses=misses)
@@ -88,7 +88,7 @@ def synthesize(
 
 
 def listed(method: PatchSampling) -> int:
-    """How many candidates a search keeps: the short-list is rough, so more than may be chosen."""
+    """Return how many candidates a search keeps: more than may be chosen, as the short-list is approximate."""
     if method.bound != "best" and not of_all(method):
         return LISTED_BY_EPSILON
     at_bounds = method.boundary_candidates if method.pyramid != "off" else min(method.boundary_candidates, MOST)
@@ -97,18 +97,18 @@ def listed(method: PatchSampling) -> int:
 
 
 def of_all(method: PatchSampling) -> bool:
-    """Whether every patch is looked at, as what may be chosen could lie beyond a short-list."""
+    """Return whether every patch must be measured, as a candidate could be missing from a short-list."""
     far = method.bound != "best" or method.candidates > MOST or method.repetition in ("counter", "marks")
     return method.pyramid == "off" and far
 
 
 def _search(method: PatchSampling) -> str:
-    """Counters and marks are those of single places, which the exact search has."""
+    """Return the search to use: counters and marks belong to single positions, which need the exact search."""
     return "exact" if method.repetition in ("counter", "marks") else method.search
 
 
 def settings_of(method: PatchSampling) -> PatchSettings:
-    """How patches are laid; known once patch and overlap are."""
+    """Return how patches are placed; patch and overlap must be resolved."""
     overlap = extent(method.overlap or 0)
     rule = {"counter": Counter, "marks": Marks}.get(method.repetition, Repetition)
     usage = method.usage if method.repetition == "prices" else 0.0
@@ -116,7 +116,8 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
         isometries=method.isometries, search=_search(method), listed=listed(method), rim=max(overlap),
-        finder=partial(_from_coarse, method) if coarse else None, guided=GuidedPyramid if coarse else GuidedByRoots,
+        finder=partial(_from_coarse, method, None) if coarse else None,
+        guided=GuidedPyramid if coarse else GuidedByRoots,
         repeats=Repeats(rule, usage, method.min_repeat_distance),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack
@@ -124,23 +125,27 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     )  # fmt: skip
 
 
+def drawn(
+    method: PatchSampling, its: Features, seed: int, costs: Array, level: int, at: list[int],
+    window: tuple[Array, Array], guided: bool,
+) -> int:  # fmt: skip
+    """Draw the index of one of the ascending costs that the bound admits at a level; see PyramidSearch."""
+    many = method.boundary_candidates if guided else _admitted(method, costs, its.brightness(*window))
+    return below(min(max(many, 1), len(costs)), draw(seed, STAGE, 1 + level, *at))
+
+
 def _from_coarse(
-    method: PatchSampling, its: PatchSettings, variants: PosedExemplars, patch: Pair, listed: int
-) -> Search:
-    return PyramidSearch(variants, patch, its.overlap, method.pyramid, method.pyramid_kept, listed)
-
-
-def _drawing(
-    method: PatchSampling, drawn: Drawn, its: PatchSettings, variants: PosedExemplars, patch: Pair,
+    method: PatchSampling, draws: Callable[..., int] | None, its: PatchSettings, variants: PosedExemplars, patch: Pair,
     listed: int,
 ) -> Search:  # fmt: skip
-    return DrawnPyramid(variants, patch, its.overlap, method.pyramid, drawn)
+    kept, listed = (method.pyramid_kept, listed) if draws is None else (method.boundary_candidates,) * 2
+    return PyramidSearch(variants, patch, its.overlap, method.pyramid, kept, listed, draws)
 
 
 def choose(
     method: PatchSampling, growth: Growth, window: Window, found: Candidates, bits: int, misses: list[int]
 ) -> Pick | None:
-    """Draw one of the candidates that the bound admits; note a miss where it admits none."""
+    """Draw one of the candidates that the bound admits; if it admits none, take the best and record a miss."""
     at_boundary = growth.at_boundary(window)
     rows, prices = _priced(growth, window, found)
     brightness = growth.features.brightness(found.feats, found.known) if method.bound == "epsilon" else 0
@@ -159,14 +164,14 @@ def choose(
 
 
 def _admitted(method: PatchSampling, prices: Array, brightness: int) -> int:
-    """How many of `prices`, the lowest first, may be chosen; 0: none, so the best is taken."""
+    """Return how many of the ascending `prices` may be chosen; 0: none, so the best is taken."""
     if method.bound == "best":
         return min(method.candidates, len(prices))
     return int(np.searchsorted(prices, _limit(method, prices, brightness), side="right"))
 
 
 def _limit(method: PatchSampling, prices: Array, brightness: int) -> int:
-    """The highest price that may be chosen, by the lowest ones of all."""
+    """Return the highest price that may be chosen, given the lowest prices."""
     if method.bound == "epsilon":  # d < epsilon R, both squared (Multrus 2003, 3.3.4)
         return math.ceil(method.epsilon**2 * brightness) - 1
     last = 0 if method.bound == "relative" else method.candidates - 1
@@ -176,7 +181,7 @@ def _limit(method: PatchSampling, prices: Array, brightness: int) -> int:
 
 
 def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, Array]:
-    """The candidates that are not forbidden, the cheapest first, and their prices."""
+    """Return the candidates that are not forbidden, cheapest first, and their prices."""
     prices = growth.repetition.prices(window[0], window[1], found)
     order = np.argsort(prices, kind="stable")
     order = order[prices[order] >= 0]
@@ -184,7 +189,7 @@ def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, A
 
 
 def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found: Candidates) -> None:
-    """Lay a patch into the window that begins at `at`, as `join` says."""
+    """Place a patch into the window that begins at `at`, joined as the parameter `join` requires."""
     bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
     if method.join == "cut" or (bounds and method.boundary_join == "cut"):
         growth.cutting()(at, pick, found)
@@ -193,7 +198,7 @@ def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found
 
 
 def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
-    """Return all patches that a window may take and that are at most so far away (squared), nearest first."""
+    """Return all patches allowed in a window within a squared distance, nearest first."""
     if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
         limit = 2 * limit + 1
     table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
@@ -208,7 +213,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
 
 
 def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
-    """Return all patches that a window may take where labels meet, by seam and guide together, cheapest first."""
+    """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
     guided, at = growth.guided, np.array([growth.at(window)], np.int64)
     assert guided is not None, "labels meet under a guide"
     table = Table(guided.allowed_at(window))

@@ -1,4 +1,4 @@
-"""Ashikhmin: row by row, each pixel continues one of its neighbours just as the exemplar does.
+"""Ashikhmin's coherent synthesis: in raster order, each pixel continues one of its neighbours as in the exemplar.
 
 Ashikhmin, "Synthesizing Natural Textures", I3D 2001; with `jumps`, the candidates of Tong and others, "Synthesis of
 Bidirectional Texture Functions on Arbitrary Surfaces", SIGGRAPH 2002 (k-coherence).
@@ -23,7 +23,7 @@ from .raster_window import RasterWindow
 
 @dataclass(frozen=True)
 class Ashikhmin(RasterWindow):
-    """Let small irregular pieces of the exemplar grow row by row; fast, and good at grass, leaves and pebbles."""
+    """Fill the canvas row by row with small irregular pieces of the exemplar; fast; for grass, leaves and pebbles."""
 
     slug: ClassVar[str] = "ashikhmin"
     paper: ClassVar[str] = "Ashikhmin 2001; Tong et al. 2002"

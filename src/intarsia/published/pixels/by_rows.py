@@ -1,10 +1,10 @@
-"""Wei and Levoy, and Ashikhmin, at work: level after level, row after row, the pixel whose neighbourhood fits best."""
+"""Engine of Wei-Levoy and Ashikhmin synthesis: coarse to fine, in raster order, the best matching neighbourhood."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
-from ...foundation.arrays import Int64
 from ...foundation.params import extent
 from ...foundation.run import Run
 from ...model import Exemplars
@@ -13,17 +13,18 @@ from ...model.sourcemap import SourceMap
 from .ashikhmin import Ashikhmin
 from .neighbourhood_kernels import Ground
 from .neighbourhoods import with_window
-from .raster_kernels import Torus, coherent_pixels, full_pixels, tree_pixels
+from .raster_kernels import coherent_pixels, full_pixels, tree_pixels
 from .raster_scan import Scan, scan_reach, similar_pixels, tree_of
 from .wei_levoy import WeiLevoy
 
 FEW = 6  # pixels that the tree names
 LEAVES = 24  # of the tree, looked into for one pixel
-Fill = Callable[[Int64], None]
+Way = tuple[Callable[..., None], tuple[Any, ...]]
+"""A kernel that fills pixels, and its arguments after the torus and the exemplars."""
 
 
 def resolved(method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas) -> WeiLevoy | Ashikhmin:
-    """Decide the window from the size of the texture's elements."""
+    """Return the method with its window derived from the size of the texture's elements."""
     found: WeiLevoy | Ashikhmin = with_window(
         method, exemplars, (5, method.widest), False, lambda size: scan_reach(size, method.levels)
     )
@@ -33,35 +34,26 @@ def resolved(method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas)
 def synthesize(
     method: WeiLevoy | Ashikhmin, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Fill level after level, row after row."""
+    """Fill the levels from coarse to fine, each row by row."""
     draws, white = (seed, method.stage), method.noise == "white"
     scan = Scan(exemplars, canvas, extent(method.window or 3), method.levels, draws, white)
     for _ in range(method.levels):
-        fill, again = _fillers(method, scan, *scan.enter())
-        for way, ask in ((fill, scan.stretches), (again, scan.first_ones)):
+        torus, exemplar = scan.enter()
+        first, again = _ways(method, scan, exemplar)
+        for (fill, more), ask in ((first, scan.stretches), (again, scan.first_ones)):
             for pixels in ask(method.at_once):
                 run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
-                way(pixels)
+                fill(torus, exemplar, *more, pixels, scan.room)
     run.tick(scan.total, scan.total, lambda: scan.map(method.blend))
     return scan.map(method.blend)
 
 
-def _fillers(method: WeiLevoy | Ashikhmin, scan: Scan, torus: Torus, exemplar: Ground) -> tuple[Fill, Fill]:
-    """Return what fills pixels (n, 2) of this level, in turn, and what fills those again that saw noise."""
-
-    def full(pixels: Int64) -> None:
-        full_pixels(torus, exemplar, pixels, scan.room)
-
-    def coherent(pixels: Int64) -> None:
-        coherent_pixels(torus, exemplar, similar, pixels, scan.room)
-
-    def by_tree(pixels: Int64) -> None:
-        tree_pixels(torus, exemplar, tree, LEAVES, FEW, pixels, scan.room)
-
+def _ways(method: WeiLevoy | Ashikhmin, scan: Scan, exemplar: Ground) -> tuple[Way, Way]:
+    """Return how pixels of this level are filled, and how those that saw noise are filled again."""
+    searched = exemplar, scan.torus.choices, scan.components()
+    full: Way = full_pixels, ()
     if isinstance(method, Ashikhmin):
-        similar = similar_pixels(exemplar, torus.choices, scan.components(), method.jumps)
-        return coherent, coherent
-    if method.matching == "exact":
-        return full, full
-    tree = tree_of(exemplar, torus.choices, scan.components())
-    return by_tree, full
+        full = coherent_pixels, (similar_pixels(*searched, method.jumps),)
+    elif method.matching == "tree":
+        return (tree_pixels, (tree_of(*searched), LEAVES, FEW)), full
+    return full, full

@@ -1,4 +1,4 @@
-"""Efros-Leung: the texture grows outward from a seed, one pixel at a time.
+"""Efros-Leung non-parametric sampling: the texture grows outward from a seed, one pixel at a time.
 
 Efros and Leung, "Texture Synthesis by Non-parametric Sampling", ICCV 1999, as Multrus 2003 describes it
 (chapter 2).
@@ -23,7 +23,7 @@ from ...methods import Ability, MethodBase
 
 @dataclass(frozen=True)
 class EfrosLeung(MethodBase):
-    """Grow the texture outward from a seed, each pixel drawn from the places that look most alike around it."""
+    """Grow the texture outward from a seed; each pixel is drawn from those with the most similar neighbourhoods."""
 
     slug: ClassVar[str] = "efros-leung"
     paper: ClassVar[str] = "Efros and Leung 1999; Multrus 2003"

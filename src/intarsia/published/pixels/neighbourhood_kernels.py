@@ -1,4 +1,4 @@
-"""Neighbourhoods of single pixels: how far one is from another, and which exemplar pixels have the most similar one.
+"""Kernels of pixel neighbourhoods: distances, and the search for the exemplar pixels with the most similar ones.
 
 The exemplars lie as planes, one channel after the other, so that one tap of a neighbourhood can be compared at many
 exemplar pixels at once. A pixel of a plane is named by its *position*, row * stride + column. A toroidal exemplar
@@ -20,11 +20,12 @@ GROUP = 4  # components added in one go
 DENSE = 10  # where more than this part of a chunk is left, all of it is compared exactly
 SLACK = 1.0001  # more than single precision loses in a sum of some hundred squares
 LEFT_OUT = np.float32(np.inf)
+NONE = FAR, np.int64(-1), np.int64(-1)  # distance, variant and position of no exemplar pixel
 START, HEIGHT, WIDTH, STRIDE, SIZE, CLOSED, TOP, LEFT, TORUS, LOW, HIGH = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11
 
 
 class Ground(NamedTuple):
-    """The exemplars that pixels are taken from, in every pose.
+    """The exemplars in every pose, from which pixels are taken.
 
     There are two kinds of neighbourhood: 0 reaches up and to the sides, 1 all around.
     """
@@ -36,18 +37,19 @@ class Ground(NamedTuple):
 
 
 class Template(NamedTuple):
-    """A neighbourhood to look for: components, each one channel of one tap."""
+    """A neighbourhood to search for: components, each one channel of one tap."""
 
     plane: Int64
     dy: Int64
     dx: Int64
     value: Int32
     weight: Int32
+    tap: Int64  # of a raster scan
     offset: Int64  # of the component's value from the pixel's position, in the variant at hand
 
 
 class SearchBuffers(NamedTuple):
-    """What a search writes to."""
+    """Buffers that a search writes to."""
 
     sums: Float32
     exact: Floats
@@ -60,13 +62,13 @@ class SearchBuffers(NamedTuple):
 def room_for(components: int) -> Any:
     """Return an empty template for at most so many components."""
     components += GROUP
-    wide, narrow = np.empty((4, components), np.int64), np.empty((2, components), np.int32)
-    return Template(wide[0], wide[1], wide[2], narrow[0], narrow[1], wide[3])
+    wide, narrow = np.empty((5, components), np.int64), np.empty((2, components), np.int32)
+    return Template(wide[0], wide[1], wide[2], narrow[0], narrow[1], wide[3], wide[4])
 
 
 @kernel
 def workplace(ground: Any) -> Any:
-    """Return room for all candidates that a search may find."""
+    """Return buffers for all candidates that a search may find."""
     found = np.empty((3, ground.closed.shape[1]), np.int64)
     return SearchBuffers(np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float64), found[0], found[1], found[2])
 
@@ -87,7 +89,7 @@ def position_of(ground: Any, v: int, y: int, x: int, kind: int) -> int:
 
 @kernel
 def aim(ground: Any, v: Any, template: Any, n: int) -> None:
-    """Work out where the components of a template lie around a position of variant `v`."""
+    """Compute the offsets of a template's components from a position of variant `v`."""
     size, stride = ground.table[v, SIZE], ground.table[v, STRIDE]
     for m in range(n):
         template.offset[m] = template.plane[m] * size + template.dy[m] * stride + template.dx[m]
@@ -104,6 +106,16 @@ def template_distance(ground: Any, v: Any, position: Any, template: Any, n: int,
         if total > limit:
             break
     return total
+
+
+@kernel
+def nearer(ground: Any, v: Any, position: Any, template: Any, n: int, best: Any) -> Any:
+    """Return the better of `best` (distance, variant, position) and a position; of equals the first in order."""
+    aim(ground, v, template, n)
+    d = template_distance(ground, v, position, template, n, best[0])
+    if d < best[0] or (d == best[0] and (v < best[1] or (v == best[1] and position < best[2]))):
+        return d, np.int64(v), np.int64(position)
+    return best
 
 
 @kernel
@@ -193,7 +205,7 @@ def known_value(ground: Any, v: int, yx: Any, y: int, x: int, plane: int) -> Any
 
 @kernel
 def show(ground: Any, variant: Any, yx: Any, y: int, x: int, v: Any, position: Any) -> None:
-    """Write into a map that (y, x) shows the exemplar pixel at a position."""
+    """Write into a map that (y, x) is copied from the exemplar pixel at a position."""
     row = ground.table[v]
     variant[y, x] = v
     yx[y, x, 0] = position // row[STRIDE] % row[HEIGHT]

@@ -1,4 +1,4 @@
-"""The exemplars as single pixels with neighbourhoods: what methods that grow pixel by pixel search."""
+"""Exemplars laid out for neighbourhood search, and automatic windows of pixel-based methods."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from ...analysis import valid_windows
 from ...foundation import MethodError, ParameterError
 from ...foundation.arrays import Int16, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent, words
-from ...model import Exemplar, Exemplars
+from ...model import Exemplar, Exemplars, sampled
 from ...search import PosedExemplars, elements
 from .neighbourhood_kernels import LEFT_OUT, Ground
 
 Reach = tuple[int, int, int, int]
-Size = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +29,7 @@ class PixelPlanes:
 
 
 def layers(variants: PosedExemplars, exemplars: Exemplars) -> list[PixelPlanes]:
-    """Take variants made for patches of one pixel apart into planes."""
+    """Split variants made for patches of one pixel into planes."""
     return [
         PixelPlanes(
             np.ascontiguousarray(np.moveaxis(variants.picture(v), 2, 0)),
@@ -86,10 +85,8 @@ def choices(of: Ground, kind: int) -> Int64:
 
 
 def check_window(exemplars: Exemplars, window: str, reach: Reach) -> None:
-    """Refuse a window that finds no room in an exemplar that is sampled."""
-    for e in exemplars:
-        if e.usable is not None and not e.usable.any():
-            continue
+    """Raise ParameterError or MethodError if a window fits nowhere in an exemplar that is sampled."""
+    for e in sampled(exemplars):
         rows, columns = reach[0] + reach[2] + 1, reach[1] + reach[3] + 1
         if not e.toroidal and (rows > e.height or columns > e.width):
             raise ParameterError(
@@ -103,20 +100,20 @@ def check_window(exemplars: Exemplars, window: str, reach: Reach) -> None:
 
 
 def with_window(
-    method: Any, exemplars: Exemplars, limits: Pair, whole: bool, reach: Callable[[Size], Reach]
+    method: Any, exemplars: Exemplars, limits: Pair, whole: bool, reach: Callable[[Pair], Reach]
 ) -> Any:
-    """Decide the window of a method: as wide as the largest elements, within limits, if that finds room.
+    """Return a method with its window decided: as wide as the largest elements, within limits, if that fits.
 
-    `whole`: as many rows as columns, not half of them; `reach` tells how far a window of (rows, columns) reads.
+    `whole`: as many rows as columns, not half of them; `reach` returns how far a window of (rows, columns) reads.
     """
     if method.window is not AUTO:
         check_window(exemplars, words(method.window), reach(extent(method.window)))
         return method
     least, most = limits
-    sampled = [e for e in exemplars if e.usable is None or e.usable.any()]
-    side = min(max(max(elements(e).size for e in sampled), least), most) // 2 * 2 + 1
+    used = sampled(exemplars)
+    side = min(max(max(elements(e).size for e in used), least), most) // 2 * 2 + 1
     high = side if whole else side // 2 + 1
-    while side > 3 and not all(_room(e, reach((high, side))) for e in sampled):
+    while side > 3 and not all(_room(e, reach((high, side))) for e in used):
         side -= 2
         high = side if whole else side // 2 + 1
     check_window(exemplars, str(side), reach((high, side)))
@@ -131,7 +128,7 @@ def _room(exemplar: Exemplar, reach: Reach) -> bool:
 
 
 def _allowed(usable: Mask, reach: Reach) -> Mask:
-    """Where everything within reach lies inside the picture and is usable."""
+    """Return where everything within reach lies inside the picture and is usable."""
     top, left, bottom, right = reach
     out = np.zeros_like(usable)
     free = valid_windows(usable.shape, usable, False, (top + bottom + 1, left + right + 1))

@@ -1,4 +1,4 @@
-"""Efros and Leung at work: layer after layer, pixels drawn among the places that look most alike around them."""
+"""Engine of Efros-Leung synthesis: layer by layer, pixels drawn among those with the most similar neighbourhoods."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ STAGE = 1999  # keeps this method's draws apart from those of others
 WINDOW_PER_SIGMA = 6.4  # as in the authors' own program
 UNIT = 4096  # weight of the pixel in the middle, were it known
 WIDTHS = 5, 23  # least and most of automatic windows
-AT_ONCE = 128  # pixels filled between two looks at the clock
+AT_ONCE = 128  # pixels filled between two progress reports
 WORTH_SHARING = 8  # pixels that a second thread is worth its start for
 FIRST = 0.7  # share of the weight by which most candidates are ruled out
 
 
 def resolved(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas) -> EfrosLeung:
-    """Decide the window from the size of the texture's elements, and which isometries keep the look."""
+    """Return the method with its window derived from the size of elements, and the isometries that keep the look."""
     found: EfrosLeung = with_window(method, exemplars, WIDTHS, True, _reach)
     return replace(found, isometries=resolved_isometries(method.isometries, exemplars, extent(found.window or 1)))
 
 
 def synthesize(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Fill layer after layer; pixels that do not see one another are worked on at the same time."""
+    """Fill layer by layer; pixels outside of one another's windows are filled in parallel."""
     grown = _Outward(method, exemplars, canvas, seed)
     total = grown.unknown
     with run.pool() as each:
@@ -52,7 +52,7 @@ def synthesize(method: EfrosLeung, exemplars: Exemplars, canvas: Canvas, seed: i
 
 
 class _Outward:
-    """A map that grows, and all that is needed to grow it."""
+    """A partial map and the state needed to extend it."""
 
     def __init__(self, method: EfrosLeung, exemplars: Exemplars, canvas: Canvas, seed: int) -> None:
         self.method, self.exemplars, self.canvas, self.seed = method, exemplars, canvas, seed
@@ -72,7 +72,7 @@ class _Outward:
         self.unknown = int((self.growing.variant == HOLE).sum())
 
     def _sow(self) -> None:
-        """Lay 3 x 3 px of the exemplar into the middle of the canvas."""
+        """Copy 3 x 3 px of the exemplar to the middle of the canvas."""
         found = choices(self.ground, 1)
         v, position = found[below(len(found), draw(self.seed, STAGE, 2))]
         _, height, width, stride = self.ground.table[v, :4]
@@ -85,7 +85,7 @@ class _Outward:
                     self.growing.yx[y, x] = (position // stride + dy) % height, (position % stride + dx) % width
 
     def _layer(self) -> Array:
-        """The unknown pixels that touch known ones (n, 2): those with most of these around first, else as drawn."""
+        """Return the unknown pixels that touch known ones (n, 2), most known neighbours first, ties drawn."""
         known = (self.grown.variant != HOLE).astype(np.int64)
 
         def around(window: Any) -> Any:
@@ -99,7 +99,7 @@ class _Outward:
         return np.asarray(pixels[np.lexsort((bits, -around(self.window)[*pixels.T]))])
 
     def batches(self) -> list[list[Any]]:
-        """List the pixels of the next layer: batches of groups, the pixels of a group do not see one another."""
+        """Return the next layer in batches of groups; no pixel of a group lies in the window of another."""
         pixels = self._layer()
         rank = ranks(pixels, self.grown, self.window)
         order = np.argsort(rank, kind="stable")
@@ -109,7 +109,7 @@ class _Outward:
         return [[g for g, f in zip(groups, full, strict=True) if f == n] for n in np.unique(full)]
 
     def fill(self, batch: list[Any], each: Any, workers: int) -> None:
-        """Fill the pixels of a batch, all in turn, or group by group at the same time."""
+        """Fill the pixels of a batch: serially, or each group in parallel."""
 
         def part(pixels: Any) -> None:
             fill(
@@ -125,7 +125,7 @@ class _Outward:
         self.unknown -= sum(len(group) for group in batch)
 
     def map(self) -> SourceMap:
-        """The map as far as it has grown."""
+        """Return the map as far as it is filled."""
         return self.growing.map(self.exemplars, self.canvas, self.method.blend)
 
 

@@ -1,4 +1,4 @@
-"""Growing outward pixel by pixel: which of those that come next do not touch, and how they are filled."""
+"""Kernels of Efros-Leung synthesis: which pixels can be filled in parallel, and how one is filled."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ import numpy as np
 
 from ...kernels.draws import below, draw
 from ...kernels.jit import kernel
-from ...kernels.kd_tree import FAR
 from ...kernels.maps import HOLE, canvas_place
 from .neighbourhood_kernels import (
-    aim,
+    NONE,
     find_nearest,
     known_value,
+    nearer,
     position_of,
     room_for,
     show,
-    template_distance,
     workplace,
 )
 
 
 @kernel
 def ranks(pixels: Any, grown: Any, window: Any) -> Any:
-    """Number pixels (n, 2) so that one in the window of an earlier one has a higher rank: equal ranks do not touch."""
+    """Rank pixels (n, 2): one in the window of an earlier one has a higher one; equal ranks are independent."""
     (height, width), wrap = grown.variant.shape, grown.wrap
     rank = np.full((height, width), -1, np.int64)
     out = np.empty(len(pixels), np.int64)
@@ -76,7 +75,7 @@ def fill(
 def _continued(grown: Any, y: int, x: int, ground: Any, template: Any, n: int) -> Any:
     """Return the least distance of the exemplar pixels that continue the neighbours of (y, x)."""
     variant, yx, wrap = grown
-    best = FAR
+    best = NONE
     for k in range(9):
         dy, dx = k // 3 - 1, k % 3 - 1
         a, b = canvas_place(y + dy, variant.shape[0], wrap[0]), canvas_place(x + dx, variant.shape[1], wrap[1])
@@ -85,6 +84,5 @@ def _continued(grown: Any, y: int, x: int, ground: Any, template: Any, n: int) -
         v = variant[a, b]
         position = position_of(ground, v, yx[a, b, 0] - dy, yx[a, b, 1] - dx, 1)
         if position >= 0:
-            aim(ground, v, template, n)
-            best = min(best, template_distance(ground, v, position, template, n, best))
-    return best
+            best = nearer(ground, v, position, template, n, best)
+    return best[0]

@@ -1,6 +1,6 @@
-"""Filling a torus row by row, each pixel by what lies above and to the left of it.
+"""Kernels of raster-scan synthesis on a torus: causal neighbourhoods, their full search, tree search, coherence.
 
-At the beginning every pixel of the torus shows something, mostly noise; the first pixels see it where their
+At the beginning every pixel of the torus has a value, mostly noise; the first pixels see it where their
 neighbourhoods reach across the border. Pixels below and to the right count only if they are known for good: those
 of a start, and the first rows and columns, seen by the last ones across a border that wraps.
 """
@@ -17,12 +17,14 @@ from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR, ask, asking_room
 from .neighbourhood_kernels import (
     CLOSED,
+    NONE,
     SIZE,
     START,
     STRIDE,
     aim,
     find_nearest,
     known_value,
+    nearer,
     position_of,
     room_for,
     show,
@@ -32,8 +34,23 @@ from .neighbourhood_kernels import (
 
 
 @kernel
+def project(ground: Any, places: Any, components: Any, mean: Any, axes: Any, out: Any) -> None:
+    """Project the neighbourhoods at (variant, position) `places` (N, 2) to points `out` (N, D).
+
+    `components` (n, 3) are plane, row and column of each value; see :func:`project_vector`.
+    """
+    values = np.empty(len(components), np.int32)
+    for i in range(len(places)):
+        row = ground.table[places[i, 0]]
+        for m in range(len(components)):
+            step = components[m, 0] * row[SIZE] + components[m, 1] * row[STRIDE] + components[m, 2]
+            values[m] = ground.values[row[START] + places[i, 1] + step]
+        project_vector(values, mean, axes, out[i])
+
+
+@kernel
 def project_vector(values: Any, mean: Any, axes: Any, out: Any) -> None:
-    """Turn a long vector (n,) into a point (D,): the rounded sums of (value - mean) * axis / 16384."""
+    """Project a vector (n,) to a point (D,): the rounded sums of (value - mean) * axis / 16384."""
     for d in range(len(axes)):
         total = np.int64(8192)
         for m in range(len(mean)):
@@ -42,42 +59,18 @@ def project_vector(values: Any, mean: Any, axes: Any, out: Any) -> None:
 
 
 @kernel
-def gather_neighbourhoods(ground: Any, places: Any, components: Any, out: Any) -> None:
-    """Read the neighbourhoods at (variant, position) `places` (N, 2) into `out` (N, n).
-
-    `components` (n, 3) are plane, row and column of each value.
-    """
-    for i in range(len(places)):
-        row = ground.table[places[i, 0]]
-        for m in range(len(components)):
-            step = components[m, 0] * row[SIZE] + components[m, 1] * row[STRIDE] + components[m, 2]
-            out[i, m] = ground.values[row[START] + places[i, 1] + step]
-
-
-@kernel
-def project_all(ground: Any, places: Any, components: Any, mean: Any, axes: Any, out: Any) -> None:
-    """Turn the neighbourhoods at all places into points (N, D)."""
-    values = np.empty((1, len(components)), np.int32)
-    for i in range(len(places)):
-        gather_neighbourhoods(ground, places[i : i + 1], components, values)
-        project_vector(values[0], mean, axes, out[i])
-
-
-@kernel
-def similar(ground: Any, places: Any, components: Any, tree: Any, leaves: int, near: Any, apart: int, out: Any) -> None:
+def similar(ground: Any, places: Any, points: Any, tree: Any, leaves: int, near: Any, apart: int, out: Any) -> None:
     """Write the most similar places of each place into `out` (positions, k, 2), -1 where there are no more.
 
-    They lie further than `apart` px from it, in rows or columns. `near` (2, m) is room for m found ones.
+    `points` (N, D): of the places (N, 2). They lie further than `apart` px from it, in rows or columns. `near` (2, m)
+    is room for m found ones.
     """
-    values = np.empty((1, len(components)), np.int32)
-    point, room = np.empty(tree.points.shape[1], np.int64), asking_room(tree.points.shape[1])
+    room = asking_room(points.shape[1])
     for i in range(len(places)):
-        gather_neighbourhoods(ground, places[i : i + 1], components, values)
-        project_vector(values[0], tree.mean, tree.axes, point)
         v, at = places[i, 0], places[i, 1]
         row = ground.table[v]
         count = 0
-        for k in range(ask(tree, point, leaves, near[0], near[1], room)):
+        for k in range(ask(tree, points[i], leaves, near[0], near[1], room)):
             w, to = places[near[1, k], 0], places[near[1, k], 1]
             if count == out.shape[1]:
                 break
@@ -94,7 +87,7 @@ BRANCHES = 4  # neighbours whose continuations make the first bound
 
 
 class Torus(NamedTuple):
-    """What the rows are filled into, and how neighbourhoods look."""
+    """The torus that is filled, and the shape of its neighbourhoods."""
 
     variant: UInt8  # (H, W)
     yx: Int32  # (H, W, 2)
@@ -111,13 +104,6 @@ class Torus(NamedTuple):
 
 
 @kernel
-def beyond(torus: Any, y: int, x: int) -> bool:
-    """Whether a pixel below or beside another lies beyond the border of a canvas that ends there."""
-    height, width = torus.variant.shape
-    return (y >= height and not torus.wraps[0]) or (not 0 <= x < width and not torus.wraps[1])
-
-
-@kernel
 def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
     """Read the neighbourhood of (y, x); return its number of components, its kind, and if it is the usual one."""
     height, width = torus.variant.shape
@@ -125,22 +111,21 @@ def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
     for t in range(len(torus.taps)):
         dy, dx, sort = torus.taps[t, 0], torus.taps[t, 1], torus.taps[t, 2]
         a, b = (y + dy) % height, (x + dx) % width
-        if sort == COARSE:
-            for c in range(len(torus.coarse)):
-                template.plane[n], template.dy[n], template.dx[n] = torus.channels + c, dy, dx
-                template.value[n], template.weight[n] = torus.coarse[c, a, b], 1
-                n += 1
-            continue
-        if a == y and b == x:  # a tiny torus comes round to the pixel itself
+        if sort != COARSE and a == y and b == x:  # a tiny torus comes round to the pixel itself
             usual = usual and sort == BELOW
             continue
         if sort == BELOW:
-            if not torus.whole or not torus.done[a, b] or beyond(torus, y + dy, x + dx):
+            beyond = (y + dy >= height and not torus.wraps[0]) or (not 0 <= x + dx < width and not torus.wraps[1])
+            if not torus.whole or not torus.done[a, b] or beyond:
                 continue
             kind, usual = 1, False
-        for c in range(torus.channels):
-            template.plane[n], template.dy[n], template.dx[n] = c, dy, dx
-            template.value[n] = known_value(ground, torus.variant[a, b], torus.yx, a, b, c)
+        first, planes = (torus.channels, len(torus.coarse)) if sort == COARSE else (0, torus.channels)
+        for c in range(planes):
+            template.plane[n], template.dy[n], template.dx[n], template.tap[n] = first + c, dy, dx, t
+            if sort == COARSE:
+                template.value[n] = torus.coarse[c, a, b]
+            else:
+                template.value[n] = known_value(ground, torus.variant[a, b], torus.yx, a, b, c)
             template.weight[n] = 1
             n += 1
     return n, kind, usual
@@ -148,7 +133,7 @@ def template_of(torus: Any, ground: Any, y: int, x: int, template: Any) -> Any:
 
 @kernel
 def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> Any:
-    """Return (variant, position) that continues at (y, x) what tap `t` shows; -1 where the exemplar ends."""
+    """Return (variant, position) that continues tap `t` at (y, x) as in the exemplar; -1 where the exemplar ends."""
     a = (y + torus.taps[t, 0]) % torus.variant.shape[0]
     b = (x + torus.taps[t, 1]) % torus.variant.shape[1]
     v, i, j = torus.variant[a, b], torus.yx[a, b, 0] - torus.taps[t, 0], torus.yx[a, b, 1] - torus.taps[t, 1]
@@ -158,21 +143,24 @@ def continuation(torus: Any, ground: Any, y: int, x: int, t: int, kind: int) -> 
 @kernel
 def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, template: Any, n: int) -> Any:
     """Return (distance, variant, position) of the best exemplar pixel that continues a nearest neighbour."""
-    best, variant, position = FAR, -1, -1
-    left = BRANCHES
+    best, left = NONE, BRANCHES
     for t in range(len(torus.taps)):
         if torus.taps[t, 2] != ABOVE:
             continue
         v, at = continuation(torus, ground, y, x, t, kind)
         if at >= 0:
-            aim(ground, v, template, n)
-            d = template_distance(ground, v, at, template, n, best)
-            if d < best or (d == best and (v < variant or (v == variant and at < position))):
-                best, variant, position = d, v, at
+            best = nearer(ground, v, at, template, n, best)
         left -= 1
         if left == 0:
             break
-    return best, variant, position
+    return best
+
+
+@kernel
+def drawn(torus: Any, level: int, y: int, x: int) -> Any:
+    """Return (variant, position) drawn among the choices for (y, x), with the random numbers of a level."""
+    k = below(len(torus.choices), draw(torus.seed, torus.stage, level, y, x))
+    return torus.choices[k, 0], torus.choices[k, 1]
 
 
 @kernel
@@ -189,17 +177,17 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
     """Fill a pixel by comparing its neighbourhood with all others; of equal ones the first is taken."""
     torus.done[y, x] = True
     if n == 0:
-        k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
-        show(ground, torus.variant, torus.yx, y, x, torus.choices[k, 0], torus.choices[k, 1])
+        v, at = drawn(torus, torus.level, y, x)
+        show(ground, torus.variant, torus.yx, y, x, v, at)
         return
-    best, _, _ = best_continuation(torus, ground, y, x, kind, template, n)
+    best = best_continuation(torus, ground, y, x, kind, template, n)[0]
     find_nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
     show(ground, torus.variant, torus.yx, y, x, work.variant[0], work.position[0])
 
 
 @kernel
 def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixels: Any, components: int) -> None:
-    """Fill pixels (n, 2), in turn, with the best of a few that a tree names, and of the continuations.
+    """Fill pixels (n, 2), in turn, with the best of a few found by a tree and of the continuations.
 
     Neighbourhoods that are not the usual ones are searched in full.
     """
@@ -213,18 +201,11 @@ def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixel
             full_pixel(torus, ground, y, x, n, kind, template, work)
             continue
         torus.done[y, x] = True
-        best, variant, position = best_continuation(torus, ground, y, x, kind, template, n)
+        best = best_continuation(torus, ground, y, x, kind, template, n)
         project_vector(template.value, tree.mean, tree.axes, point)
-        aimed = -1
         for k in range(ask(tree, point, leaves, near, number, room)):
-            v, at = torus.choices[number[k], 0], torus.choices[number[k], 1]
-            if v != aimed:
-                aim(ground, v, template, n)
-                aimed = v
-            d = template_distance(ground, v, at, template, n, best)
-            if d < best or (d == best and (v < variant or (v == variant and at < position))):
-                best, variant, position = d, v, at
-        show(ground, torus.variant, torus.yx, y, x, variant, position)
+            best = nearer(ground, torus.choices[number[k], 0], torus.choices[number[k], 1], template, n, best)
+        show(ground, torus.variant, torus.yx, y, x, best[1], best[2])
 
 
 @kernel
@@ -238,13 +219,11 @@ def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, componen
     for y, x in pixels:
         n, kind, _ = template_of(torus, ground, y, x, template)
         best, variant, position, count = FAR, np.int64(-1), np.int64(-1), 0
-        for t in range(len(torus.taps)):
-            if not _counts(torus, y, x, t, kind):
-                continue
+        for m in range(0, n, torus.channels):  # there is but one level
+            t = template.tap[m]
             v, at = continuation(torus, ground, y, x, t, kind)
             if at < 0:
-                k = below(len(torus.choices), draw(torus.seed, torus.stage, 8 + t, y, x))
-                v, at = torus.choices[k, 0], torus.choices[k, 1]
+                v, at = drawn(torus, 8 + t, y, x)
                 if ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                     continue
             known = False
@@ -265,25 +244,14 @@ def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, componen
                 if d < best:
                     best, variant, position = d, v, at
         if variant < 0:
-            k = below(len(torus.choices), draw(torus.seed, torus.stage, torus.level, y, x))
-            variant, position = torus.choices[k, 0], torus.choices[k, 1]
+            variant, position = drawn(torus, torus.level, y, x)
         show(ground, torus.variant, torus.yx, y, x, variant, position)
         torus.done[y, x] = True
 
 
 @kernel
-def _counts(torus: Any, y: int, x: int, t: int, kind: int) -> bool:
-    """Say whether tap `t` shows a pixel that a neighbourhood of this kind compares."""
-    a, b = (y + torus.taps[t, 0]) % torus.variant.shape[0], (x + torus.taps[t, 1]) % torus.variant.shape[1]
-    if torus.taps[t, 2] == COARSE or (a == y and b == x):
-        return False
-    below_counts = kind == 1 and torus.done[a, b] and not beyond(torus, y + torus.taps[t, 0], x + torus.taps[t, 1])
-    return torus.taps[t, 2] == ABOVE or bool(below_counts)
-
-
-@kernel
 def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any, stage: int, level: int) -> None:
-    """Show at every pixel an exemplar pixel drawn blindly among the choices (m, 2)."""
+    """Fill every pixel with an exemplar pixel drawn uniformly among the choices (m, 2)."""
     for y in range(variant.shape[0]):
         for x in range(variant.shape[1]):
             k = below(len(choices), draw(seed, stage, 64 + level, y, x))

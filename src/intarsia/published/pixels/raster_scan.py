@@ -1,4 +1,4 @@
-"""A raster scan over a torus: the neighbourhoods of Wei and Levoy, the noise, the start, the levels."""
+"""Raster scan over a torus: neighbourhoods of Wei and Levoy, initial noise, start maps, resolution levels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ...model.sourcemap import HOLE, SourceMap
 from ...patches import GrowingMap
 from ...search import posed_exemplars
 from . import raster_kernels
-from .neighbourhood_kernels import Ground
+from .neighbourhood_kernels import SIZE, START, STRIDE, Ground
 from .neighbourhoods import PixelPlanes, Reach, choices, ground, layers
 from .raster_kernels import ABOVE, BELOW, COARSE, Torus
 
@@ -35,19 +35,20 @@ Array = Int64
 
 
 def tree_of(ground: Ground, places: Int64, components: Int64) -> Tree:
-    """Build the tree over the neighbourhoods at (variant, position) `places` (N, 2).
+    """Return a kd-tree of the neighbourhoods at (variant, position) `places` (N, 2), projected to principal axes.
 
     `components` (n, 3) are plane, row and column of what a neighbourhood consists of.
     """
-    every = np.ascontiguousarray(places[:: max(1, len(places) // SAMPLE)])
-    some = np.empty((len(every), len(components)), np.int32)
-    raster_kernels.gather_neighbourhoods(ground, every, components, some)
+    every = places[:: max(1, len(places) // SAMPLE)]
+    rows, (plane, down, along) = ground.table[every[:, :1].T], components.T[:, :, None]
+    steps = plane * rows[..., SIZE] + down * rows[..., STRIDE] + along
+    some = ground.values[rows[..., START] + every[:, 1] + steps].T
     mean = some.astype(np.int64).sum(axis=0) // len(some)
     centred = (some - mean).astype(np.float64)  # sums of whole numbers below 2**53: exact in any order
     _, axes = principal_axes(centred.T @ centred / len(some), min(DIMS, len(components)))
     whole = np.rint(axes * 16384).astype(np.int64)
     points = np.empty((len(places), len(axes)), np.int32)
-    raster_kernels.project_all(ground, places, components, mean, whole, points)
+    raster_kernels.project(ground, places, components, mean, whole, points)
     order = np.arange(len(places))
     nodes = 4 * (len(places) // LEAF + 1)
     axis, cut = np.zeros(nodes, np.int64), np.zeros(nodes, np.int64)
@@ -65,7 +66,9 @@ def similar_pixels(ground: Ground, places: Int64, components: Int64, count: int)
         tree = tree_of(ground, places, components)
         near = np.empty((2, ASKED + 4 * count), np.int64)
         apart = int(np.abs(components[:, 1:]).max(initial=1))
-        raster_kernels.similar(ground, places, components, tree, LEAVES, near, apart, out)
+        points = np.empty(tree.points.shape, np.int64)
+        points[tree.order] = tree.points
+        raster_kernels.similar(ground, places, points, tree, LEAVES, near, apart, out)
     return out
 
 
@@ -117,12 +120,14 @@ def _halved(one: PixelPlanes) -> PixelPlanes:
 
 
 class Scan:
-    """The map of a method that goes row by row, level by level.
+    """The partial map of a raster-scan method, level by level.
 
     A canvas that does not wrap is part of a larger torus. The margin above it takes the first rows, which see
     nothing but noise, and that at its side keeps its left and right edges apart. `white`: it begins as white noise,
     and nothing but what lies above and to the left counts, as published.
     """
+
+    torus: Torus
 
     def __init__(
         self,
@@ -148,17 +153,16 @@ class Scan:
         self.total = sum(-(-self.size[0] // (1 << k)) * -(-self.size[1] // (1 << k)) for k in range(levels))
         self.done = 0
         self.level = levels
-        self.torus: Torus | None = None
 
     def enter(self) -> tuple[Torus, Ground]:
-        """Go to the next finer level; return the torus, filled with noise or the coarser level, and the exemplars."""
+        """Enter the next finer level; return the torus, filled with noise or the coarser level, and the exemplars."""
+        coarse = self.level < self.levels
         self.level -= 1
         seed, stage = np.uint64(self.draws[0]), self.draws[1]
-        coarse = self.torus is not None
         given = self.pyramid[self.level]
         shape = tuple(-(-n // (1 << self.level)) for n in self.size)
         context = np.zeros((0, *shape), np.int16)
-        if self.torus is not None:
+        if coarse:
             context = _doubled(_shown(self.torus, self.pyramid[self.level + 1]), shape)
             above = self.pyramid[self.level + 1]
             given = [
@@ -178,14 +182,14 @@ class Scan:
                 f"no window={words(self.window)} of the exemplar is free of masked pixels at level {self.level + 1}; "
                 "choose fewer levels, a smaller window, or mask less."
             )
-        if self.torus is None and self.white:
+        if coarse:
+            variant, yx = self._refined(shape)
+        elif self.white:
             variant = np.full(shape, len(given) - 1, np.uint8)
             yx = np.ascontiguousarray(np.moveaxis(np.indices(shape, dtype=np.int32), 0, 2))
-        elif self.torus is None:
+        else:
             variant, yx = np.zeros(shape, np.uint8), np.zeros((*shape, 2), np.int32)
             raster_kernels.start_from_noise(variant, yx, exemplar, places, seed, stage, self.level)
-        else:
-            variant, yx = self._refined(shape)
         done = self._start(variant, yx)
         self.given = done.copy()
         taps = np.array(taps_of(self.window, coarse), np.int64)
@@ -198,7 +202,7 @@ class Scan:
 
     def components(self) -> Int64:
         """Return (plane, row, column) of what the usual neighbourhood of this level consists of, in its order."""
-        torus = self._current()
+        torus = self.torus
         out = []
         for y, x, kind in torus.taps.tolist():
             if kind != BELOW:
@@ -208,13 +212,13 @@ class Scan:
 
     @property
     def room(self) -> int:
-        """The number of components that a neighbourhood may have at most."""
-        torus = self._current()
+        """Return the largest number of components of a neighbourhood."""
+        torus = self.torus
         return len(torus.taps) * max(torus.channels, len(torus.coarse))
 
     def stretches(self, most: int) -> Iterator[Int64]:
-        """Yield the unknown pixels (n, 2) of this level, at most so many of a row at once."""
-        done = self._current().done
+        """Yield the unknown pixels (n, 2) of this level, at most `most` of a row at once."""
+        done = self.torus.done
         height, width = done.shape
         for y in range(height):
             for x in range(0, width, most):
@@ -222,8 +226,8 @@ class Scan:
                 self.done += min(x + most, width) - x
 
     def first_ones(self, most: int) -> list[Int64]:
-        """List the pixels (n, 2), at most so many together, that saw noise across a wrapped border."""
-        torus = self._current()
+        """Return the pixels (n, 2), at most `most` together, that saw noise across a wrapped border."""
+        torus = self.torus
         if self.white:
             return []
         saw = np.zeros(torus.variant.shape, bool)
@@ -235,20 +239,16 @@ class Scan:
         return [pixels[k : k + most] for k in range(0, len(pixels), most)]
 
     def map(self, blend: Blend) -> SourceMap:
-        """The map as far as it has grown; of coarser levels nothing is seen yet."""
-        torus, (top, left) = self._current(), self.margin
+        """Return the map as far as it is filled; empty during coarser levels."""
+        torus, (top, left) = self.torus, self.margin
         if self.level == 0:
             done = torus.done[top:, left:]
             self.growing.variant[:] = np.where(done, torus.variant[top:, left:], HOLE)
             self.growing.yx[:] = np.where(done[:, :, None], torus.yx[top:, left:], 0)
         return self.growing.map(self.exemplars, self.canvas, blend)
 
-    def _current(self) -> Torus:
-        assert self.torus is not None
-        return self.torus
-
     def _noise(self, shape: tuple[int, ...]) -> PixelPlanes:
-        """White noise as large as the torus, over the range of each channel: read like an exemplar, but never used."""
+        """Return white noise of the torus's size over each channel's range: read like an exemplar, never copied."""
         every = np.concatenate([one.planes.reshape(len(one.planes), -1) for one in self.pyramid[self.level]], axis=1)
         planes, places = np.empty((len(every), *shape), np.int16), np.indices(shape).reshape(2, -1).T
         for c, values in enumerate(every.astype(np.int64)):
@@ -257,8 +257,8 @@ class Scan:
         return PixelPlanes(planes, np.zeros(shape, bool), False)
 
     def _refined(self, shape: tuple[int, ...]) -> tuple[Any, Any]:
-        """Show at every pixel what the coarser level shows there, in finer steps."""
-        torus = self._current()
+        """Return variant and coordinates upsampled from the coarser level."""
+        torus = self.torus
         variant = np.ascontiguousarray(_doubled(torus.variant[None], shape)[0])
         yx = np.stack([_doubled(2 * torus.yx[None, :, :, k], shape)[0] for k in (0, 1)], axis=2)
         yx += np.moveaxis(np.indices(shape, dtype=np.int32) % 2, 0, 2)
@@ -268,7 +268,7 @@ class Scan:
         return variant, np.ascontiguousarray(yx)
 
     def _start(self, variant: Any, yx: Any) -> Mask:
-        """Lay the start map over it; return which pixels that makes known."""
+        """Copy the start map into variant and coordinates; return which pixels it makes known."""
         done = np.zeros(variant.shape, bool)
         if self.canvas.start is None:
             return done

@@ -1,4 +1,4 @@
-"""The window of methods that go row by row: from the pixel up, and as far to both sides."""
+"""The window parameter of raster-scan methods: rows from the pixel up, columns to both sides."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from ...methods import MethodBase
 
 @dataclass(frozen=True)
 class RasterWindow(MethodBase):
-    """What such methods begin with.
+    """Base of raster-scan methods.
 
-    `stage`: keeps a method's draws apart from those of others; `widest`: most columns of automatic windows; `at_once`:
-    pixels filled between two looks at the clock.
+    `stage`: of a method's random draws, different from that of others; `widest`: most columns of automatic windows;
+    `at_once`: pixels filled between two progress reports.
     """
 
     window: int | tuple[int, int] | None = param(

@@ -1,4 +1,4 @@
-"""Wei-Levoy: row by row, each pixel is the one whose neighbourhood above and to the left fits best.
+"""Wei-Levoy synthesis: in raster order, each pixel is the one with the best matching causal neighbourhood.
 
 Wei and Levoy, "Fast Texture Synthesis using Tree-structured Vector Quantization", SIGGRAPH 2000, as Multrus 2003
 describes it (chapter 2).
@@ -25,7 +25,7 @@ from .raster_window import RasterWindow
 
 @dataclass(frozen=True)
 class WeiLevoy(RasterWindow):
-    """Fill the canvas row by row with the pixels whose surroundings fit best; the result is tileable."""
+    """Fill the canvas row by row with the pixels whose neighbourhoods match best; the result is tileable."""
 
     slug: ClassVar[str] = "wei-levoy"
     paper: ClassVar[str] = "Wei and Levoy 2000; Multrus 2003"
@@ -38,7 +38,7 @@ class WeiLevoy(RasterWindow):
 
     levels: int = param(1, "int", "levels of detail, the coarsest first, each half the size of the next", low=1, high=8)
     matching: str = param(
-        "tree", "choice", "ask a tree for a few similar places, or compare all of them", choices=("tree", "exact")
+        "tree", "choice", "search a kd-tree for a few similar neighbourhoods, or compare all", choices=("tree", "exact")
     )
     noise: str = param(
         "exemplar", "choice", "what the canvas is before: pixels of the exemplar, or white noise; white: as published, "

@@ -1,6 +1,6 @@
-"""Image quilting as Robinson's report of 2004 has it: row by row, sums of norms, two paths that turn in the corner."""
+"""Image quilting of Robinson's report of 2004: raster order, sums of norms, two one-way paths meeting in the corner."""
 
 PRESET = {
     "method": "raster-quilting",
 }
-"""What `grow --as robinson2004` sets: options, and their values as they are written."""
+"""Options that `grow --as robinson2004` sets, with their values as strings."""

@@ -1,4 +1,4 @@
-"""Image quilting row by row: patches as they are given, cropped at the border, joined along two one-way paths.
+"""Image quilting in raster order: patches cropped at the border, cut along two one-way minimum error paths.
 
 Robinson, "An Implementation of the Efros and Freeman Image Quilting Algorithm", project report, Computer Science 766,
 2004 (see docs/sources-002.md).
@@ -21,7 +21,7 @@ from ...methods import Ability
 
 @dataclass(frozen=True)
 class RasterQuilting(methods.CutSquares):
-    """Lay overlapping patches row by row, and cut each in along the two paths of the report of 2004."""
+    """Place overlapping patches row by row, each cut along the two paths of the report of 2004."""
 
     slug: ClassVar[str] = "raster-quilting"
     paper: ClassVar[str] = "Robinson 2004"
@@ -44,5 +44,5 @@ class RasterQuilting(methods.CutSquares):
 
     @property
     def hangs(self) -> int:
-        """From the first corner on, at their pitch."""
+        """0: from the first corner on, at their pitch."""
         return 0

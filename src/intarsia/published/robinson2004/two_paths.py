@@ -1,6 +1,6 @@
-"""Patches laid row by row, and cut as Robinson's program of 2004 does it: two one-way paths that meet in the corner.
+"""Engine of raster quilting: patches placed row by row, cut as in Robinson's program of 2004 along two one-way paths.
 
-Not the cheapest cut: each path only runs on, and sees single pixels (docs/design/search-and-cuts.md#minimum-cuts).
+Not a minimum cut: each path is monotone, and its cost is that of single pixels (docs/design/search-and-cuts.md).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from ...analysis.features import features
 from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below, draw
+from ...kernels import paths
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
@@ -23,11 +24,10 @@ from .raster_quilting import RasterQuilting
 from .two_paths_kernels import norms, overlap_sums
 
 STAGE = 2004  # keeps this method's draws apart from those of others
-FAR = np.int64(1) << 60
 
 
 def resolved(method: RasterQuilting, exemplars: Exemplars, canvas: Canvas) -> RasterQuilting:
-    """Decide the patch from the size of the texture's elements, and the overlap from the patch."""
+    """Return the method with the patch derived from the size of the texture's elements, the overlap from the patch."""
     patch = default_patch(exemplars) if method.patch is AUTO else method.patch
     rows, columns = extent(patch)
     sixth = (rows // 6, columns // 6) if rows != columns else rows // 6
@@ -38,7 +38,7 @@ def resolved(method: RasterQuilting, exemplars: Exemplars, canvas: Canvas) -> Ra
 def synthesize(
     method: RasterQuilting, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Lay patch after patch, row after row."""
+    """Place patch after patch, in raster order."""
     exemplar = exemplars[0]
     picture = features(exemplars, method.channel_weights).pictures[0]
     valid = valid_windows(picture.shape, exemplar.usable, False, method.footprint)
@@ -71,7 +71,7 @@ def synthesize(
 
 
 def _chosen(sums: Array, tolerance: float, bits: int) -> Pair:
-    """Draw one of the places whose sum is within the tolerance of the least; negative: none is there."""
+    """Draw one of the places whose sum is within the tolerance of the least; negative sums are no places."""
     limit = (1 + tolerance) * int(sums[sums >= 0].min())
     at = np.flatnonzero((sums >= 0) & (sums <= limit))
     u, v = divmod(int(at[below(len(at), bits)]), sums.shape[1])
@@ -79,7 +79,7 @@ def _chosen(sums: Array, tolerance: float, bits: int) -> Pair:
 
 
 def cut(norms: Int64, overlap: Pair, text: bool = False) -> Mask:
-    """Return which pixels of a patch (h, w) are new, by the norms of what differs from what is there.
+    """Return which pixels of a patch (h, w) replace the picture, by the norms of the differences from it.
 
     `overlap`: rows above and columns to the left that are known, 0: none. `text`: turn where the sum of both paths less
     the pixel that both count is least, not the sum alone.
@@ -87,40 +87,32 @@ def cut(norms: Int64, overlap: Pair, text: bool = False) -> Mask:
     rows, columns = (min(o, n) for o, n in zip(overlap, norms.shape, strict=True))
     new = np.ones(norms.shape, bool)
     down = accumulated(norms[:, :columns]) if columns else None
-    along = accumulated(norms[:rows].T).T if rows else None
+    along = accumulated(norms[:rows].T) if rows else None
     turn = 0, 0
     if down is not None and along is not None:
-        corner = down[:rows] + along[:, :columns] - (norms[:rows, :columns] if text else 0)
+        corner = down[:rows] + along[:columns].T - (norms[:rows, :columns] if text else 0)
         turn = divmod(int(corner.argmin()), columns)
         new[: turn[0] + 1, : turn[1] + 1] = False
     elif down is not None:
         turn = 0, int(down[0].argmin())
     elif along is not None:
-        turn = int(along[:, 0].argmin()), 0
+        turn = int(along[0].argmin()), 0
     if down is not None:
         for i, j in enumerate(traced(down, *turn)):
             new[turn[0] + i, : j + 1] = False
     if along is not None:
-        for j, i in enumerate(traced(along.T, turn[1], turn[0])):
+        for j, i in enumerate(traced(along, turn[1], turn[0])):
             new[: i + 1, turn[1] + j] = False
     return new
 
 
 def accumulated(error: Array) -> Int64:
-    """Add up a strip from its last row on: each pixel and the least of its three predecessors."""
-    total = np.array(error, np.int64)
-    for i in range(len(total) - 2, -1, -1):
-        before = np.pad(total[i + 1], 1, constant_values=FAR)
-        total[i] += np.minimum(np.minimum(before[:-2], before[1:-1]), before[2:])
-    return total
+    """Return cumulative path costs of a strip from its last row up: each pixel and the least of three predecessors."""
+    total: Int64 = paths.accumulate(np.ascontiguousarray(error[::-1]), 0)
+    return total[::-1]
 
 
 def traced(total: Array, row: int, column: int) -> list[int]:
-    """Follow the sums of a strip to its last row: the column in each row; of equal ones straight on, then the left."""
-    columns = [column]
-    for i in range(row + 1, len(total)):
-        ways = [(int(total[i, j]), k, j) for k, j in enumerate((column, column - 1, column + 1))
-                if 0 <= j < total.shape[1]]  # fmt: skip
-        column = min(ways)[2]
-        columns.append(column)
+    """Return the cheapest path to the last row of a strip, the column in each row; ties go straight on, then left."""
+    columns: list[int] = paths.trace(np.ascontiguousarray(total[row:][::-1]), column, 0)[::-1].tolist()
     return columns

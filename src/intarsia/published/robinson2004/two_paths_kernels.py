@@ -1,4 +1,4 @@
-"""Norms of what differs between two patches, and their sums over an overlap for every place of an exemplar."""
+"""Kernels of raster quilting: norms of pixel differences, and their sums over an overlap for every place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Patches chosen by the segments in their boundary zone, as fragments without author or title have it."""
+"""Patch-based synthesis with candidates chosen by segment histograms of the boundary zone (anonymous fragments)."""
 
 PRESET = {
     "method": "segment-based",
@@ -7,4 +7,4 @@ PRESET = {
     "points": "1",
     "usage": "0",
 }
-"""What `grow --as segments` sets: options, and their values as they are written."""
+"""Options that `grow --as segments` sets, with their values as strings."""

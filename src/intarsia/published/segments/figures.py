@@ -1,4 +1,4 @@
-"""The figures of the fragments on segments that are grown from a texture, one function each."""
+"""The figures of the fragments on segments that show synthesis from a texture."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ def found(exemplar: Exemplar) -> list[Panel]:
     segments = published_segments(exemplar, "sum")
     values = {"s": time.perf_counter() - begun, "a": float(segments.patch), "b": float(segments.zone)}
     values["elements"] = segments.patch / elements(exemplar).size
-    return [given(exemplar), Panel("b", segments.why, Plane(segment_overlay(exemplar, segments)), values, "< 2 s")]
+    return [given(exemplar), Panel(segments.why, Plane(segment_overlay(exemplar, segments)), values, "< 2 s")]
 
 
-def patches(letter: str, **more: Any) -> Way:
-    """A panel of 512 px by segments, with the source's settings but for those that are given."""
-    return grown(letter, 512, "segment-based", AS_THERE | more)
+def patches(**more: Any) -> Way:
+    """Return a panel of 512 px by segments, with the source's settings except for those given."""
+    return grown(512, "segment-based", AS_THERE | more)
 
 
 def sizes(exemplar: Exemplar) -> list[Panel]:
     """Figure 2: a patch that is too small, and one that is too large."""
     a = published_segments(exemplar, "sum").patch
-    return [given(exemplar), patches("b", patch=max(a // 4, 4))(exemplar), patches("c", patch=2 * a)(exemplar)]
+    return [given(exemplar), patches(patch=max(a // 4, 4))(exemplar), patches(patch=2 * a)(exemplar)]
 
 
 def results(exemplar: Exemplar) -> list[Panel]:
-    """Figures 3 and 4: the texture, grown with the sizes that were found."""
-    made = patches("c")(exemplar)
+    """Figures 3 and 4: the texture, synthesized with the sizes found."""
+    made = patches()(exemplar)
     side, wide = published_segments(exemplar, "sum").patch - 1, 100 * SegmentBased.hits
     share = wide / ((exemplar.height - side) * (exemplar.width - side))
     return [made._replace(values=made.values | {"compared": share})]
@@ -47,14 +47,10 @@ def results(exemplar: Exemplar) -> list[Panel]:
 
 QUICK = "Textures are grown in seconds: few patches are compared, those with alike histograms."
 FIGURES = (
-    Figure(
-        "1", "The segments of the main feature tell patch size and boundary zone.",
-        found, "sample:pebbles", "elements 0.5 b 2",
+    Figure("1", "The segments of the main feature tell patch size and boundary zone.", found, "elements 0.5 b 2"),
+    Figure("2", "Too small a patch misses the structure, too large a one repeats.", sizes, "seams c b; most b c"),
+    *(
+        Figure(number, QUICK, results, "compared c 5", usual, "c")
+        for number, usual in (("3", "sample:pebbles"), ("4", "sample:stones"))
     ),
-    Figure(
-        "2", "Too small a patch misses the structure, too large a one repeats.",
-        sizes, "sample:pebbles", "seams c b; most b c",
-    ),
-    Figure("3", QUICK, results, "sample:pebbles", "compared c 5"),
-    Figure("4", QUICK, results, "sample:stones", "compared c 5"),
 )

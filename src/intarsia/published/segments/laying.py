@@ -1,8 +1,8 @@
-"""Segment-based synthesis at work: sizes from the segments, patches drawn among those with alike boundary zones.
+"""Engine of segment-based synthesis: sizes from segments, candidates from histograms of segments in the boundary zone.
 
 Source: the fragments (docs/sources-003.md), algorithm SegmentBased, lines 1 and 7 to 10, and SelectFeature. A histogram
-does not see how things are arranged, so it only says which patches are worth comparing: these are then measured pixel
-by pixel. Everything that decides is a whole number.
+does not see how segments are arranged, so it only selects the patches to compare: these are then measured pixel by
+pixel. All decisions are made on whole numbers.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ POINTS = 1 << 20  # draws of points are apart from those of the choice
 LEVELS = 24  # steps of the root of a share; of 8 groups at most, 25 to the power of 8 fits into 64 bits
 USUAL = 50  # one in so many of those compared is nearer than usual; 20: seams cost 3 to 16 % more, 100: fewer draws
 PATCHES = 1 << 18  # of a larger exemplar only every second, third, ... row and column is indexed
-Sides = tuple[bool, bool, bool, bool]  # top, left, bottom, right
+Sides = tuple[bool, ...]  # top, left, bottom, right
 
 
 def resolved(method: SegmentBased, exemplars: Exemplars, canvas: Canvas) -> SegmentBased:
-    """Decide patch and overlap from the segments of the exemplar."""
+    """Return the method with patch and overlap derived from the segments of the exemplar."""
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
         found = _found(method, exemplars[0])
@@ -55,7 +55,7 @@ def resolved(method: SegmentBased, exemplars: Exemplars, canvas: Canvas) -> Segm
 
 
 def synthesize(method: SegmentBased, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Grow the map window by window, from patches with alike segments in the boundary zone."""
+    """Build the map window by window, from patches with similar segments in the boundary zone."""
     groups, zone = _found(method, exemplars[0]).group_map, extent(method.overlap or 0)
     its = PatchSettings(
         patch=method.footprint, overlap=zone, hangs=method.hangs,
@@ -90,7 +90,7 @@ def choose(found: Candidates, prices: Array, limit: float, bits: int) -> Pick:
 
 
 class HistogramIndex:
-    """All patches of an exemplar, gathered by the histogram of groups in some sides of their boundary zone.
+    """Index of all patches of an exemplar by the histogram of groups in some sides of their boundary zone.
 
     `counts` (K, rows, columns): pixels of every group in the zone of the patch that begins there; `valid` (rows,
     columns): which patches may be used. ``histograms`` (n, K): the different ones, see :func:`histogram`, sorted by
@@ -118,12 +118,11 @@ class HistogramIndex:
         k = min(hits, len(self.histograms))
         reach = float(np.max(self._tree.query(query, k=k)[0]))  # of the k-th
         inside = np.array(self._tree.query_ball_point(query, reach * (1 + 1e-9) + 1e-9, return_sorted=True), np.int64)
-        step = self.histograms[inside] - query
-        return inside[np.argsort((step * step).sum(axis=1), kind="stable")[:k]]
+        return inside[np.argsort(((self.histograms[inside] - query) ** 2).sum(axis=1), kind="stable")[:k]]
 
 
 class SegmentSearch:
-    """Find patches whose boundary zone holds the same groups as what is known around a window.
+    """Search for patches whose boundary zone has the same histogram of groups as the known part of a window.
 
     `variants`: one exemplar, upright; `patch`: rows and columns of the windows; `groups` (H, W): group of every pixel
     of the exemplar, 0 to 7, -1 where it must not be used; `zone`: width of the boundary zone, (rows, columns) px;
@@ -148,7 +147,7 @@ class SegmentSearch:
         self._indices: dict[Sides, HistogramIndex] = {}
 
     def batch(self) -> int:
-        """Windows are searched one by one."""
+        """Return how many windows are searched together."""
         return 32
 
     def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
@@ -170,7 +169,7 @@ class SegmentSearch:
         return found
 
     def drawn(self, groups: Array, known: Array, at: Pair) -> Int64:
-        """Draw the patches that are worth comparing for a window that shows `groups`: rows of (0, 0, y, x)."""
+        """Draw the patches to compare with a window that holds `groups`: rows of (0, 0, y, x)."""
         sides = self.known_sides(known)
         weight = np.where(known > 0, self.weights(sides), 0)
         counts = np.bincount(groups.ravel() + 1, weight.ravel(), self.kinds + 1)[1:]
@@ -184,29 +183,27 @@ class SegmentSearch:
         return rows
 
     def known_sides(self, known: Array) -> Sides:
-        """Say which sides of a window's zone are known, more than half of each; or else those with anything."""
-        shares = [(int(np.count_nonzero(known[s])), known[s].size) for s in self._strips()]
-        most = tuple(2 * n > size for n, size in shares)
-        some_ = tuple(n > 0 for n, _ in shares)
-        chosen = most if any(most) else some_ if any(some_) else (True,) * 4
-        return chosen[0], chosen[1], chosen[2], chosen[3]
+        """Return which sides of a window's zone are known by more than half; or else at all; or else all four."""
+        shares = [np.count_nonzero(known[s]) / known[s].size for s in self._strips()]
+        most, anything = (tuple(bool(share > least) for share in shares) for least in (0.5, 0.0))
+        return most if any(most) else anything if any(anything) else (True,) * 4
 
     def weights(self, sides: Sides) -> Int64:
-        """How often every pixel of a window counts: once for each of the sides that it lies in."""
+        """Return how often every pixel of a window counts: once for each of the sides that it lies in."""
         out = np.zeros(self.patch, np.int64)
         for strip, wanted in zip(self._strips(), sides, strict=True):
             out[strip] += wanted
         return out
 
     def index(self, sides: Sides) -> HistogramIndex:
-        """Return the index of all patches by the groups in these sides of their zone, made at the first asking."""
+        """Return the index of all patches by the groups in these sides of their zone; cached."""
         if sides not in self._indices:
             counts = np.stack([self._counts(g, sides) for g in range(self.kinds)])
             self._indices[sides] = HistogramIndex(counts, self._grid)
         return self._indices[sides]
 
     def _counts(self, group: int, sides: Sides) -> Int64:
-        """Count a group in the sides of every patch that is indexed, by sums over all that is above and to the left."""
+        """Return the count of a group in the sides of every indexed patch, by a summed-area table."""
         height, width = self.variants.picture(0).shape[:2]
         pad = ((0, height - self.groups.shape[0]), (0, width - self.groups.shape[1]))
         mine = np.pad(self.groups == group, pad, mode="wrap")  # a toroidal exemplar goes on
@@ -230,24 +227,22 @@ class SegmentSearch:
 
 
 def histogram(counts: Array) -> Int64:
-    """Return roots of shares in whole steps (n, K): their Euclidean distance is about Hellinger's."""
+    """Return quantised square roots of shares (n, K), whose Euclidean distance approximates Hellinger's."""
     total = np.maximum(counts.sum(axis=1, keepdims=True), 1)
     return np.asarray(np.floor(np.sqrt(counts / total) * LEVELS + 0.5), np.int64)
 
 
 def some(members: Int64, most: int, bits: int) -> Int64:
-    """Draw at most `most` members, evenly apart, the first at random: the source's RandomPoint."""
+    """Return at most `most` members, evenly spaced from a random first one: the source's RandomPoint."""
     n = len(members)
     if n <= most:
         return members
     return members[(below(n, bits) + np.arange(most) * n // most) % n]
 
 
-def _parts(group: Group) -> tuple[float, float]:
-    """Var / range of distances and of sizes: the fragments' fractions."""
-    values = group.distances / FINE, group.sizes.mean(axis=1)
-    distance, size = (float(v.var() / max(np.ptp(v), 1.0)) for v in values)
-    return distance, size
+def _parts(group: Group) -> list[float]:
+    """Return variance / range of distances and of sizes: the fractions of the fragments."""
+    return [float(v.var() / max(np.ptp(v), 1.0)) for v in (group.distances / FINE, group.sizes.mean(axis=1))]
 
 
 ENERGIES: dict[str, Callable[[Group], float]] = {

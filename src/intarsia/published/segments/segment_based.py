@@ -1,12 +1,13 @@
-"""Segment-based synthesis: patches whose boundary zone holds the same kinds of segments, cut in along the best seam.
+"""Segment-based synthesis: patches with the same kinds of segments in the boundary zone, cut along the best seam.
 
 Source: fragments of a poster and of a short paper, without author or title, on how patch size and boundary zone follow
 from a segmentation (docs/sources-003.md says what can be read in them).
 
 Departures: patch and zone come from a vote over scales, because one scale fails on blur or noise; the histogram of
-segments, which does not see how things are arranged, only says which patches are then compared pixel by pixel; windows
-are laid in waves with evenly widened overlaps (layout=raster: as given); the cut is a minimum cut without memory of old
-seams; repeats have a price (usage=0: none). The source leaves open how many patches are looked at, and the threshold.
+segments, which does not see how they are arranged, only selects the patches that are compared pixel by pixel; windows
+are filled in parallel batches with evenly widened overlaps (layout=raster: as given); the cut is a minimum cut without
+memory of old seams; repeats have a price (usage=0: none). The source leaves open how many patches are compared, and the
+threshold.
 
 Cost: the analysis, then `hits` times `points` patches compared for every window.
 """
@@ -23,7 +24,7 @@ from ...methods import Ability
 
 @dataclass(frozen=True)
 class SegmentBased(methods.CutSquares):
-    """Lay patches that continue the segments around them, in a size found from the segments."""
+    """Place patches that continue the segments around them, in a size found from the segments."""
 
     slug: ClassVar[str] = "segment-based"
     paper: ClassVar[str] = "fragments without author or title"
