@@ -22,7 +22,6 @@ from ..foundation.geometry import laid
 from ..foundation.params import Poses, Weights
 from ..foundation.run import Run, draw_many
 from ..kernels.cuts import SeamPrice
-from ..kernels.maps import Grown
 from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
 from ..model.sourcemap import HOLE, SourceMap
@@ -113,20 +112,16 @@ class PatchSettings:
 
     def layout(self, canvas: Canvas) -> WindowGrid:
         """The windows on a canvas: a grid, or around what it starts with; under a guide always a grid."""
+        size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
         if canvas.guide is None and canvas.start is not None and not canvas.start.holes.all():
             patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
             overlap = (min(self.overlap[0], patch[0] - 1), min(self.overlap[1], patch[1] - 1))
-            wraps = canvas.wrap.y, canvas.wrap.x
             found = fill_order(~canvas.start.holes, patch, overlap, wraps)
-            return WindowGrid((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
-        rows, height = self._axis(0, canvas.height, canvas.wrap.y)
-        columns, width = self._axis(1, canvas.width, canvas.wrap.x)
-        return WindowGrid(
-            tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
+            return WindowGrid((), (), patch, size, wraps, tuple(found))
+        (rows, height), (columns, width) = (
+            laid(*axis, self.hangs) for axis in zip(size, self.patch, self.overlap, wraps, strict=True)
         )
-
-    def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
-        return laid(length, self.patch[axis], self.overlap[axis], wrap, self.hangs)
+        return WindowGrid(tuple(rows), tuple(columns), (height, width), size, wraps)
 
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
@@ -237,7 +232,7 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
 
 
 Choose = Callable[[Window, Candidates, int], Pick | None]
-Join = Callable[[Pair, Pick, Candidates], None]
+Join = Callable[[Window, Pick, Candidates], None]
 
 AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
 # Of the spread of colours. Halved: pebbles have 1.8 strong steps for 1.2 in 1000 px; doubled: a pebble road 5.6 for 4.
@@ -342,7 +337,7 @@ class Growth:
     def cutting(self, seam: str = "difference") -> Join:
         """What joins patches along the seam that is cheapest by the price of this name."""
         price = self.seam_price(seam)
-        return lambda at, pick, found: self.growing.cut_in(at, pick, found, self.layout, price)
+        return lambda window, pick, found: self.growing.cut_in(self.at(window), pick, found, price)
 
     def seam_price(self, seam: str) -> SeamPrice:
         """What seams cost by one of the names that the parameter `seam` of methods knows."""
@@ -384,10 +379,6 @@ class Growth:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return
 
-    def window(self, at: Window) -> Window:
-        """The window that begins at a pixel of the canvas."""
-        return self.layout.rows.index(at[0]), self.layout.columns.index(at[1])
-
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)
         parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
@@ -397,7 +388,7 @@ class Growth:
         def part(begin: int) -> None:
             self._check()
             stop, prices = min(begin + size, len(wave)), self.repetition.search_prices
-            where = Grown(self.growing.variant, self.growing.yx, self.layout.wraps), at[begin:stop]
+            where = self.growing.grown, at[begin:stop]
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where, prices)
             elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
@@ -462,7 +453,7 @@ class Growth:
     def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
         def part(items: list[tuple[Window, Pick, Candidates]]) -> None:
             for window, pick, found in items:
-                join(self.at(window), pick, found)
+                join(window, pick, found)
 
         size = -(-len(chosen) // workers)
         each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])

@@ -42,7 +42,7 @@ from ..search import (
 )
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
-from . import Pick, frame_of, picked, repetition_kernels
+from . import Pick, picked, repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
@@ -136,14 +136,14 @@ class Repetition:
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.search_prices = Prices(counts, round(strength * STEADY * 65536))
         self._laid = Uses(
-            np.array([frame_of(search.variants, v) for v in range(len(shapes))], np.int64),
+            search.variants.frames,
             np.array(layout.patch, np.int64),
-            np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64),
+            np.array((*layout.size, *layout.wraps), np.int64),
             self._offsets, search.factor, self._flat_striking, self._flat, self._priced,
         )  # fmt: skip
         self.grid = np.full((*layout.shape, 8), -1, np.int64)
         self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
-        pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
+        pitch = min(map(_least_step, (layout.rows, layout.columns), layout.size))
         self.reach = REACH if strength else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
@@ -205,8 +205,8 @@ class Repetition:
             return
         h, w = self.layout.patch
         found = []
-        for y in range(0, self.layout.height, max(h // 2, 1)):
-            for x in range(0, self.layout.width, max(w // 2, 1)):
+        for y in range(0, self.layout.size[0], max(h // 2, 1)):
+            for x in range(0, self.layout.size[1], max(w // 2, 1)):
                 known = np.argwhere(variant[y : y + h, x : x + w] != HOLE)
                 if len(known):  # the middle one of the known pixels stands for all
                     i, j = known[len(known) // 2].tolist()
@@ -307,7 +307,7 @@ def striking(feats: Features, search: Search) -> list[Array]:
         number = int(variants.exemplar[v])
         grid, step = known[number]
         y, x = (np.arange(n) * search.factor for n in valid.shape)
-        _, first, second, a, b, c, d = frame_of(variants, v)[:7]
+        first, second, a, b, c, d = variants.frames[v, 1:7].tolist()
         cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
         cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
         at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]

@@ -28,10 +28,9 @@ from ..analysis.masking import ONCE
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, draw
-from ..kernels.maps import Grown
 from ..lattice import Vectors, once_around
 from ..model.sourcemap import HOLE
-from ..patches import Pick, index_of, picked, random_patch
+from ..patches import Pick, Window, index_of, picked, random_patch
 from ..patches.growth import Growth
 from ..search import Candidates, PosedExemplars, Prices
 from ..search.fourier import PatchSearch
@@ -171,7 +170,7 @@ class GraphcutGrowth:
         self.pieces = pieces_of(growth, self.price.knee)
         work, self.wraps = growth.growing, growth.layout.wraps
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
-        self.grown = Grown(self.variant, self.yx, self.wraps)
+        self.grown = work.grown
         self._sizes = np.column_stack([self.variants.table[:, 1:3], self.variants.toroidal]).tolist()
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
@@ -420,9 +419,9 @@ class GraphcutGrowth:
             patches.append(patch)
         return np.array(windows, np.int64), np.array(patches, np.int64)
 
-    def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
-        """Cut a patch into the window at `at` alone, and write it into the map."""
-        self.note(self.write(self.cut((*at, *self.growth.layout.patch), pick, 0)))
+    def join(self, window: Window, pick: Pick, found: Candidates) -> None:
+        """Cut a patch into a window alone, and write it into the map."""
+        self.note(self.write(self.cut((*self.growth.at(window), *self.growth.layout.patch), pick, 0)))
 
     def index(self, box: Box) -> Any:
         """Index of the pixels of a box, which may reach over borders that wrap."""

@@ -31,6 +31,7 @@ else:  # where poses are chosen
     symmetry = lazy("intarsia.analysis.symmetry")
 
 Choice = TypeVar("Choice")
+Wraps = tuple[bool, bool]  # whether rows and columns continue in themselves
 
 MAX_VARIANTS = 250
 STRIP = 256  # rows of a map that are turned together: nothing larger is held besides the map
@@ -79,13 +80,21 @@ class PosedExemplars:
         At (a y + b x + e, c y + d x + f), where g is 1; it is 0 for variants of two exemplars, and for v = k.
         """
         out = np.zeros((len(self), len(self), 7), np.int64)
-        posed = [(ISOMETRIES[p], self.table[v, 1:3].tolist()) for v, p in enumerate(self.pose.tolist())]
-        frames = [(np.array(iso.j), np.array(iso.start(*(size[::-1] if iso.swaps else size)))) for iso, size in posed]
-        for v, (j, start) in enumerate(frames):
-            for k, (other, begin) in enumerate(frames):
-                if v != k and self.exemplar[v] == self.exemplar[k]:
-                    out[v, k] = *(other.T @ j).ravel(), *(other.T @ (start - begin)), 1
+        start, j = self.frames[:, 1:3], self.frames[:, 3:7].reshape(-1, 2, 2)
+        for v, k in np.ndindex(out.shape[:2]):
+            if v != k and self.exemplar[v] == self.exemplar[k]:
+                out[v, k] = *(j[k].T @ j[v]).ravel(), *(j[k].T @ (start[v] - start[k])), 1
         return out
+
+    @cached_property
+    def frames(self) -> Int64:
+        """How variants lie in their exemplars: (V, 9) of exemplar, its px shown first, J, and its size if toroidal."""
+        rows = []
+        for v, (_, *size, _) in enumerate(self.table.tolist()):
+            iso = ISOMETRIES[self.pose[v]]
+            start = iso.start(*(size[::-1] if iso.swaps else size))
+            rows.append([self.exemplar[v], *start, *iso.j[0], *iso.j[1], *(size if self.toroidal[v] else (0, 0))])
+        return np.array(rows, np.int64)
 
     def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:
         """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
@@ -95,13 +104,9 @@ class PosedExemplars:
         out = np.zeros_like(yx)
         for top in range(0, len(yx), STRIP):
             rows = slice(top, top + STRIP)
-            for v in range(len(self)):
+            for v, frame in enumerate(self.frames.astype(np.int32)):
                 mine = variant[rows] == v
-                iso = ISOMETRIES[self.pose[v]]
-                _, height, width, _ = self.table[v]
-                size = (width, height) if iso.swaps else (height, width)
-                start = np.array(iso.start(*(int(s) for s in size)), np.int32)
-                out[rows][mine] = start + yx[rows][mine] @ np.array(iso.j, np.int32).T
+                out[rows][mine] = frame[1:3] + yx[rows][mine] @ frame[3:7].reshape(2, 2).T
         return out, _lookup(self.exemplar, variant), np.where(variant == HOLE, 0, _lookup(self.pose, variant))
 
 
@@ -182,10 +187,8 @@ class WindowGrid:
     rows: tuple[int, ...]
     columns: tuple[int, ...]
     patch: Pair
-    height: int
-    width: int
-    wrap_y: bool
-    wrap_x: bool
+    size: Pair
+    wraps: Wraps
     places: tuple[Pair, ...] | None = None
 
     @property
@@ -196,11 +199,6 @@ class WindowGrid:
     def at(self, row: int, column: int) -> Pair:
         """First pixel of a window on the canvas."""
         return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
-
-    @property
-    def wraps(self) -> tuple[bool, bool]:
-        """Whether rows and columns continue in themselves."""
-        return self.wrap_y, self.wrap_x
 
     def widened(self, picture: Array, outside: int) -> Array:
         """A picture of the canvas with a window's size more on all sides: around the torus, or `outside`."""
@@ -216,7 +214,7 @@ class WindowGrid:
     def within(self, radius: int, places: Array, at: Pair) -> Array:
         """Which of the places (n, 2) lie within a radius of one, along each axis."""
         gaps = np.abs(places - at)
-        for axis, (length, wrap) in enumerate(zip((self.height, self.width), self.wraps, strict=True)):
+        for axis, (length, wrap) in enumerate(zip(self.size, self.wraps, strict=True)):
             if wrap:
                 gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
         return np.asarray((gaps <= radius).all(axis=1))

@@ -183,13 +183,12 @@ def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, A
     return found.rows[order], prices[order]
 
 
-def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found: Candidates) -> None:
-    """Lay a patch into the window that begins at `at`, as `join` says."""
-    bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
-    if method.join == "cut" or (bounds and method.boundary_join == "cut"):
-        growth.cutting()(at, pick, found)
+def join_in(method: PatchSampling, growth: Growth, window: Window, pick: Pick, found: Candidates) -> None:
+    """Lay a patch into a window, as `join` says."""
+    if method.join == "cut" or (growth.at_boundary(window) and method.boundary_join == "cut"):
+        growth.cutting()(window, pick, found)
     else:
-        growth.growing.lay_over(at, pick, found.known, growth.layout, growth.settings.overlap)
+        growth.growing.lay_over(growth.at(window), pick, found.known, growth.settings.overlap)
 
 
 def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
