@@ -25,11 +25,20 @@ from ..kernels.cuts import SeamPrice
 from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
 from ..model.sourcemap import HOLE, SourceMap
-from ..search import SHORT_LIST, Candidates, PosedExemplars, Search, WindowGrid, isometry_ids, posed_exemplars
+from ..search import (
+    SHORT_LIST,
+    Candidates,
+    PosedExemplars,
+    Search,
+    WindowGrid,
+    isometry_ids,
+    nearest,
+    posed_exemplars,
+)
 from ..search.fourier import PatchSearch
-from . import GrowingMap, Pick, Window, fill_order, random_patch, waves
+from . import GrowingMap, Pick, Window, fill_order, index_of, random_patch, waves
 from .repetition import Repetition, striking
-from .repetition_kernels import weigh_edge
+from .repetition_kernels import edge_cells, weigh_edge
 
 if TYPE_CHECKING:
     from ..search import distance_map
@@ -400,18 +409,19 @@ class Growth:
                 found[begin:stop] = self.finder.find(*where, prices)
 
         each(part, range(0, len(wave), size))
-        return [self.weighed(at[k], f) for k, f in enumerate(found)]
+        return list(map(self.weighed, wave, found))
 
-    def weighed(self, at: Int64, found: Candidates) -> Candidates:
+    def weighed(self, window: Window, found: Candidates) -> Candidates:
         """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
         if self.layout.places is None:
             return found
+        here = index_of(*self.at(window), self.layout.patch, self.layout.size)
+        spots, ends = edge_cells(self.growing.locked[here], found.known)
+        if not len(spots):
+            return found
         rows = found.rows.copy()
-        weigh_edge(
-            self.growing.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
-            self.variants.table, rows,
-        )  # fmt: skip
-        return replace(found, rows=rows)
+        weigh_edge(found.feats, int(found.known.sum()), spots, ends, self.variants.posed, rows)
+        return replace(found, rows=nearest(rows))
 
     def _picks(
         self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float

@@ -11,10 +11,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from ..foundation.arrays import Int32, Int64
+from ..foundation.arrays import Int32, Int64, Mask, UInt8
 from ..kernels.jit import kernel
-from ..kernels.maps import canvas_place
 
 
 @kernel
@@ -103,54 +103,23 @@ GRAIN = 4  # how much a step from rough to smooth counts: of two that fit badly 
 TONE = 8  # how much such a step counts: grain hides it from the sum of squares, not from the eye
 
 
-@kernel
-def edge_of(locked: Any, y0: int, x0: int, wrap: Any, known: Any, edge: Any) -> int:
-    """Mark in `edge` (h, w) the pixels of a window that must stay and lie beside unknown ones; return their number."""
-    height, width = locked.shape
-    h, w = known.shape
-    count = 0
-    for i in range(h):
-        y = canvas_place(y0 + i, height, wrap[0])
-        for j in range(w):
-            edge[i, j] = 0
-            x = canvas_place(x0 + j, width, wrap[1])
-            if known[i, j] == 0 or y < 0 or x < 0 or not locked[y, x]:
-                continue
-            near = False
-            for a in range(max(i - REACH, 0), min(i + REACH + 1, h)):
-                for b in range(max(j - REACH, 0), min(j + REACH + 1, w)):
-                    near = near or known[a, b] == 0
-            if near:
-                edge[i, j] = 1
-                count += 1
-    return count
+def edge_cells(locked: Mask, known: UInt8) -> tuple[Int64, Int64]:
+    """Return the known pixels of a window that must stay and lie beside unknown ones, and where their cells end.
 
-
-@kernel
-def cells_of(edge: Any, count: int) -> Any:
-    """The edge's pixels (count, 2), cell by cell, and where each cell that has some ends."""
-    h, w = edge.shape
-    spots, ends = np.empty((count, 2), np.int64), np.empty(count, np.int64)
-    n, cells = 0, 0
-    for y in range(0, h, CELL):
-        for x in range(0, w, CELL):
-            begin = n
-            for i in range(y, min(y + CELL, h)):
-                for j in range(x, min(x + CELL, w)):
-                    if edge[i, j]:
-                        spots[n, 0], spots[n, 1] = i, j
-                        n += 1
-            if n > begin:
-                ends[cells] = n
-                cells += 1
-    return spots, ends[:cells]
+    (n, 2), cell by cell; `locked`, `known`: of the window, (h, w).
+    """
+    beside = sliding_window_view(np.pad(known == 0, REACH), (2 * REACH + 1, 2 * REACH + 1)).any(axis=(2, 3))
+    spots = np.argwhere(locked & beside & (known > 0))
+    cell = spots // CELL @ (known.shape[1], 1)
+    order = np.argsort(cell, kind="stable")
+    return spots[order], np.flatnonzero(np.diff(cell[order], append=-1)) + 1
 
 
 @kernel
 def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: Any) -> Any:
     """Root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
 
-    `flat` holds the window from `begin` on, `stride` pixels a row; `spots`, `ends` as :func:`cells_of` tells them.
+    `flat` holds the window from `begin` on, `stride` pixels a row; `spots`, `ends` as :func:`edge_cells` tells them.
     """
     total, first = np.int64(0), 0
     for end in ends:
@@ -165,24 +134,13 @@ def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: A
 
 
 @kernel
-def weigh_edge(
-    locked: Any, at: Any, wrap: Any, feats: Any, known: Any, flat: Any, table: Any, rows: Any
-) -> None:  # fmt: skip
+def weigh_edge(feats: Any, area: int, spots: Any, ends: Any, posed: Any, rows: Any) -> None:
     """Add to the distances of candidates (n, 4) what they differ at the edge, which counts as much as all the rest.
 
-    Steps of tone and of grain count besides. `feats`, `known`: the window that begins at `at`. The candidates come
-    out in the order of the new distances; where nothing must stay, nothing changes.
+    Steps of tone and of grain count besides. `feats`: of the window, of which `area` px are known; `spots`, `ends`: its
+    edge, as :func:`edge_cells` tells it.
     """
-    h, w, channels = feats.shape
-    edge = np.empty((h, w), np.uint8)
-    count = edge_of(locked, at[0], at[1], wrap, known, edge)
-    if count == 0:
-        return
-    total = np.int64(0)
-    for i in range(h):
-        for j in range(w):
-            total += known[i, j]
-    spots, ends = cells_of(edge, count)
+    (flat, table), (_, w, channels) = posed, feats.shape
     own = grain(feats.ravel(), 0, w, channels, spots, ends)
     for n in range(len(rows)):
         v, u, s = rows[n, 1], rows[n, 2], rows[n, 3]
@@ -199,13 +157,7 @@ def weigh_edge(
                     steps += d
                 there += TONE * steps**2 // (end - first)
             first = end
-        rows[n, 0] = (rows[n, 0] + there // count * total) // 2
-    for n in range(1, len(rows)):  # few rows: insertion keeps the order of equals
-        k = n
-        while k > 0 and rows[k - 1, 0] > rows[k, 0]:
-            for c in range(4):
-                rows[k - 1, c], rows[k, c] = rows[k, c], rows[k - 1, c]
-            k -= 1
+        rows[n, 0] = (rows[n, 0] + there // len(spots) * area) // 2
 
 
 ONE = 256  # a full overlap of two patches

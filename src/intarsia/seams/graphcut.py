@@ -23,7 +23,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..analysis import block_sums, window_sums
-from ..analysis.features import pose_array
 from ..analysis.masking import ONCE
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.geometry import UNIT
@@ -32,7 +31,7 @@ from ..lattice import Vectors, once_around
 from ..model.sourcemap import HOLE
 from ..patches import Pick, Window, index_of, picked, random_patch
 from ..patches.growth import Growth
-from ..search import Candidates, PosedExemplars, Prices
+from ..search import Candidates, Prices
 from ..search.fourier import PatchSearch
 from . import energy_kernels, placement_kernels, recut_kernels, visibilities
 from .chances import drawn, likelihood
@@ -198,7 +197,7 @@ class GraphcutGrowth:
         if price:
             price *= self.growth.seam_price("sharp").knee
             rate, shown = usage_of(feats, exemplars, self.variant.size, price, stepped, run)
-        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, shown)
+        usage = Usage(self.variants.laid_out(numbers).astype(np.int32), rate, shown)
         count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
         return usage
 
@@ -440,30 +439,18 @@ class GraphcutGrowth:
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
 
 
-def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:
-    """One picture of each exemplar in all its poses, as their features lie in one row: what goes on begins again."""
-    out = []
-    for v, (number, pose) in enumerate(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)):
-        posed = pose_array(pictures[number], pose)
-        pad = [(0, n - m) for n, m in zip(variants.picture(v).shape, posed.shape, strict=False)]
-        out.append(np.pad(posed, pad, "wrap").ravel())
-    return np.concatenate(out)
-
-
 def pieces_of(growth: Growth, knee: int) -> Pieces:
     """Return the variants of a map as kernels of seams take them.
 
     By a price with a `knee` differences count as they are seen. Channels of outlines are left out: they make no seam.
     """
-    variants, exemplars, channels = growth.variants, growth.exemplars, growth.variants.channels
-    usable = laid_out(variants, [e.free for e in exemplars]).astype(np.uint8)
-    (flat, table), seen = variants.posed, channels - growth.features.structure
-    if seen < channels:
-        flat = np.ascontiguousarray(flat.reshape(-1, channels)[:, :seen]).ravel()
-        table = table.copy()
-        table[:, 0] = table[:, 0] // channels * seen
+    variants, exemplars, pictures = growth.variants, growth.exemplars, growth.features.pictures
+    seen = variants.channels - growth.features.structure
+    if seen < variants.channels:
+        pictures = tuple(p[..., :seen] for p in pictures)
+        variants = variants.showing(pictures)
+    usable = variants.laid_out([e.free for e in exemplars]).astype(np.uint8)
     visible = np.full(usable.size, ONCE, np.int16)
     if knee:
-        pictures = [p[..., :seen] for p in growth.features.pictures]
-        visible = laid_out(variants, visibilities(pictures, exemplars, knee))
-    return Pieces(flat, table, usable, variants.toroidal, seen, visible)
+        visible = variants.laid_out(visibilities(pictures, exemplars, knee))
+    return Pieces(*variants.posed, usable, variants.toroidal, seen, visible)

@@ -67,6 +67,21 @@ class PosedExemplars:
         stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
         return self.flat[start:stop].reshape(-1, stride, self.channels)
 
+    def laid_out(self, pictures: Sequence[Array]) -> Array:
+        """A picture of each exemplar, (H, W) or (H, W, C), posed and laid out in one row as the features are."""
+        rows = []
+        for v, (number, pose) in enumerate(zip(self.exemplar.tolist(), self.pose.tolist(), strict=True)):
+            posed = pose_array(pictures[number], pose)
+            beyond = [(0, n - m) for n, m in zip(self.picture(v).shape[:2], posed.shape, strict=False)]
+            rows.append(np.pad(posed, beyond + [(0, 0)] * (posed.ndim - 2), "wrap").ravel())
+        return np.concatenate(rows)
+
+    def showing(self, pictures: Sequence[Array]) -> PosedExemplars:
+        """The same variants of other features (H, W, C) of the exemplars."""
+        channels, table = pictures[0].shape[2], self.table.copy()
+        table[:, 0] = table[:, 0] // self.channels * channels
+        return replace(self, flat=self.laid_out(pictures), table=table, channels=channels)
+
     def windows(self, grown: Grown, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
         """Read what windows of a map hold that begin at `at`: features (n, h, w, C) int16, and where there are any."""
         feats, known = np.empty((len(at), *patch, self.channels), np.int16), np.empty((len(at), *patch), np.uint8)

@@ -6,7 +6,6 @@ patches that hold the same labels (Multrus 2003, 5.3: the sets G1, G2 and G3, he
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -183,7 +182,7 @@ class WindowGuide:
         wide = [layout.widened(channel, 0) for channel in (*np.moveaxis(target, 2, 0), there)]
         self._under = np.lib.stride_tricks.sliding_window_view(np.stack(wide, axis=2), layout.patch, (0, 1))
         self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
-        self.pictures = _laid_out(sources, variants, layout.patch)
+        self.pictures = variants.showing(sources)
         self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
         self._held: list[Array] = []
         if guide.is_labels:
@@ -382,15 +381,3 @@ def _padded(picture: Array, toroidal: bool, patch: Pair) -> Array:
         return picture
     pad = [(0, patch[0] - 1), (0, patch[1] - 1), (0, 0)][: picture.ndim]
     return np.pad(picture, pad, mode="wrap")
-
-
-def _laid_out(sources: list[Array], variants: PosedExemplars, patch: Pair) -> PosedExemplars:
-    channels, begin = sources[0].shape[2], 0
-    blocks, table = [], variants.table.copy()
-    for v in range(len(variants)):
-        picture = pose_array(sources[variants.exemplar[v]], int(variants.pose[v]))
-        picture = _padded(picture, bool(variants.toroidal[v]), patch)
-        table[v, 0] = begin
-        blocks.append(np.ascontiguousarray(picture).ravel())
-        begin += picture.size
-    return replace(variants, flat=np.concatenate(blocks), table=table, channels=channels)

@@ -12,8 +12,9 @@ import math
 import numpy as np
 
 from ..analysis import spreads
+from ..foundation import ndimage
 from ..foundation.arrays import Array, Int32, Mask
-from .felzenszwalb_kernels import join_edges, smooth
+from .felzenszwalb_kernels import join_edges
 
 # Halved and doubled on 24 textures (docs/design/012): how many sizes of elements differ by a tenth.
 DEVIATION = 256  # steps of an even colour for each standard deviation of a channel: a unit; either way 11, by rounding
@@ -41,9 +42,9 @@ def even_colours(colours: Array, usable: Mask | None) -> Int32 | None:
 
 def smoothed(colours: Int32, passes: int) -> Int32:
     """Blur by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
-    soft = np.array(colours, np.int32, order="C")
-    smooth(soft, passes)
-    return soft
+    for axis in (0, 1) * passes:
+        colours = (ndimage.correlate1d(colours, (1, 2, 1), axis, mode="nearest") + 2) >> 2
+    return colours
 
 
 class PixelGraph:

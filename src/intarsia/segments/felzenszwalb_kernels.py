@@ -15,32 +15,6 @@ from ..kernels.jit import kernel
 
 
 @kernel
-def smooth(colours: Int32, passes: int) -> None:
-    """Blur (H, W, C) by (1, 2, 1) / 4 along both axes, so many times, rounded to the nearest; in place."""
-    h, w, n = colours.shape
-    rows, above, line = colours.reshape(h, w * n), np.empty(w * n, np.int32), np.empty((w + 2) * n, np.int32)
-    for _ in range(passes):
-        for k in range(w * n):
-            above[k] = rows[0, k]
-        for i in range(h):
-            here, below = rows[i], rows[min(i + 1, h - 1)]
-            for k in range(w * n):
-                middle = here[k]
-                twice = np.int32(np.int32(middle + middle) + np.int32(2))
-                here[k] = np.int32(np.int32(above[k] + below[k]) + twice) >> np.int32(2)
-                above[k] = middle
-        for i in range(h):
-            here = rows[i]
-            for k in range(w * n):
-                line[n + k] = here[k]
-            for k in range(n):
-                line[k], line[n + w * n + k] = here[k], here[w * n - n + k]
-            for k in range(w * n):
-                twice = np.int32(np.int32(line[k + n] + line[k + n]) + np.int32(2))
-                here[k] = np.int32(np.int32(line[k] + line[k + 2 * n]) + twice) >> np.int32(2)
-
-
-@kernel
 def join_edges(
     first: Int32,
     second: Int32,

@@ -203,7 +203,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
     rows[:, 0] = most
     fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     rows = nearest(rows[rows[:, 0] <= most])
-    return growth.weighed(np.array(growth.at(window), np.int64), replace(found, rows=rows))
+    return growth.weighed(window, replace(found, rows=rows))
 
 
 def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
@@ -219,4 +219,4 @@ def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Cand
     fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
     share = guided.shares(found.known[None], inside)[0]
     rows[:, 0] = guided.cost(rows[:, 0], apart[:, 0], share)
-    return growth.weighed(at[0], replace(found, rows=nearest(rows)))
+    return growth.weighed(window, replace(found, rows=nearest(rows)))
