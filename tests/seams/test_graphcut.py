@@ -438,7 +438,8 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
-    sewing.note(sewing.write(first))
+    sewing.write(first)
+    sewing.note(first)
     box = (0, 10, 16, 16)
     picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2, 6)
     assert len(set(picks)) == len(picks) == 6
@@ -466,7 +467,8 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
-    sewing.note(sewing.write(first))
+    sewing.write(first)
+    sewing.note(first)
     box = (0, 10, 16, 16)
     found = sewing.found([box], ia.Run(1))[0]
     prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))

@@ -15,10 +15,10 @@ is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,15 +45,7 @@ from .usage_kernels import Usage, count_map
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 
-
-class Bar(Protocol):
-    """What must stay, whatever it costs, when a patch is cut in; see :class:`.repair.Constraints`."""
-
-    def __call__(self, box: Box, pick: Pick) -> Array:
-        """Which pixels of a box."""
-
-    def returns(self, box: Box, pick: Pick, take: Array) -> bool:
-        """Whether what is taken would now return too near."""
+Bar = Callable[[Box, Pick], Array]  # pixels of a box that must stay, whatever it costs; see `repair.Constraints`
 
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen together; of larger maps so much counts
@@ -174,7 +166,8 @@ class GraphcutGrowth:
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self.once = ONE * math.prod(min(n, nearby) for n in self.variant.shape) // self.variant.size
-        self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
+        assert isinstance(growth.finder, PatchSearch)
+        self._search = growth.finder
         self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
         self._around = [
             once_around(stitch.lattice, n, k) if stitch.lattice and wrap else (n * UNIT * (1 - k), n * UNIT * k)
@@ -186,7 +179,7 @@ class GraphcutGrowth:
         self.usage = self._counted(stitch.evenness, run or Run())
         self._map, self._prices = (self.grown, self.locked, self.pieces), (self.price, self.usage)
         self._told: Prices | None = None
-        self.note((0, 0, *self.variant.shape))
+        self._measure((0, 0, *self.variant.shape))
 
     def _counted(self, price: float, run: Run) -> Usage:
         """How often the map shows every exemplar pixel now, and what each showing costs."""
@@ -198,7 +191,7 @@ class GraphcutGrowth:
             price *= self.growth.seam_price("sharp").knee
             rate, shown = usage_of(feats, exemplars, self.variant.size, price, stepped, run)
         usage = Usage(self.variants.laid_out(numbers).astype(np.int32), rate, shown)
-        count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
+        count_map(self.grown, self.pieces, usage)
         return usage
 
     @property
@@ -274,21 +267,15 @@ class GraphcutGrowth:
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        assert self._search is not None
-        rows, shown = found.rows, self.nearby(box, found.rows)
+        rows, shown = found.rows, np.empty(len(found.rows), np.int64)
+        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
+        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
         for v, counts in enumerate(self.told.counts):
             mine = rows[:, 1] == v
             y, x = np.minimum(rows[mine, 2:] // self._search.factor, np.subtract(counts.shape, 1)).T
             shown[mine] += counts[y, x]
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(rows[:, 0] + np.maximum(shown, 0) * price // ONE)
-
-    def nearby(self, box: Box, rows: Array) -> Array:
-        """How much more what each candidate would show counts for lying near what is alike; ONE: all of it, once."""
-        shown = np.empty(len(rows), np.int64)
-        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
-        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
-        return shown
 
     def look(self, box: Box) -> Look:
         """Every so many-th pixel of the canvas about a window, as far as a repeat counts more."""
@@ -304,7 +291,6 @@ class GraphcutGrowth:
     def told(self) -> Prices:
         """How often the map shows every patch, by its first cell in the search; counted again once a patch is laid."""
         if self._told is None:
-            assert self._search is not None
             search, counts = self._search, []
             f, (h, w) = search.factor, search.cells
             for v, valid in enumerate(search.valid):
@@ -320,7 +306,6 @@ class GraphcutGrowth:
 
     def found(self, boxes: Sequence[Box], run: Run, valid: Sequence[Mask] | None = None) -> list[Candidates]:
         """The candidates for windows that lie apart, as the map now is; `valid`: where alone patches may begin."""
-        assert self._search is not None
         search, told, first = self._search, self.told, self.first
         search = search if valid is None else search.within(valid)
         size = 1 if first else min(search.batch(), -(-len(boxes) // run.workers))
@@ -420,22 +405,31 @@ class GraphcutGrowth:
 
     def join(self, window: Window, pick: Pick, found: Candidates) -> None:
         """Cut a patch into a window alone, and write it into the map."""
-        self.note(self.write(self.cut((*self.growth.at(window), *self.growth.layout.patch), pick, 0)))
+        cut = self.cut((*self.growth.at(window), *self.growth.layout.patch), pick, 0)
+        self.write(cut)
+        self.note(cut)
 
     def index(self, box: Box) -> Any:
         """Index of the pixels of a box, which may reach over borders that wrap."""
         return index_of(*box[:2], box[2:], self.variant.shape)
 
-    def write(self, cut: Cut) -> Box:
-        """Write a cut into the map; returns where seams must be measured anew (:meth:`note`)."""
-        top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
-        (y, x), self._told = cut.box[:2], None
-        if self.stitch.lattice is not None and self.first is None:
-            self.first = (cut.pick[1], cut.pick[2]), (y, x)
-        return y + top - 1, x + left - 1, h + 1, w + 1
+    def pays(self, cut: Cut) -> bool:
+        """Whether nothing of a cut is barred by now, as what returns too near what was laid since."""
+        return self.bar is None or not (self.bar(cut.box, cut.pick) & (cut.take > 0)).any()
 
-    def note(self, box: Box) -> None:
-        """Measure the seams of a box anew."""
+    def write(self, cut: Cut) -> None:
+        """Write a cut into the map; its seams must then be measured anew, by :meth:`note`."""
+        recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
+        self._told = None
+        if self.stitch.lattice is not None and self.first is None:
+            self.first = cut.pick[1:], cut.box[:2]
+
+    def note(self, cut: Cut) -> None:
+        """Measure the seams of a cut, and of what lies beside it."""
+        y, x, h, w = cut.box
+        self._measure((y - 1, x - 1, h + 1, w + 1))
+
+    def _measure(self, box: Box) -> None:
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
 
 

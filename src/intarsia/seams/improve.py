@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,23 +28,19 @@ REACH = 2  # patches that a large piece may grow around the box that it lies in
 SMALLEST = 4  # pieces below 1 / SMALLEST of a patch grow no more
 
 
-class Pass(Protocol):
+class Pass:
     """What is done to the sites of a map, each of which a key names."""
 
+    def __init__(self, sewn: GraphcutGrowth) -> None:
+        self.sewn = sewn
+
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """What may be laid at sites that lie apart, by the map as it is."""
+        """What may be laid at sites that lie apart, by the map as it is; themselves, where nothing is searched for."""
+        return sites
 
     def best(self, site: Any, found: Any) -> Cut | None:
         """The best of that, cut in, where it pays; it may be asked by several threads."""
-
-    def pays(self, cut: Cut) -> bool:
-        """Whether a cut still pays after what the wave has laid before it."""
-
-    def lay(self, cut: Cut) -> Box:
-        """Write it into the map; returns where seams must be measured anew."""
-
-    def measured(self, box: Box) -> None:
-        """Measure the seams of a box anew; it may be asked by several threads."""
+        raise NotImplementedError
 
     def give_up(self, key: Any) -> None:
         """Leave a site at which nothing pays."""
@@ -52,7 +48,7 @@ class Pass(Protocol):
 
 def improve(work: Pass, wave: Mapping[Any, Any], run: Run, tick: Callable[[int], None]) -> list[Cut]:
     """Lay what pays at the sites of a wave, by their keys; returns what was laid. `tick` is told how many are done."""
-    sites, cuts, laid, changed = list(wave.values()), list[Cut | None](), list[Cut](), list[Box]()
+    sites, cuts, laid = list(wave.values()), list[Cut | None](), list[Cut]()
     for begin in range(0, len(sites), AT_ONCE):
         tick(begin)
         some = sites[begin : begin + AT_ONCE]
@@ -62,11 +58,11 @@ def improve(work: Pass, wave: Mapping[Any, Any], run: Run, tick: Callable[[int],
     for key, cut in zip(wave, cuts, strict=True):
         if cut is None:
             work.give_up(key)
-        elif work.pays(cut):
-            changed.append(work.lay(cut))
+        elif work.sewn.pays(cut):
+            work.sewn.write(cut)
             laid.append(cut)
     with run.pool() as each:
-        each(work.measured, changed)
+        each(work.sewn.note, laid)
     return laid
 
 
@@ -77,11 +73,11 @@ class Place(NamedTuple):
     bits: int
 
 
-class Drawing:
+class Drawing(Pass):
     """Placements are drawn for empty windows, among those that fit."""
 
     def __init__(self, sewn: GraphcutGrowth) -> None:
-        self.sewn, self.lay, self.measured = sewn, sewn.write, sewn.note
+        super().__init__(sewn)
         self.even = bool(sewn.stitch.evenness) and sewn.stitch.lattice is None and not (sewn.variant < HOLE).any()
 
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
@@ -98,13 +94,6 @@ class Drawing:
         picks += self.sewn.placements(site.box, end, site.bits + 1, rest) if end else []
         return self.sewn.best(site.box, picks)
 
-    def pays(self, cut: Cut) -> bool:
-        """Always: what windows that lie apart change is their own."""
-        return True
-
-    def give_up(self, key: Any) -> None:
-        """It stays as it is."""
-
 
 def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, times: int = 0) -> None:
     """Fill the windows of the layout in waves; its pieces are then to be expanded so many `times`."""
@@ -120,21 +109,13 @@ def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, times: int = 0) 
     run.tick(done, total, growth.draft)
 
 
-class Expanding(Drawing):
+class Expanding(Pass):
     """Pieces grow over their neighbours, as far as a cut says."""
-
-    def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """Themselves: nothing is searched for."""
-        return sites
 
     def best(self, site: Any, found: Any) -> Cut | None:
         """The piece cut in anew, if that makes the map cheaper."""
         cut = self.sewn.expanded(site, self.reach(site))
         return cut if cut.change < 0 else None
-
-    def pays(self, cut: Cut) -> bool:
-        """Unless it would now return too near to what the wave has laid before it."""
-        return self.sewn.bar is None or not self.sewn.bar.returns(cut.box, cut.pick, cut.take)
 
     def reach(self, site: Piece) -> int:
         """How far around its box a piece may grow, px: two thirds as far as it is long, up to REACH patches.

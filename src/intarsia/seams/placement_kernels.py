@@ -40,24 +40,16 @@ class Samples(NamedTuple):
     step: int
 
 
-def samples_of(grown: Any, table: Any, look: Look) -> Samples:
-    """The pixels that are looked at, from the middle of the first step on, sorted by what the map shows there."""
-    cells = np.zeros((len(table), 3), np.int64)
-    cells[:, 1:] = -(-table[:, 1:3] // CELL)
-    ends = np.cumsum(cells[:, 1] * cells[:, 2])
-    cells[1:, 0] = ends[:-1]
-    room = -(-look.rows // look.step) * -(-look.columns // look.step)
-    samples = Samples(np.empty((room, 4), np.int32), np.zeros(ends[-1] + 1, np.int64), cells, look.step)
-    sort_samples(grown, look, samples)
-    return samples
-
-
 @kernel
-def sort_samples(grown: Any, look: Any, samples: Any) -> None:
-    """Sort what is looked at by the cells of what it shows; `samples` begin with counts of 0."""
-    variant, yx, _ = grown
-    at, begin, cells, step = samples
-    height, width = variant.shape
+def samples_of(grown: Any, table: Any, look: Any) -> Any:
+    """The pixels that are looked at, from the middle of the first step on, sorted by what the map shows there."""
+    (variant, yx, _), (height, width), step = grown, grown.variant.shape, look.step
+    at = np.empty((-(-look.rows // step) * -(-look.columns // step), 4), np.int32)
+    cells, total = np.zeros((len(table), 3), np.int64), 0
+    for v in range(len(table)):
+        cells[v, 0], cells[v, 1], cells[v, 2] = total, -(-table[v, 1] // CELL), -(-table[v, 2] // CELL)
+        total += cells[v, 1] * cells[v, 2]
+    begin = np.zeros(total + 1, np.int64)
     for place in range(2):  # counted, then put
         for a in range(step // 2, look.rows, step):
             y = (look.y + a) % height
@@ -74,8 +66,8 @@ def sort_samples(grown: Any, look: Any, samples: Any) -> None:
                 k = begin[cell]
                 at[k, 0], at[k, 1], at[k, 2], at[k, 3] = y, x, yx[y, x, 0], yx[y, x, 1]
         if place == 0:
-            for cell in range(1, len(begin)):
-                begin[cell] += begin[cell - 1]
+            begin[:] = np.cumsum(begin)
+    return Samples(at, begin, cells, step)
 
 
 @kernel

@@ -29,8 +29,8 @@ from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 from ..kernels.maxflow import ABSENT, FREE, MOST, NEW, OLD, least_cut
-from .energy_kernels import TWICE, beyond, meeting, spot
-from .usage_kernels import price_usage, taken_sum
+from .energy_kernels import TWICE, beyond, meeting, source_at, spot
+from .usage_kernels import price_usage
 
 
 @kernel
@@ -249,7 +249,7 @@ def _cut_in(
             most += terms[0, joints[number, 2], joints[number, 0], joints[number, 1]]
     if not least_cut(state, terms, more, out, most):
         return NEVER
-    return cut_change(terms, out) + taken_sum(more, out)
+    return cut_change(terms, out) + (np.sum(more * out) if used else 0)
 
 
 @kernel
@@ -286,29 +286,18 @@ def recut(
 
 
 @kernel
-def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> tuple[int, int, int, int]:
-    """Write what `take` says of a patch into the map; `box` and `pick` as in :func:`recut`.
-
-    Returns the first row and column of the box of what is written, in the window, its rows and columns.
-    """
-    (variant, yx, wrap), table = grown, pieces.table
-    (height, width), (h, w) = variant.shape, take.shape
-    v = pick[0]
-    rows, columns = table[v, 1], table[v, 2]
-    channels, origin, shown, begin = pieces.channels, usage.origin, usage.shown, table[v, 0] // pieces.channels
-    counted, right = usage.shown.size > 0, pick[2] % columns
-    top, left, bottom, end = h, w, 0, 0
-    for i in range(h):
-        y, row, x, column = canvas_place(box[0] + i, height, wrap[0]), (pick[1] + i) % rows, box[1], right
-        for j in range(w):
+def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> None:
+    """Write what `take` says of a patch into the map, and count it; `box` and `pick` as in :func:`recut`."""
+    (variant, yx, wrap), table, (height, width) = grown, pieces.table, grown.variant.shape
+    v, rows, columns = pick[0], table[pick[0], 1], table[pick[0], 2]
+    begin = table[v, 0] // pieces.channels
+    for i in range(take.shape[0]):
+        y, row = canvas_place(box[0] + i, height, wrap[0]), (pick[1] + i) % rows
+        for j in range(take.shape[1]):
             if take[i, j]:
-                if counted:
-                    was = variant[y, x]
-                    if was != HOLE:
-                        old = table[was, 0] // channels + yx[y, x, 0] * table[was, 3] + yx[y, x, 1]
-                        shown[origin[old]] -= 1
-                    shown[origin[begin + row * table[v, 3] + column]] += 1
+                x, column = canvas_place(box[1] + j, width, wrap[1]), (pick[2] + j) % columns
+                old = source_at(grown, pieces, y, x)
+                if old >= 0:
+                    usage.shown[usage.origin[old]] -= 1
+                usage.shown[usage.origin[begin + row * table[v, 3] + column]] += 1
                 variant[y, x], yx[y, x, 0], yx[y, x, 1] = v, row, column
-                top, left, bottom, end = min(top, i), min(left, j), max(bottom, i + 1), max(end, j + 1)
-            x, column = x + 1 if x + 1 < width else 0, column + 1 if column + 1 < columns else 0
-    return min(top, bottom), min(left, end), max(bottom - top, 0), max(end - left, 0)

@@ -15,13 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..foundation.arrays import Array, Int32
+from ..foundation.arrays import Int32
 from ..kernels.jit import kernel
-from ..kernels.maps import HOLE, Grown
 from ..kernels.maxflow import FREE, NEW
+from .energy_kernels import source_at
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
-BAND = 64  # rows that are counted together, or more of large exemplars
 
 
 class Usage(NamedTuple):
@@ -60,23 +59,11 @@ def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any
 
 
 @kernel
-def taken_sum(more: Any, take: Any) -> Any:
-    """Add up what the pixels that are taken cost."""
-    total = np.int64(0)
-    for i in range(more.shape[0]):
-        for j in range(more.shape[1]):
-            if take[i, j]:
-                total += more[i, j]
-    return total
-
-
-def count_map(grown: Grown, table: Array, channels: int, usage: Usage) -> None:
-    """Count all that a map shows, band by band; `table` (V, 4) and `channels` as in ``Pieces``."""
+def count_map(grown: Any, pieces: Any, usage: Any) -> None:
+    """Count all that a map shows."""
     height, width = grown.variant.shape
-    rows = max(BAND, len(usage.shown) // width)
-    for top in range(0, height, rows):
-        shown, yx = grown.variant[top : top + rows], grown.yx[top : top + rows]
-        known = shown != HOLE
-        variant, (row, column) = shown[known], yx[known].T
-        place = table[variant, 0] // channels + row * table[variant, 3] + column
-        usage.shown[:] += np.bincount(usage.origin[place], minlength=len(usage.shown)).astype(np.int32)
+    for y in range(height):
+        for x in range(width):
+            here = source_at(grown, pieces, y, x)
+            if here >= 0:
+                usage.shown[usage.origin[here]] += 1
