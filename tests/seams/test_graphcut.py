@@ -130,7 +130,8 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     before = scene.naive.total(scene.sources())
     change = recut(scene, (y, x, h, w, 0, 0, h, w), pick, take)
     kept = scene.variant.copy(), scene.yx.copy()
-    recut_kernels.write_cut(scene.shown, scene.pieces, NO_USAGE, (y, x, h, w), pick, take)
+    usage = Usage(np.zeros(scene.pieces.usable.size, np.int32), NO_USAGE.rate, np.zeros(1, np.int32))
+    recut_kernels.write_cut(scene.shown, scene.pieces, usage, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
         assert scene.naive.grown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()

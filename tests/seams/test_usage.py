@@ -56,8 +56,6 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
         assert more[y, x] == cost * step // SHARE
         told += int(more[y, x]) if state[y, x] == NEW or more[y, x] < 0 else 0
     assert sure == told
-    take = dice.integers(0, 2, (5, 6)).astype(np.uint8)
-    assert usage_kernels.taken_sum(more, take) == int(more[take == 1].sum())
     assert {OLD, FREE, NEW, ABSENT} == {0, 1, 2, 3}
 
 

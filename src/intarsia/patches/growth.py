@@ -19,7 +19,7 @@ from ..foundation import MethodError, lazy, ndimage
 from ..foundation.arrays import Array, Int64, Mask, Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import laid
-from ..foundation.params import Poses, Weights
+from ..foundation.params import AUTO, Poses, Weights, extent
 from ..foundation.run import Run, draw_many
 from ..kernels.cuts import SeamPrice
 from ..model import Exemplars
@@ -31,9 +31,11 @@ from ..search import (
     PosedExemplars,
     Search,
     WindowGrid,
+    check_patch,
     isometry_ids,
     nearest,
     posed_exemplars,
+    resolved_isometries,
 )
 from ..search.fourier import PatchSearch
 from . import GrowingMap, Pick, Window, fill_order, index_of, random_patch, waves
@@ -332,6 +334,11 @@ class Growth:
         """
         self._check = run.check
         before, total = self.turn.number * len(self.waves), self.turn.passes * len(self.waves)
+
+        def joined(part: list[tuple[Window, Pick, Candidates]]) -> None:
+            for item in part:
+                join(*item)
+
         with run.pool() as each:
             for number, wave in enumerate(self.waves):
                 run.tick(before + number, total, self.draft)
@@ -340,7 +347,9 @@ class Growth:
                 self._answer(run, wave, found)
                 bits = draw_many(seed, stage + self.turn.stage, 0, wave)
                 picks = self._picks(wave, found, bits, choose)
-                self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
+                chosen, size = list(zip(wave, picks, found, strict=True)), -(-len(wave) // run.workers)
+                parts = [chosen[k : k + size] for k in range(0, len(wave), size)]
+                each(joined, parts)
         run.tick(before + len(self.waves), total, self.draft)
 
     def cutting(self, seam: str = "difference") -> Join:
@@ -460,10 +469,17 @@ class Growth:
         self.repetition.add(*window, pick)
         return pick
 
-    def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
-        def part(items: list[tuple[Window, Pick, Candidates]]) -> None:
-            for window, pick, found in items:
-                join(window, pick, found)
 
-        size = -(-len(chosen) // workers)
-        each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])
+def decided(method: Any, exemplars: Exemplars, guide: Guide | None, patch: Callable[[], int]) -> Any:
+    """Decide patch, overlap and isometries of a method; `patch`: what suits the exemplars where no guide is."""
+    side = method.patch
+    if side is AUTO:
+        side = patch() if guide is None else guiding.guided_patch(exemplars, guide)
+    rows, columns = extent(side)
+    isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
+    check_patch(side, exemplars, isometries)
+    if guide is not None:
+        guiding.check_guide(exemplars, guide, side)
+    third = (rows // 3, columns // 3) if rows != columns else rows // 3
+    overlap = third if method.overlap is AUTO else method.overlap
+    return replace(method, patch=side, overlap=overlap, isometries=isometries)

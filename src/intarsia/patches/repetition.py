@@ -16,11 +16,11 @@ exemplars every patch that is still allowed is measured.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,7 +32,6 @@ from ..model.sourcemap import HOLE
 from ..search import (
     SHORT_LIST,
     Candidates,
-    PosedExemplars,
     Prices,
     Search,
     WindowGrid,
@@ -63,36 +62,6 @@ class Table:
         begins, _, widths = self.offsets[rows[:, 1]].T
         rows[:, 2], rows[:, 3] = np.divmod(at - begins, widths)
         return rows
-
-
-def best_given(
-    search: PatchSearch, found: Candidates, table: Table, mask: Array, prices: Prices,
-    check: Callable[[], None],
-) -> Candidates:  # fmt: skip
-    """Return the best patches of a mask of a table for a window: of a search among them, or if that finds none, of all.
-
-    `check` is called between parts of the work, and ends it by raising.
-    """
-    if found.free:
-        return replace(found, rows=table.rows(mask), permitted=True)
-    check()
-    again = replace(found, rows=found.rows[:0])
-    if not is_little(mask, search.patch):
-        (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
-    if not len(again.rows):
-        rows, best = table.rows(mask), found.rows[:0]
-        for first in range(0, len(rows), CHUNK):
-            check()
-            best = best_measured(search.variants, found, rows[first : first + CHUNK], SHORT_LIST, best)
-        again = replace(found, rows=best)
-    return replace(again, usual=found.usual, permitted=True)
-
-
-def best_measured(variants: PosedExemplars, found: Candidates, rows: Array, most: int, best: Array) -> Array:
-    """Return the best of some patches, not measured yet, and of the `best` that are: so many, the nearest first."""
-    rows[:, 0] = best[-1, 0] if len(best) == most else FAR
-    fourier_kernels.measure(found.feats, found.known, variants.posed, rows)
-    return nearest(np.concatenate([best, rows]))[:most]
 
 
 def is_little(mask: Array, patch: Pair) -> bool:
@@ -132,7 +101,6 @@ class Repetition:
         self._priced = self._flat.copy()  # the uses, and what drift adds to them
         self.laid = 0
         self._groups: Array | None = None
-        self._plain = search if isinstance(search, PatchSearch) else None
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.search_prices = Prices(counts, round(strength * STEADY * 65536))
         self._laid = Uses(
@@ -147,8 +115,6 @@ class Repetition:
         self.reach = REACH if strength else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
-        # Windows that lie freely have no neighbours by number: they are looked up by their place.
-        self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
         self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def apart(self, groups: Array) -> None:
@@ -189,15 +155,11 @@ class Repetition:
 
     def _around(self, row: int, column: int) -> Array:
         """The placements (n, 8) near a window."""
-        if self._places is None and not len(self.started):
+        if self.layout.places is None and not len(self.started):
             return np.asarray(repetition_kernels.placed_near(self.grid, row, column, self.reach, self._laid.canvas))
-        at = self.layout.at(row, column)
-        laid = self.grid[self.grid[:, :, 0] >= 0] if self._places is None else self.grid[:, 0]
-        places = laid[:, 3:5] if self._places is None else self._places
-        near = laid[self.layout.within(self._radius, places, at)]
-        start = self.started[self.layout.within(self._radius, self.started[:, 3:5], at)]
-        around = np.concatenate([near, start])
-        return around[around[:, 5] >= 0] if self.reach else around[:0]
+        every = np.concatenate([self.grid.reshape(-1, 8), self.started])
+        every = every[(every[:, 5] >= 0) & (self.reach > 0)]
+        return every[self.layout.within(self._radius, every[:, 3:5], self.layout.at(row, column))]
 
     def note_start(self, variant: UInt8, yx: Int32) -> None:
         """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
@@ -232,12 +194,28 @@ class Repetition:
     def allowed(
         self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
     ) -> Candidates:
-        """Return the best of all `valid` patches that would not return too near; see :func:`best_given`."""
-        if self._plain is None:  # only where it is needed: other searches have no list of their own for this
-            self._plain = PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
-        prices = self.search_prices if self._plain is self.search else self._plain.unpriced
+        """Return the best of all `valid` patches that would not return too near: by a search, or all are measured.
+
+        `check` is called between parts of the work, and ends it by raising.
+        """
         table = self._table if valid is self.search.variants.valid else Table(valid)
-        return best_given(self._plain, found, table, self.permitted(row, column, table), prices, check)
+        mask = self.permitted(row, column, table)
+        if found.free:
+            return replace(found, rows=table.rows(mask), permitted=True)
+        check()
+        best = found.rows[:0]
+        if not is_little(mask, self.layout.patch):
+            prices = self.search_prices if self._plain is self.search else self._plain.unpriced
+            (again,) = self._plain.search(found.feats[None], found.known[None], prices, lambda *_: mask)
+            best = again.rows
+        every = table.rows(mask) if not len(best) else best[:0]
+        for first in range(0, len(every), CHUNK):
+            check()
+            rows = every[first : first + CHUNK]
+            rows[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
+            fourier_kernels.measure(found.feats, found.known, self.search.variants.posed, rows)
+            best = nearest(np.concatenate([best, rows]))[:SHORT_LIST]
+        return replace(found, rows=best, permitted=True)
 
     def permitted(self, row: int, column: int, table: Table | None = None) -> Array:
         """Return which patches of a table, by default of all, would not return too near at a window: flat uint8."""
@@ -258,7 +236,14 @@ class Repetition:
         mask = None if (out >= 0).any() else self.permitted(row, column)
         return None if mask is None or is_little(mask, self.layout.patch) else mask
 
-    @functools.cached_property
+    @cached_property
+    def _plain(self) -> PatchSearch:
+        """The search of patches that are left; other searches than this have no list of their own for it."""
+        if isinstance(self.search, PatchSearch):
+            return self.search
+        return PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
+
+    @cached_property
     def _table(self) -> Table:
         return Table(self.search.variants.valid)
 
@@ -296,21 +281,13 @@ class Repetition:
 
 def striking(feats: Features, search: Search) -> list[Array]:
     """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
-    variants, patch = search.variants, search.patch
-    out = []
-    side = max(1, sum(patch) // 2)
-    known = [
-        feats.memo(("rarity", number, side), functools.partial(rarity, picture, side))
-        for number, picture in enumerate(feats.pictures)
-    ]
-    for v, valid in enumerate(search.valid):
-        number = int(variants.exemplar[v])
-        grid, step = known[number]
-        y, x = (np.arange(n) * search.factor for n in valid.shape)
-        first, second, a, b, c, d = variants.frames[v, 1:7].tolist()
-        cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
-        cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
-        at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]
+    patch, side, out = search.patch, max(1, sum(search.patch) // 2), []
+    for valid, (number, *frame) in zip(search.valid, search.variants.frames.tolist(), strict=True):
+        grid, step = feats.memo(("rarity", number, side), partial(rarity, feats.pictures[number], side))
+        y, x = np.ix_(*(2 * search.factor * np.arange(n) + p - 1 for n, p in zip(valid.shape, patch, strict=True)))
+        at = []  # the middles of patches, twice
+        for first, down, across, p, n in zip(frame[:2], frame[2:6:2], frame[3:6:2], patch, grid.shape, strict=True):
+            at.append(np.clip((2 * first + down * y + across * x - p + 1) // (2 * step), 0, n - 1))
         out.append(np.clip(grid[at[0], at[1]], LEAST_STRIKING, MOST_STRIKING).astype(np.int32))
     return out
 

@@ -61,12 +61,9 @@ def forbid(
             # Centres less than a side apart: twice those of the candidates are 2 f + J (2 u + h - 1, 2 s + w - 1).
             p, q = b[6] - 2 * f[1], b[7] - 2 * f[2]  # the inverse of an isometry is its transpose
             u, s = f[3] * p + f[5] * q - h + 1, f[4] * p + f[6] * q - w + 1
-            u0, u1 = max((u - 2 * reach) // 2 + 1, 0), min((u + 2 * reach + 1) // 2, rows)
-            s0, s1 = max((s - 2 * reach) // 2 + 1, 0), min((s + 2 * reach + 1) // 2, columns)
-            for i in range(u0, u1 if s0 < s1 else u0):
-                first = np.uint64(i * columns + s0)  # unsigned: the loop becomes one filling of memory
-                for j in range(np.uint64(s1 - s0)):
-                    begin[first + j] = 0
+            u0, u1 = max((u - 2 * reach) // 2 + 1, 0), max((u + 2 * reach + 1) // 2, 0)
+            s0, s1 = max((s - 2 * reach) // 2 + 1, 0), max((s + 2 * reach + 1) // 2, 0)
+            table[u0:u1, s0:s1] = 0
 
 
 @kernel

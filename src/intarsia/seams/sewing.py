@@ -17,9 +17,8 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
-from ..search import LEAST, check_patch, free_patch, resolved_isometries
-from ..search.guide import check_guide, guided_patch
+from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages, decided
+from ..search import LEAST, free_patch
 from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import expand, fill
 from .steps import SLACK, STRAIGHT
@@ -34,20 +33,11 @@ TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse tha
 
 def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut:
     """Decide window, overlap and overreach from the texture's elements and the canvas."""
-    guide, patch, room = canvas.guide, method.patch, _room(method, exemplars, canvas)
-    if patch is AUTO:
-        kept = method.lattice or canvas.start is not None
-        free = min(free_patch(exemplars, 100 if kept else SMALLER), room)
-        patch = free if guide is None else guided_patch(exemplars, guide)
-    rows, columns = extent(patch)
-    isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
-    check_patch(patch, exemplars, isometries)
-    if guide is not None:
-        check_guide(exemplars, guide, patch)
-    third = (rows // 3, columns // 3) if rows != columns else rows // 3
-    overlap = third if method.overlap is AUTO else method.overlap
-    overreach = min(rows, columns) // 3 if method.overreach is AUTO else method.overreach
-    return replace(method, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
+    room, kept = _room(method, exemplars, canvas), method.lattice or canvas.start is not None
+    made: Graphcut = decided(
+        method, exemplars, canvas.guide, lambda: min(free_patch(exemplars, 100 if kept else SMALLER), room)
+    )
+    return replace(made, overreach=min(made.footprint) // 3) if method.overreach is AUTO else made
 
 
 def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from threading import Lock
+from functools import lru_cache
 
 import numpy as np
 from numpy import fft
@@ -27,40 +27,6 @@ from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_k
 from .fourier_kernels import Listed
 
 MASKS = 64  # whose sums of squares are kept
-
-
-class Masks:
-    """Sums of squares under masks, kept: few masks occur again and again.
-
-    For every variant: `padded`, the rows and columns that its spectra belong to; `spectra` of its squares; `shapes`,
-    the rows and columns of the positions that are looked at.
-    """
-
-    def __init__(self, padded: list[Pair], spectra: list[Array], shapes: list[tuple[int, ...]]) -> None:
-        self.padded, self.spectra, self.shapes, self._lock = padded, spectra, shapes, Lock()
-        self._forget()
-
-    def slots(self, masks: Array) -> tuple[Array, list[Array]]:
-        """Number of each mask (n, rows, columns), and the sums of squares under the numbered masks."""
-        with self._lock:
-            if len(self._known) + len(masks) > MASKS:
-                self._forget()
-            return np.array([self._slot(mask) for mask in masks], np.int64), self._squares
-
-    def _slot(self, mask: Array) -> int:
-        key = mask.tobytes()
-        slot = self._known.get(key)
-        if slot is None:
-            slot = self._known[key] = len(self._known)
-            for v, (shape, (rows, columns)) in enumerate(zip(self.padded, self.shapes, strict=True)):
-                product = self.spectra[v] * np.conj(fft.rfft2(mask.astype(np.float64), shape))
-                self._squares[v][slot] = np.rint(fft.irfft2(product, shape)[:rows, :columns])
-        return slot
-
-    def _forget(self) -> None:
-        # Fresh arrays: another thread may still be reading the old ones.
-        self._known: dict[bytes, int] = {}
-        self._squares = [np.empty((MASKS, *shape), np.int32) for shape in self.shapes]
 
 
 AXES = 2
@@ -98,9 +64,17 @@ class PatchSearch:
         self._spectra = [fft.rfft2(p, shape) for p, shape in zip(pictures, self.padded, strict=True)]
         h, w = self.cells
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
-        squares = [fft.rfft2((p**2).sum(axis=0), shape) for p, shape in zip(pictures, self.padded, strict=True)]
+        self._squares = [fft.rfft2((p**2).sum(axis=0), shape) for p, shape in zip(pictures, self.padded, strict=True)]
         self._limit(variants.valid)
-        self._masks = Masks(self.padded, squares, [v.shape for v in self.valid])
+        self._under = lru_cache(MASKS)(self._energies)  # few masks occur again and again
+
+    def _energies(self, mask: bytes) -> list[Array]:
+        """Sums of squares of each variant under a mask of cells, at every position that is looked at."""
+        cells, out = np.frombuffer(mask, np.uint8).reshape(self.cells).astype(np.float64), []
+        for squares, shape, valid in zip(self._squares, self.padded, self.valid, strict=True):
+            sums = fft.irfft2(squares * np.conj(fft.rfft2(cells, shape)), shape)
+            out.append(np.rint(sums[: valid.shape[0], : valid.shape[1]]).astype(np.int32))
+        return out
 
     def within(self, valid: Sequence[Array]) -> PatchSearch:
         """Return the same search among some patches only: of every variant, where they may begin."""
@@ -232,8 +206,11 @@ class PatchSearch:
         energies = fourier_kernels.coarse(
             feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks
         )
-        slots, squares = self._masks.slots(masks)
-        return Reduced(energies, slots, squares, {shape: _conjugates(templates, shape) for shape in set(self.padded)})
+        slots = dict[bytes, int]()
+        numbers = np.array([slots.setdefault(mask.tobytes(), len(slots)) for mask in masks], np.int64)
+        squares = list(map(np.stack, zip(*map(self._under, slots), strict=True)))
+        spectra = {shape: _conjugates(templates, shape) for shape in set(self.padded)}
+        return Reduced(energies, numbers, squares, spectra)
 
     def full(self, coarse: int) -> int:
         """Return a distance of reduced pictures in units of the exact distance."""

@@ -22,7 +22,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..model import Exemplar
-from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, sums, zone
+from .feature_group import FEWEST, FINE, Group, admitted, measured, size_and_gap, sums, zone
 from .felzenszwalb import DEVIATION, NOWHERE, PixelGraph, even_colours, smoothed
 
 DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten and eight of 24 sizes differ
@@ -144,18 +143,13 @@ SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours; without 8: three
 LEAST_PATCH = 8  # px; 4 and 16: none (of 40 larger ones none and two)
 
 
-class Voting(NamedTuple):
-    """How groups vote for a size."""
-
-    step: int = 32  # sizes are told apart by one part in so many; 16 and 64: six and seven
-    reach: int = 16  # steps, half an octave: sizes so near support one another; two and four
-    alike: int = 5  # steps: sizes so near are one, of which the most even wins; seven and five
-    about: float = 0.1  # energies that differ by less count as equal; three and four, at 0 five
-    power: int = 6  # of the votes: uneven groups hardly count; three and four, at 0 four
-    most: int = 1 << 20  # votes of a group without any unevenness: a unit; 1024: the same
-
-
-VOTING = Voting()
+# How groups vote for a size, halved and doubled in the same way.
+STEP = 32  # sizes are told apart by one part in so many; 16 and 64: six and seven
+REACH = 16  # steps, half an octave: sizes so near support one another; two and four
+ALIKE = 5  # steps: sizes so near are one, of which the most even wins; seven and five
+ABOUT = 0.1  # energies that differ by less count as equal; three and four, at 0 five
+POWER = 6  # of the votes: uneven groups hardly count; three and four, at 0 four
+MOST = 1 << 20  # votes of a group without any unevenness: a unit; 1024: the same
 
 
 class SizeRule(StrEnum):
@@ -279,14 +273,14 @@ def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]
     of the size with most support the one of least energy wins, or of those about as even the one of most area: whole
     elements, not their rims or cores. Of equals it is the first.
     """
-    votes = np.array([int(VOTING.most / math.prod([1 + e] * VOTING.power)) for e in energies], np.int64)
+    votes = np.array([int(MOST / math.prod([1 + e] * POWER)) for e in energies], np.int64)
     steps = np.searchsorted(_ladder(int(sizes.max())), sizes)
     apart = np.abs(steps[:, None] - steps)
-    support = (np.maximum(VOTING.reach - apart, 0) * votes).sum(axis=1)
-    alike = np.flatnonzero(apart[int(np.argmax(support))] <= VOTING.alike)
+    support = (np.maximum(REACH - apart, 0) * votes).sum(axis=1)
+    alike = np.flatnonzero(apart[int(np.argmax(support))] <= ALIKE)
     least = min(energies[k] for k in alike)
-    winner = max((k for k in alike.tolist() if energies[k] <= least + VOTING.about), key=lambda k: (areas[k], -k))
-    share = float(votes[apart[winner] < VOTING.reach].sum()) / float(max(votes.sum(), 1))
+    winner = max((k for k in alike.tolist() if energies[k] <= least + ABOUT), key=lambda k: (areas[k], -k))
+    share = float(votes[apart[winner] < REACH].sum()) / float(max(votes.sum(), 1))
     return winner, share
 
 
@@ -294,7 +288,7 @@ def _ladder(top: int) -> Int64:
     """Whole sizes, each a 32nd larger than the one before: a logarithm that no library can round differently."""
     steps = [FINE]
     while steps[-1] < top:
-        steps.append(steps[-1] + max(steps[-1] // VOTING.step, 1))
+        steps.append(steps[-1] + max(steps[-1] // STEP, 1))
     return np.array(steps, np.int64)
 
 
@@ -313,7 +307,7 @@ def candidates_at(scale: Pair, tree: GroupTree, pixels: int) -> Iterator[Candida
     """The groups of a scale that pass the filters."""
     for node in range(len(tree.nodes)):
         elements = tree.elements(node)
-        if int(elements.max()) < FILTERS.fewest:  # measuring takes longest
+        if int(elements.max()) < FEWEST:  # measuring takes longest
             continue
         lists = measured(elements)
         if lists is not None and admitted(lists, pixels):

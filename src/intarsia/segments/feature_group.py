@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,15 +27,10 @@ NARROW = 6  # parts of the patch, one of them at least; 12: ten, 3: 19
 WIDE = 3  # parts of the patch, one of them at most; 6: six, 2: three
 
 
-class Filters(NamedTuple):
-    """What is asked of a group. Halved and doubled on 24 textures: sizes that differ by a tenth (docs/design/012)."""
-
-    fewest: int = 5  # elements, as in SelectFeature of the fragments; 3: nine, 10: eleven
-    spread: float = 0.5  # of the picture: the box around the group is larger, as there; halved: two of 64, 0.9: five
-    cover: float = 0.02  # of the picture: a group of less is dirt; halved: three, doubled: six
-
-
-FILTERS = Filters()
+# What is asked of a group. Halved and doubled on 24 textures: sizes that differ by a tenth (docs/design/012).
+FEWEST = 5  # elements, as in SelectFeature of the fragments; 3: nine, 10: eleven
+SPREAD = 0.5  # of the picture: the box around the group is larger, as there; halved: two of 64, 0.9: five
+COVER = 0.02  # of the picture: a group of less is dirt; halved: three, doubled: six
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +92,7 @@ def measured(elements: Int32) -> Group | None:
     edges = np.bincount(names[edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
     whole = (ends[:, 0] > 0) & (ends[:, 2] > 0)
     whole &= (ends[:, 1] < elements.shape[0]) & (ends[:, 3] < elements.shape[1])
-    if np.count_nonzero(whole) < FILTERS.fewest:
+    if np.count_nonzero(whole) < FEWEST:
         whole[:] = True
     box = (ends[:, 1].max() - ends[:, 0].min()) * (ends[:, 3].max() - ends[:, 2].min())
     kept = counted[whole]
@@ -124,9 +118,9 @@ def nearest_offsets(points: Int64) -> Int64:
 
 def admitted(group: Group | None, pixels: int) -> bool:
     """The filters of the fragments: at least 5 elements, spread over more than half of the picture; and no dirt."""
-    if group is None or group.count < FILTERS.fewest:
+    if group is None or group.count < FEWEST:
         return False
-    return bool(group.box > FILTERS.spread * pixels and group.areas.sum() >= FILTERS.cover * pixels)
+    return bool(group.box > SPREAD * pixels and group.areas.sum() >= COVER * pixels)
 
 
 def size_and_gap(group: Group) -> Pair:

@@ -75,8 +75,8 @@ class PixelGraph:
             first.append(number[a][kept].ravel())
             second.append(number[b][kept].ravel())
             weight.append(np.minimum(distance, 65535).astype(np.uint16)[kept].ravel())
-        self.first, self.second, self.weight = (np.concatenate(p) for p in (first, second, weight))
-        self.order = np.argsort(self.weight, kind="stable")
+        order = np.argsort(np.concatenate(weight), kind="stable")
+        self.first, self.second, self.weight = (np.concatenate(p)[order] for p in (first, second, weight))
 
     def segments(self, slack: int, least: int = LEAST_PIXELS) -> Int32:
         """Return the number of the segment of every pixel, in raster order of first pixels; -1: does not count.
@@ -84,7 +84,7 @@ class PixelGraph:
         `slack` is the source's k in steps of the colours: the larger, the larger the segments.
         """
         parent = np.empty(self.shape[0] * self.shape[1], np.int32)
-        join_edges(self.first, self.second, self.weight, self.order, slack, least, parent)
+        join_edges(self.first, self.second, self.weight, slack, least, parent)
         if self.usable is not None:
             parent[~self.usable.ravel()] = NOWHERE
         return numbered(parent).reshape(self.shape)

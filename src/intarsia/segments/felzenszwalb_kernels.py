@@ -6,24 +6,16 @@ and the order of the edges is given, so ties are settled by the caller's stable 
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
-from ..foundation.arrays import Int32, Int64
+import numpy as np
+
 from ..kernels.cuts import find_root
 from ..kernels.jit import kernel
 
 
 @kernel
-def join_edges(
-    first: Int32,
-    second: Int32,
-    weight: NDArray[np.uint16],
-    order: Int64,
-    slack: int,
-    least: int,
-    parent: Int32,
-) -> None:
+def join_edges(first: Any, second: Any, weight: Any, slack: int, least: int, parent: Any) -> None:
     """Join pixels along edges, lightest first; `parent` (one entry for each pixel) becomes the segments.
 
     Two segments join over an edge no heavier than ``largest edge inside + slack / pixels`` of both. Those of
@@ -33,7 +25,7 @@ def join_edges(
     inner = np.zeros(parent.size, np.int64)
     for v in range(parent.size):
         parent[v] = v
-    for e in order:
+    for e in range(len(first)):
         a = find_root(parent, first[e])
         b = find_root(parent, second[e])
         w = np.int64(weight[e])
@@ -44,7 +36,7 @@ def join_edges(
             parent[b] = a
             size[a] += size[b]
             inner[a] = w
-    for e in order:
+    for e in range(len(first)):
         a = find_root(parent, first[e])
         b = find_root(parent, second[e])
         if a != b and (size[a] < least or size[b] < least):
