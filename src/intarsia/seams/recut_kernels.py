@@ -1,4 +1,4 @@
-"""Cuts that remember old seams: a new patch may run over them, and so replace the bad ones.
+"""Minimum cuts over existing seams (Kwatra et al. 2003, 3.1), by max flow on the pixel grid.
 
 The old pixels of a window may be of several pieces. Where two of them meet there is a seam already, with a price of
 its own, which is paid unless the new patch covers it (Kwatra, Schoedl, Essa, Turk and Bobick, SIGGRAPH 2003, 3.1).
@@ -37,7 +37,7 @@ from .usage_kernels import price_usage
 def look(
     grown: Any, locked: Any, pieces: Any, window: Any, price: Any, step: int, old: Any, state: Any, paid: Any
 ) -> Any:
-    """Read what a window, one of those of :func:`recut`, shows, whatever patch is cut into it.
+    """Read what a window of :func:`recut` shows, independent of the patch cut into it.
 
     Writes numbers of pixels into `old`, -1 in holes; what each pixel costs now with its right and lower neighbour into
     `paid` (2, h, w), where it is more than 0; and into `state` whether it stays, becomes new, may be either, or is left
@@ -157,7 +157,7 @@ def lay(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state:
 
 @kernel
 def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: Any, terms: Any) -> None:
-    """Write prices into `terms` (3, 2, h, w): of each pixel and its right, and its lower neighbour.
+    """Write seam costs into `terms` (3, 2, h, w): of each pixel and its right, and its lower neighbour.
 
     First what is paid if both stay, which is there already; then if the second becomes new, then if the first does.
     """
@@ -192,7 +192,7 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
 
 @kernel
 def _measure_gaps(pieces: Any, old: Any, new: Any, gap: Any) -> None:
-    """Write into `gap` what ``seen_distance`` says of every pixel's two numbers; 0 where one is missing."""
+    """Write ``seen_distance`` of every pixel's old and new number into `gap`; 0 where one is missing."""
     (h, w), flat, channels, visible = old.shape, pieces.flat, pieces.channels, pieces.visible
     squares = np.zeros(w, np.int64)
     for i in range(h):
@@ -216,7 +216,7 @@ NEVER = 1 << 60  # what a cut is said to cost that was given up
 
 @kernel
 def cut_change(terms: Any, out: Any) -> Any:
-    """Return by how much the seams of a window become dearer if what `out` says is replaced."""
+    """Return the change of a window's seam costs when the pixels in `out` are replaced."""
     h, w = out.shape
     total = np.int64(0)
     for k in range(2):
@@ -287,7 +287,7 @@ def recut(
 
 @kernel
 def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> None:
-    """Write what `take` says of a patch into the map, and count it; `box` and `pick` as in :func:`recut`."""
+    """Write the pixels `take` of a patch into the map, and count them; `box` and `pick` as in :func:`recut`."""
     (variant, yx, wrap), table, (height, width) = grown, pieces.table, grown.variant.shape
     v, rows, columns = pick[0], table[pick[0], 1], table[pick[0], 2]
     begin = table[v, 0] // pieces.channels

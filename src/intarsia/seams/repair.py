@@ -1,4 +1,4 @@
-"""A finished map, of any method, whose worst seams are found, and covered anew by patches cut in.
+"""Seam refinement of finished maps: the worst seams are covered by new patches, cut in by max flow.
 
 A method that fills window by window never looks back: its errors stay, and where the border of a patch cuts through a
 stone, the stone stays cut. Here the dearest places are taken first, in passes; the windows of a pass lie apart. A patch
@@ -35,7 +35,7 @@ from .worst import WorstSeams
 
 @dataclass(frozen=True)
 class Repair:
-    """How a map is repaired.
+    """Parameters of a repair.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Repair:
 
 @dataclass(frozen=True, eq=False)
 class Repaired:
-    """A map with its worst seams covered: what they cost before and now, and how many patches were laid."""
+    """A repaired map: its energy before and after, and the number of patches placed."""
 
     map: SourceMap
     before: int
@@ -75,7 +75,7 @@ class Repaired:
 def repaired(
     repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> Repaired:
-    """Cover the worst seams of a finished map, and let its pieces grow, as long as the whole becomes better.
+    """Refine the worst seams of a finished map, then try expansion moves; only what lowers the energy is kept.
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
     """
@@ -91,7 +91,7 @@ def repaired(
 
 
 class Constraints:
-    """Says which pixels of a box must not be taken from a patch.
+    """Returns which pixels of a box must not be taken from a patch.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ class Constraints:
         return barred
 
     def _off(self, yx: Array, which: Array, here: Any) -> Array:
-        """How far pixels are from what the guide asks for here: 0 or 1 with labels, else the sum over channels."""
+        """Return the difference of pixels from the guide: 0 or 1 with labels, else summed over channels."""
         assert self.guide is not None
         target = self.guide.target.samples[here]
         out = np.zeros(which.shape, np.float64)
@@ -139,7 +139,7 @@ class Constraints:
         return out
 
     def _too_near(self, box: Box, yx: Array, which: Array) -> Array:
-        """Where a copy of the pixel, at another place than this, is nearer than the distance."""
+        """Return where another occurrence of the same exemplar pixel is nearer than the distance."""
         around, shape = [], self.work.variant.shape
         for at, n, length, wrap in zip(box[:2], box[2:], shape, self.work.wraps, strict=True):
             along = np.arange(at - self.distance + 1, at + n + self.distance - 1)
@@ -160,7 +160,7 @@ class Constraints:
         return out.reshape(which.shape)
 
     def _keys(self, yx: Array, which: Array) -> Array:
-        """One number for every exemplar pixel; another one for holes."""
+        """Return one number for every exemplar pixel, -1 for holes."""
         keys = (which.astype(np.int64) * self.side + yx[..., 0]) * self.side + yx[..., 1]
         return np.where(which == HOLE, -1, keys)
 
@@ -169,7 +169,7 @@ REACH = 6  # a patch reaches 1 / REACH of its side around its window
 
 
 def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
-    """Say which pixels of a map are what it started with, and must stay."""
+    """Return which pixels of a map are those of the start map, and must stay: (H, W) bool."""
     if start is None:
         return np.zeros((smap.height, smap.width), bool)
     same = ~start.holes & (start.yx == smap.yx).all(axis=2) & (start.turns == smap.turns)
@@ -177,7 +177,7 @@ def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
 
 
 def middle(box: Box) -> Box:
-    """The middle of a window, half as high and wide."""
+    """Return the middle of a window, half as high and wide."""
     y, x, h, w = box
     return y + h // 4, x + w // 4, h // 2, w // 2
 
@@ -203,18 +203,18 @@ class Repairing(Pass):
         self.worst = WorstSeams(self.sewn.prices, self.growth.layout.patch, self.sewn.wraps)
 
     def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
-        """Cover windows that lie apart; returns how many patches were laid."""
+        """Refine disjoint windows; return the number of patches placed."""
         laid = improve(self, {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}, run, tick)
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
     def found(self, sites: list[Any], run: Run) -> list[Candidates]:
-        """What fits around the middles of windows."""
+        """Return the candidates that fit around the middles of windows."""
         with self.sewn.opened(list(map(middle, sites))):  # what stays must be fitted
             return self.sewn.found(sites, run)
 
     def best(self, site: Box, found: Candidates) -> Cut | None:
-        """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
+        """Return the best cut of the candidates and of the pieces nearby, None where none lowers the energy."""
         picks = self.sewn.shown(site)
         price = self.sewn.priced(site, found)
         picks += [picked(found, k) for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist()]
@@ -222,6 +222,6 @@ class Repairing(Pass):
         return cut if cut is not None and cut.change < 0 else None
 
     def give_up(self, key: Pair) -> None:
-        """Leave a window until something changes there."""
+        """Skip a window until something changes there."""
         self.worst.give_up(key)
 

@@ -1,4 +1,4 @@
-"""Even use of the exemplar, a term of the energy: what is shown more often than area asks costs, for every pixel.
+"""Even use of the exemplar as a term of the energy: every pixel costs by its number of occurrences.
 
 Windows of an element must lie inside the exemplar, so its middle belongs to thousands of placements and
 its rim to hardly any. Here every exemplar pixel has a count of how often the map shows it, kept as cuts are laid. To
@@ -24,7 +24,7 @@ SHARE = 64  # rates are kept in 1/64 of what seams are counted in
 
 
 class Usage(NamedTuple):
-    """How often a map shows every exemplar pixel, and what that costs."""
+    """Occurrences of every exemplar pixel in a map, and their cost."""
 
     origin: Int32  # (pixels of all variants,): which exemplar pixel each is
     rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: it costs nothing
@@ -33,7 +33,7 @@ class Usage(NamedTuple):
 
 @kernel
 def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any) -> Any:
-    """Write what it costs to take each pixel of a patch rather than what is there, for how often both are shown.
+    """Write the usage cost of taking each pixel of a patch instead of what is there into `more`.
 
     `old`, `new` (h, w): numbers of pixels of the variants, -1: none; only every `step`-th px of a window is looked at,
     where areas shrink faster than seams. Returns what is paid whatever is chosen: what must be taken, and all that can
@@ -60,7 +60,7 @@ def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any
 
 @kernel
 def count_map(grown: Any, pieces: Any, usage: Any) -> None:
-    """Count all that a map shows."""
+    """Add the occurrences of all exemplar pixels in a map to the counts."""
     height, width = grown.variant.shape
     for y in range(height):
         for x in range(width):
