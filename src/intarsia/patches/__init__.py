@@ -1,19 +1,12 @@
-"""Growth patch by patch: the order of filling, the growing map, labels, and repetition.
+"""Patch-based synthesis: the map under synthesis, the order in which windows are filled, and start maps.
 
-A map that grows patch by patch: what is known, what must stay, and in which order windows are filled.
+A start map is continued in one of two ways. Methods that lay out an endless texture by a lattice, by courses or by
+tiles align it with the start map, and cut it against that along the cheapest seam (Kwatra et al. 2003, eq. 1), at most
+as deep as the rim. All others fill windows outward from the known part: windows begin an overlap inside it, lie centred
+on small holes, and are filled ring by ring, those with most known pixels first. A grid from the corner of the canvas
+would meet the edge of the known part anywhere: some windows had few pixels to fill, others hardly one to match.
 
-The start map of a canvas, for methods that lay out an endless texture by a lattice, by courses or by tiles.
-
-Such a method continues a picture, too: its texture is laid so that the lattice of the picture goes on, and is then cut
-against the picture along the cheapest seam (Kwatra et al. 2003, eq. 1), at most as deep as the rim.
-
-Where windows lie when part of the canvas is already filled, and in which order: outward from the filled part.
-
-A grid that begins at the corner of the canvas meets the edge of the filled part anywhere: some windows then have only a
-few pixels to fill, others hardly a known pixel to match. Here windows begin an overlap inside the filled part, lie
-centred on small holes, and are filled ring by ring, those with most known pixels first.
-
-Source: no paper; our own rule (Multrus 2003, 5.1, extends to one side, from the left). Departures: none.
+Source of the order: no paper; our own rule (Multrus 2003, 5.1, extends to one side, from the left). Departures: none.
 """
 
 from __future__ import annotations
@@ -54,11 +47,11 @@ class Axis(NamedTuple):
     wrap: bool
 
     def kept(self, at: int) -> int:
-        """Move a window onto the canvas, or round it."""
+        """Return the first pixel of a window moved onto the canvas, or round it where it wraps."""
         return at % self.length if self.wrap else min(max(at, 0), self.length - self.patch)
 
     def cover(self, begin: int, end: int) -> list[int]:
-        """First pixels of windows from `begin` to `end`, within the canvas; a single one lies in the middle."""
+        """Return the first pixels of windows that cover `begin` to `end` of the canvas; a single one is centred."""
         if not self.wrap:
             begin, end = max(begin, 0), min(end, self.length)
         if end - begin <= self.patch:
@@ -66,7 +59,7 @@ class Axis(NamedTuple):
         return [self.kept(begin + s) for s in spread(end - begin, self.patch, self.overlap, False)[0]]
 
     def beside(self, begin: int, end: int) -> list[int]:
-        """First pixels of windows before what is known, over it, and behind it; neighbours share an overlap."""
+        """Return the first pixels of windows before the known part, over it, and behind it, an overlap shared."""
         if (begin, end) == (0, self.length):
             return spread(self.length, self.patch, self.overlap, self.wrap)[0]
         found = self.cover(begin, end)
@@ -78,12 +71,12 @@ class Axis(NamedTuple):
         return sorted(set(found))
 
     def over(self, begin: int, end: int) -> list[int]:
-        """First pixels of windows over a hole: one in its middle if it is small, else from an overlap before it."""
+        """Return the first pixels of windows over a hole: one centred if it is small, else from an overlap before it."""
         rim = self.overlap if end - begin + 2 * (self.overlap // 2) > self.patch else 0
         return self.cover(begin - rim, end + rim)
 
     def centred(self, at: int, begin: int, end: int) -> int:
-        """Move a window so that what is left in it, from `begin` to `end`, lies in its middle, if that is little."""
+        """Return a window's first pixel, moved so that its unknown part `begin` to `end` is centred if small."""
         if end - begin + 2 * self.overlap > self.patch:
             return at
         return self.kept(at + begin - (self.patch - (end - begin)) // 2)
@@ -117,13 +110,13 @@ def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pa
 
 
 def _spans(mask: Mask) -> list[Pair]:
-    """First row that holds anything, and one past the last; and so for columns."""
+    """Return the first row that holds anything and one past the last, and the same for columns."""
     some = [np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)]
     return [(int(s[0]), int(s[-1]) + 1) for s in some]
 
 
 def _ordered(known: Mask, found: list[Pair], axes: list[Axis]) -> list[Pair]:
-    """Order windows ring by ring from what is known; move those that hold little still unknown to its middle."""
+    """Order windows ring by ring outward from what is known; centre those with little unknown on it."""
     size, patch, overlap, wraps = zip(*axes, strict=True)
     least = min(overlap[0] * patch[1], overlap[1] * patch[0]) // EDGE
     near = touching(found, patch, size, wraps)
@@ -152,7 +145,7 @@ def _ordered(known: Mask, found: list[Pair], axes: list[Axis]) -> list[Pair]:
 
 
 def touching(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps) -> Callable[[Sequence[Pair]], Any]:
-    """Return what lists for each of some places which of the windows `found` overlap one there, or lie beside it."""
+    """Return a query: for each of some places, the numbers of the windows that overlap or touch one there."""
     from scipy.spatial import cKDTree  # it is slow to import
 
     scale = np.array(patch[::-1])  # windows become squares
@@ -161,7 +154,7 @@ def touching(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps) -> Ca
 
 
 def levels(near: Iterable[Iterable[int]]) -> list[int]:
-    """Return for every window the wave in which it can be filled: after all earlier ones among those `near` it."""
+    """Return the batch of every window: one after the last batch of the earlier windows `near` it."""
     out = list[int]()
     for k, others in enumerate(near):
         out.append(1 + max((out[j] for j in others if j < k), default=-1))
@@ -169,14 +162,14 @@ def levels(near: Iterable[Iterable[int]]) -> list[int]:
 
 
 def index_of(y: int, x: int, patch: Pair, size: Sequence[int]) -> Any:
-    """What selects a window of a canvas; fast where it does not reach over a border."""
+    """Return the index of a window of a canvas: slices where it does not reach over a border."""
     if 0 <= y <= size[0] - patch[0] and 0 <= x <= size[1] - patch[1]:
         return slice(y, y + patch[0]), slice(x, x + patch[1])
     return np.ix_((np.arange(patch[0]) + y) % size[0], (np.arange(patch[1]) + x) % size[1])
 
 
 def depth_of(known: Mask, wrap: Wrap, most: int) -> Array:
-    """How deep known pixels lie, px from the nearest hole, 1 beside it; around a border that wraps up to `most`."""
+    """Return the depth of known pixels, px from the nearest hole, 1 beside it; across wrapping borders up to `most`."""
     if known.all():
         return np.full(known.shape, most + 1, np.int32)
     pad = [(most + 1, most + 1) if around else (0, 0) for around in (wrap.y, wrap.x)]
@@ -186,7 +179,7 @@ def depth_of(known: Mask, wrap: Wrap, most: int) -> Array:
 
 
 def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> SourceMap:
-    """Return the map of a canvas as far as it is laid: with what it begins with, and holes where nothing is yet."""
+    """Return the map of a canvas as far as it is synthesized: the start map, what is placed, and holes."""
     yx, pose, there = laid
     if start is not None:
         yx, pose, there = np.where(start.holes[:, :, None], yx, start.yx), None, there | ~start.holes
@@ -195,7 +188,7 @@ def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> 
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """The start of a canvas."""
+    """The start map of a canvas, for methods that align an endless texture with it."""
 
     start: SourceMap  # what is there
     depth: Array  # (H, W): how deep its pixels lie, 0 in holes
@@ -206,7 +199,7 @@ class Continuation:
 
     @classmethod
     def of(cls, canvas: Canvas, rim: int) -> Continuation | None:
-        """Look at the start of a canvas; None where it is empty. `rim`: the method's own, if the canvas names none."""
+        """Read the start map of a canvas; None where it is empty. `rim`: the default if the canvas has none."""
         if canvas.start is None or bool(canvas.start.holes.all()):
             return None
         start, deepest = canvas.start, rim if canvas.rim is None else canvas.rim
@@ -226,7 +219,7 @@ class Continuation:
         return not bool(self.start.holes.any())
 
     def zone(self, at: Pair, window: Mask, side: int) -> Int64:
-        """List the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`."""
+        """Return the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`."""
         ok, index = [], []
         for axis, around in enumerate((self.start.wrap.y, self.start.wrap.x)):
             n, length = np.arange(window.shape[axis]) + at[axis] - self.anchor[axis], self.band.shape[axis]
@@ -238,7 +231,7 @@ class Continuation:
     def joined(
         self, yx: Int32, pose: UInt8 | None, picture: Int16
     ) -> tuple[Int32, UInt8 | None]:
-        """Lay the start map over a new map, cut along the cheapest seam; `picture`: the exemplar's features."""
+        """Cut the start map into a new map along the cheapest seam; `picture`: the exemplar's features."""
         taken = self._taken(yx, picture)
         if pose is not None or self.start.pose is not None:
             new, old = (np.zeros(taken.shape, np.uint8) if p is None else p for p in (pose, self.start.pose))
@@ -246,7 +239,7 @@ class Continuation:
         return np.where(taken[:, :, None], yx, self.start.yx), pose
 
     def _taken(self, yx: Int32, picture: Int16) -> Mask:
-        """Where the new map is shown: in holes, beside them if the rim allows, and as far as the cut goes."""
+        """Return where the new map is taken: in holes, beside them if the rim allows, and up to the cut."""
         state = np.where(self.depth > self.rim, OLD, FREE).astype(np.uint8)
         state[self.depth <= min(self.rim, 1)] = NEW
         taken: Mask = state == NEW
@@ -269,7 +262,7 @@ STRIP = 256  # rows of a start map that are read together: nothing larger is hel
 
 @dataclass(frozen=True, eq=False)
 class GrowingMap:
-    """The growing map, in variants and their pixels, and the pixels that must stay."""
+    """The map under synthesis: the variant and its pixel at every place, and the locked pixels."""
 
     variants: PosedExemplars
     variant: UInt8
@@ -279,7 +272,7 @@ class GrowingMap:
 
     @classmethod
     def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int) -> GrowingMap:
-        """Begin with the canvas's start map; what lies deeper than `rim` px from every hole is locked."""
+        """Begin with the canvas's start map; pixels deeper than `rim` px from every hole are locked."""
         shape, start, wraps = (canvas.height, canvas.width), canvas.start, (canvas.wrap.y, canvas.wrap.x)
         variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
         if start is None:
@@ -295,11 +288,11 @@ class GrowingMap:
 
     @cached_property
     def grown(self) -> Grown:
-        """What it shows, as kernels take it."""
+        """The map as kernels take it."""
         return Grown(self.variant, self.yx, self.wraps)
 
     def open_windows(self, layout: WindowGrid, wanted: Mask | None = None) -> Mask:
-        """Return which windows hold a pixel that is not known yet, or that is `wanted`."""
+        """Return which windows hold an unknown pixel, or one that is `wanted`."""
         if layout.places is not None or (wanted is None and not (self.variant != HOLE).any()):
             return np.ones(layout.shape, bool)
         holes = self.variant == HOLE if wanted is None else wanted
@@ -310,11 +303,11 @@ class GrowingMap:
         maps.paste(self.grown, self.locked, self.variants.posed, *at, *pick, found.feats, found.known, price)
 
     def lay_over(self, at: Pair, pick: Pick, known: Array, seam: Pair) -> None:
-        """Lay a patch into the window at `at`, cut straight in the middle of seams of `seam` px."""
+        """Place a patch into the window at `at`, cut straight in the middle of seams of `seam` px."""
         maps.overlay(self.grown, self.locked, self.variants.posed, *at, *pick, known, seam)
 
     def map(self, exemplars: Exemplars, canvas: Canvas, blend: Blend) -> SourceMap:
-        """The map as far as it has grown; it shares its memory with this one where it can."""
+        """Return the source map as it is; it shares memory with this one where possible."""
         yx, which, pose = self.variants.to_exemplars(self.yx, self.variant)
         return SourceMap(
             yx,
@@ -327,9 +320,9 @@ class GrowingMap:
 
 
 def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window]]:
-    """Order the wanted windows in waves: the windows of a wave do not touch, earlier waves come first.
+    """Order the wanted windows in batches of disjoint windows that may run in parallel.
 
-    With `around` there are so many px between them, where the canvas has room.
+    Windows of a batch are at least `around` px apart.
 
     The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above
     and to the left of it, and after the one above to the right. Windows that lie freely keep the order of their
@@ -357,12 +350,12 @@ def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window
 
 
 def _overlapping(starts: Sequence[int], patch: int, length: int, wrap: bool) -> list[list[int]]:
-    """Of every window along an axis, which ones overlap it (itself included)."""
+    """Return for every window along an axis the windows that overlap it, itself included."""
     return [[k for k, b in enumerate(starts) if apart(a, b, length, wrap) < patch] for a in starts]
 
 
 def picked(found: Candidates, k: int) -> Pick:
-    """The variant, row and column of one of the candidates."""
+    """Return the variant, row and column of one of the candidates."""
     _, variant, row, column = found.rows[k].tolist()
     return variant, row, column
 

@@ -1,4 +1,4 @@
-"""Image quilting at work: windows filled one after another, chosen by price, joined along the cheapest seam."""
+"""Image quilting: patches chosen by distance and price of repeats, joined along the cheapest seam."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STAGE = 2002  # keeps this method's draws apart from those of others
 
 
 def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> ImageQuilting:
-    """Decide patch and overlap from the size of the texture's elements."""
+    """Choose patch and overlap by the size of the texture's elements."""
     made: ImageQuilting = decided(method, exemplars, canvas.guide, lambda: default_patch(exemplars))
     bounds = resolved_isometries(method.boundary_isometries, exemplars, made.footprint)
     return replace(made, boundary_isometries=bounds)
@@ -26,7 +26,7 @@ def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> Ima
 def synthesize(
     method: ImageQuilting, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Grow the map window by window, choosing by price and joining along the cheapest seam."""
+    """Fill the windows one by one, choosing by price and joining along the cheapest seam."""
     stages = Stages(settings_of(method), exemplars, canvas, method.blend)
     for growth in stages:
         growth.fill(seed, STAGE, run, choose=method.tolerance, join=growth.cutting(method.seam))
@@ -34,7 +34,7 @@ def synthesize(
 
 
 def settings_of(method: ImageQuilting) -> PatchSettings:
-    """How patches are laid; known once patch and overlap are."""
+    """Return the parameters of patches, once patch and overlap are known."""
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,

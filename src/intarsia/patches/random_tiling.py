@@ -1,4 +1,4 @@
-"""Random tiling at work: a patch is drawn for every cell of a grid."""
+"""Random tiling: a patch is drawn for every cell of a grid."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STAGE = 2000
 
 
 def resolved(method: RandomTiling, exemplars: Exemplars, canvas: Canvas) -> RandomTiling:
-    """Decide the patch from the size of the texture's elements."""
+    """Choose the patch by the size of the texture's elements."""
     patch = default_patch(exemplars) if method.patch is AUTO else method.patch
     isometries = resolved_isometries(method.isometries, exemplars, extent(patch))
     check_patch(patch, exemplars, isometries)

@@ -1,13 +1,13 @@
-"""Repetition control, written once for all methods that lay patches.
+"""Repetition control of patch-based methods: prices of repeats, and a least distance of occurrences.
 
-Every patch laid makes its part of the exemplar a little dearer, so that the whole exemplar is used, and a flat spot,
-which fits beside itself, does not spread. It becomes dearer still close to where it was laid, and the more so the more
-striking it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
+Every patch placed raises the price of its part of the exemplar, so that the whole exemplar is used, and a flat spot,
+which fits beside itself, does not spread. The price is higher close to where it was placed, and the more so the more
+salient it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
 distance is 0.
 
 The least distance of repeats: which patches may still be laid at a place, and the best of them.
 
-No exemplar pixel may be shown twice within so many px of the output. Every patch laid forbids a few rectangles of the
+No exemplar pixel may occur twice within so many px of the output. Every patch placed forbids a few rectangles of the
 exemplar to the windows around it. Where all patches of a short-list are forbidden, these rectangles are marked in a
 picture of the exemplar, and the best patch outside them is found by the correlations that were computed already. What
 the windows of one wave forbid one another is known only once they are filled; such a window is searched again. Of small
@@ -49,13 +49,13 @@ LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
 
 
 class Table:
-    """Where patches begin at all, of every variant: one flat uint8 table, and where each variant lies in it."""
+    """The valid first pixels of patches, of all variants: a flat uint8 table, and where each variant begins in it."""
 
     def __init__(self, valid: Sequence[Array]) -> None:
         self.flat, self.offsets = in_one_row(valid)
 
     def rows(self, mask: Array) -> Array:
-        """Return the patches that are 1 in `mask`, a table like ``flat``, as candidates not measured yet: (n, 4)."""
+        """Return the patches that are 1 in `mask`, a table like ``flat``, as unmeasured candidates: (n, 4)."""
         at = np.flatnonzero(mask)
         rows = np.zeros((len(at), 4), np.int64)
         rows[:, 1] = np.searchsorted(self.offsets[:, 0], at, side="right") - 1
@@ -65,7 +65,7 @@ class Table:
 
 
 def is_little(mask: Array, patch: Pair) -> bool:
-    """True where all patches of a table are so few and small that they are soon measured."""
+    """Return whether the patches of a table are few and small enough to measure all."""
     return mask.size * math.prod(patch) <= LITTLE
 
 
@@ -78,7 +78,7 @@ STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 
 
 
 class Repetition:
-    """What was laid so far, and what that costs each candidate.
+    """The placements so far, and the prices of repeating them.
 
     `search`: whose variants and coarse positions are meant; `strength`: price of a full repeat, relative to the usual
     distance, 0 switches the prices off; `distance`: no exemplar pixel may return within this many output px, 0: no such
@@ -86,7 +86,7 @@ class Repetition:
     """
 
     in_turn: ClassVar[bool] = False
-    """Whether uses count at once, so that windows are filled row by row."""
+    """Whether uses count immediately, so that windows are filled row by row."""
 
     def __init__(
         self, search: Search, layout: WindowGrid, strength: float, distance: int,
@@ -118,11 +118,11 @@ class Repetition:
         self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def apart(self, groups: Array) -> None:
-        """Judge uses within each group of coarse positions alone: parts of other labels do not compete."""
+        """Compare uses within each group of coarse positions only, as of one label."""
         self._groups = groups
 
     def account(self) -> None:
-        """Take the uses so far into the prices; to be called between waves.
+        """Update the prices by the uses so far; call between batches.
 
         What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
         once chosen, fits itself perfectly, and would fill the output.
@@ -154,7 +154,7 @@ class Repetition:
         return out
 
     def _around(self, row: int, column: int) -> Array:
-        """The placements (n, 8) near a window."""
+        """Return the placements (n, 8) near a window."""
         if self.layout.places is None and not len(self.started):
             return np.asarray(repetition_kernels.placed_near(self.grid, row, column, self.reach, self._laid.canvas))
         every = np.concatenate([self.grid.reshape(-1, 8), self.started])
@@ -162,7 +162,7 @@ class Repetition:
         return every[self.layout.within(self._radius, every[:, 3:5], self.layout.at(row, column))]
 
     def note_start(self, variant: UInt8, yx: Int32) -> None:
-        """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
+        """Record a start map as placements, on a grid of half patches."""
         if not self.reach:  # nobody asks
             return
         h, w = self.layout.patch
@@ -194,7 +194,7 @@ class Repetition:
     def allowed(
         self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
     ) -> Candidates:
-        """Return the best of all `valid` patches that would not return too near: by a search, or all are measured.
+        """Return the best of all `valid` patches that keep the least distance, by a search or by measuring all.
 
         `check` is called between parts of the work, and ends it by raising.
         """
@@ -218,7 +218,7 @@ class Repetition:
         return replace(found, rows=best, permitted=True)
 
     def permitted(self, row: int, column: int, table: Table | None = None) -> Array:
-        """Return which patches of a table, by default of all, would not return too near at a window: flat uint8."""
+        """Return which patches of a table, by default of all, keep the least distance at a window: flat uint8."""
         table = table or self._table
         mask, laid = table.flat.copy(), self._laid
         repetition_kernels.forbid(
@@ -228,7 +228,7 @@ class Repetition:
         return mask
 
     def left(self, row: int, column: int, rows: Array, check: Callable[[], None]) -> Array | None:
-        """Return what is :meth:`permitted` at a window if none of its candidates is; None: that is for later."""
+        """Return the patches :meth:`permitted` at a window if none of its candidates is, else None."""
         check()
         others, out = self._around(row, column), np.empty(len(rows), np.int64)
         at = self.layout.at(row, column)
@@ -238,7 +238,7 @@ class Repetition:
 
     @cached_property
     def _plain(self) -> PatchSearch:
-        """The search of patches that are left; other searches than this have no list of their own for it."""
+        """The search among permitted patches: the own one if it can be restricted, else another."""
         if isinstance(self.search, PatchSearch):
             return self.search
         return PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
@@ -250,7 +250,7 @@ class Repetition:
     def pick_all(
         self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
     ) -> Iterator[tuple[int, list[Pick]]]:
-        """Pick for many windows in turn, noting each.
+        """Pick for many windows in turn, recording each.
 
         Yields the number of every window for which there is no choice among its candidates, with the picks so
         far; the caller notes a patch for it before going on. Last, yields the number of windows.
@@ -274,13 +274,13 @@ class Repetition:
             yield stop, [(v, u, s) for v, u, s in picks.tolist()]
 
     def add(self, row: int, column: int, pick: Pick) -> None:
-        """Note that a patch (variant, row, column) was laid at a window."""
+        """Record that a patch (variant, row, column) was placed in a window."""
         self.laid += 1
         repetition_kernels.note(self._laid, pick, self.layout.at(row, column), self.grid[row, column])
 
 
 def striking(feats: Features, search: Search) -> list[Array]:
-    """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
+    """Return the saliency of every coarse position of each variant, 256 = usual, as prices weigh it."""
     patch, side, out = search.patch, max(1, sum(search.patch) // 2), []
     for valid, (number, *frame) in zip(search.valid, search.variants.frames.tolist(), strict=True):
         grid, step = feats.memo(("rarity", number, side), partial(rarity, feats.pictures[number], side))
