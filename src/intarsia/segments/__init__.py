@@ -1,19 +1,13 @@
-"""Segments of an exemplar, and the group of them that sets the size of patches.
+"""Segmentation of an exemplar into texture elements, and the patch size that follows (segment-based fragments).
 
-Which elements a texture is made of, and the patch size that follows: by segments that look alike.
-
-A picture is cut into segments, segments are gathered in groups, and the group with the most even elements tells how
-large patches must be and how wide their boundary zone.
+A picture is cut into segments, segments are grouped by colour, and the group with the most even elements sets the size
+of patches and the width of their boundary zone.
 
 Source: the segment-based fragments (docs/sources-003.md). Departures: twelve scales vote, because one fails on blur or
-noise; the terms compared have no unit; where no group will do, the size comes from the autocorrelation, and the result
-says so. What the source leaves open is decided in docs/design/008-segments.md.
-
-Groups of segments that look alike, and the separate elements of a group.
-
-The segment-based fragments (docs/sources-003.md) cluster segments "adaptively" without saying how. Here they are split
-in two where that explains most of their colour, and each part again: a tree, in which every node is a group. Why so is
-told in docs/design/008-segments.md.
+noise; the terms compared have no unit; where no group passes, the size comes from the autocorrelation, and the result
+says so. The fragments cluster segments "adaptively" without saying how: here groups are split in two where that
+explains most of their colour, and each part again: a tree, in which every node is a group. What the source leaves open
+is decided in docs/design/008-segments.md.
 """
 
 from __future__ import annotations
@@ -39,7 +33,7 @@ DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten
 
 @dataclass(frozen=True, eq=False)
 class GroupTree:
-    """Segments, and the groups that they form.
+    """A segmentation and the tree of its groups.
 
     Attributes
     ----------
@@ -66,7 +60,7 @@ class GroupTree:
         return np.asarray(regions, np.int32)
 
     def around(self, node: int) -> tuple[Int32, Int32, int]:
-        """Return elements, their groups, and the group that is `node`: a partition that holds this node.
+        """Return elements, their groups, and the number of the group `node`, in a partition that holds this node.
 
         Elements are the connected regions of all groups, -1 where nothing counts.
         """
@@ -223,7 +217,7 @@ class Candidate:
 
 
 def segments(exemplar: Exemplar) -> Segments:
-    """Return the segments of an exemplar, found once; of the base plane."""
+    """Return the segments of an exemplar's base plane, computed once."""
 
     def find() -> Segments:
         feats = features([exemplar])
@@ -285,7 +279,7 @@ def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]
 
 
 def _ladder(top: int) -> Int64:
-    """Whole sizes, each a 32nd larger than the one before: a logarithm that no library can round differently."""
+    """Return whole sizes, each a 32nd larger than the one before: a logarithm that rounds the same everywhere."""
     steps = [FINE]
     while steps[-1] < top:
         steps.append(steps[-1] + max(steps[-1] // STEP, 1))
@@ -293,7 +287,7 @@ def _ladder(top: int) -> Int64:
 
 
 def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[Pair, GroupTree]]:
-    """Segments and groups at every scale: from little to much blur, from little to much slack."""
+    """Yield segments and groups at every scale: from little to much blur, from little to much slack."""
     unit = int(DEVIATION * math.sqrt(colours.shape[2]))  # the usual distance of a colour from the mean
     blurred, done = colours, 0
     for passes in PASSES:
@@ -304,7 +298,7 @@ def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[Pair, GroupTree]
 
 
 def candidates_at(scale: Pair, tree: GroupTree, pixels: int) -> Iterator[Candidate]:
-    """The groups of a scale that pass the filters."""
+    """Yield the groups of a scale that pass the filters."""
     for node in range(len(tree.nodes)):
         elements = tree.elements(node)
         if int(elements.max()) < FEWEST:  # measuring takes longest
@@ -315,7 +309,7 @@ def candidates_at(scale: Pair, tree: GroupTree, pixels: int) -> Iterator[Candida
 
 
 def of_group(winner: Candidate, support: float, factor: int, shape: tuple[int, ...]) -> Segments:
-    """The segments of the winner's scale, and the patch and zone that follow from it."""
+    """Return the segments of the winner's scale, with the patch and zone that follow from it."""
     labels, groups, chosen = winner.tree.around(winner.node)
     patch = limited(-(-winner.size * factor // FINE), min(shape))
     return Segments(
@@ -328,7 +322,7 @@ def of_group(winner: Candidate, support: float, factor: int, shape: tuple[int, .
 
 
 def fallback(features: Int16, usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
-    """The size from the autocorrelation; the segments, if there are any, of the middle scale."""
+    """Return the size by the autocorrelation, with the segments of the middle scale if there are any."""
     shape = features.shape[:2]
     factor = 1
     if tree is None:
@@ -345,12 +339,12 @@ def fallback(features: Int16, usable: Mask | None, tree: GroupTree | None, why: 
 
 
 def limited(patch: int, short: int) -> int:
-    """Keep a patch between 8 px and half the short side, and at 1 px at least."""
+    """Return a patch clamped between 8 px and half the short side, at least 1 px."""
     return max(1, min(max(patch, LEAST_PATCH), short // 2))
 
 
 def enlarged_labels(labels: Int32, factor: int, shape: tuple[int, ...]) -> Int32:
-    """Repeat every label factor x factor times; what is left over at the ends continues the last one."""
+    """Return every label repeated factor x factor times, the last one continued to the shape."""
     if factor == 1:
         return labels
     y, x = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(shape, labels.shape, strict=True))

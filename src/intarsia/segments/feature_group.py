@@ -1,4 +1,4 @@
-"""The choice of the group that makes a texture what it is: bricks and not mortar, dots and not ground.
+"""Selection of the feature group of a segmentation (SelectFeature): bricks and not mortar, dots and not ground.
 
 Source: the segment-based fragments (docs/sources-003.md), algorithms SelectFeature, EdgeScore and SelectParameters. The
 elements of the group should be of one size, evenly spread and compact. Departures: the terms have no unit, so that a
@@ -77,7 +77,7 @@ class Group:
 
 
 def measured(elements: Int32) -> Group | None:
-    """Measure the elements of a group (1, 2, ... in a map, 0 elsewhere); None where no two of them count."""
+    """Return the lists of the elements of a group (1, 2, ... in a map, 0 elsewhere); None where fewer than two count."""
     count = int(elements.max(initial=0))
     inside = np.flatnonzero(elements)
     names = elements.ravel()[inside]
@@ -117,7 +117,7 @@ def nearest_offsets(points: Int64) -> Int64:
 
 
 def admitted(group: Group | None, pixels: int) -> bool:
-    """The filters of the fragments: at least 5 elements, spread over more than half of the picture; and no dirt."""
+    """Return whether a group passes: at least 5 elements, spread over more than half of the picture, 2 % covered."""
     if group is None or group.count < FEWEST:
         return False
     return bool(group.box > SPREAD * pixels and group.areas.sum() >= COVER * pixels)
@@ -143,14 +143,14 @@ def zone(patch: int, gap: int) -> int:
 
 
 def variation(values: Int64, weights: Int64) -> float:
-    """Standard deviation over mean of whole numbers, weighted; the mean is taken as 1 at least."""
+    """Return the weighted coefficient of variation of whole numbers; the mean is taken as 1 at least."""
     total, first = int(weights.sum()), int((weights * values).sum())
     second = int((weights * values * values).sum())
     return math.sqrt(total * second - first * first) / max(first, total)
 
 
 def edge_pixels(elements: Array) -> Mask:
-    """Pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
+    """Return the pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
     edge = np.zeros(elements.shape, bool)
     for axis in (0, 1):
         a, b = (np.s_[:-1], np.s_[1:]) if axis == 0 else (np.s_[:, :-1], np.s_[:, 1:])
@@ -161,5 +161,5 @@ def edge_pixels(elements: Array) -> Mask:
 
 
 def sums(where: Array, values: Array, count: int = 0) -> Int64:
-    """Add up whole values by their number, so many numbers at least; exact, for doubles hold sums below 2**53."""
+    """Return the sums of whole values by number, at least `count` of them; exact below 2**53."""
     return np.asarray(np.rint(np.bincount(where, values, count)), np.int64)

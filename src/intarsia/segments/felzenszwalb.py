@@ -1,4 +1,4 @@
-"""Cutting a picture into segments: connected pixels between which no edge stands out.
+"""Graph-based image segmentation of Felzenszwalb and Huttenlocher.
 
 Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", IJCV 2004, which the segment-based
 fragments (docs/sources-003.md) name.
@@ -41,7 +41,7 @@ def even_colours(colours: Array, usable: Mask | None) -> Int32 | None:
 
 
 def smoothed(colours: Int32, passes: int) -> Int32:
-    """Blur by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
+    """Return colours blurred by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
     for axis in (0, 1) * passes:
         colours = (ndimage.correlate1d(colours, (1, 2, 1), axis, mode="nearest") + 2) >> 2
     return colours
@@ -91,6 +91,6 @@ class PixelGraph:
 
 
 def numbered(names: Array) -> Int32:
-    """Number names 0, 1, ... in their order, whatever they are; negative ones become -1."""
+    """Return names renumbered 0, 1, ... in their order; negative ones become -1."""
     found, number = np.unique(names, return_inverse=True)
     return np.asarray(np.maximum(number.reshape(names.shape) - np.count_nonzero(found < 0), NOWHERE), np.int32)

@@ -1,4 +1,4 @@
-"""Segments of a picture: neighbouring pixels grow together while no edge between them stands out.
+"""Graph-based image segmentation: region merging along sorted edges.
 
 Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", IJCV 2004. Weights are whole numbers
 and the order of the edges is given, so ties are settled by the caller's stable sort and nothing else.
@@ -16,7 +16,7 @@ from ..kernels.jit import kernel
 
 @kernel
 def join_edges(first: Any, second: Any, weight: Any, slack: int, least: int, parent: Any) -> None:
-    """Join pixels along edges, lightest first; `parent` (one entry for each pixel) becomes the segments.
+    """Join pixels along edges, sorted lightest first; `parent` (one entry for each pixel) becomes the segments.
 
     Two segments join over an edge no heavier than ``largest edge inside + slack / pixels`` of both. Those of
     fewer than `least` px then join a neighbour over the lightest edge. A segment is named by its first pixel.
