@@ -71,7 +71,7 @@ class Axis(NamedTuple):
         return sorted(set(found))
 
     def over(self, begin: int, end: int) -> list[int]:
-        """Return the first pixels of windows over a hole: one centred if it is small, else from an overlap before it."""
+        """Return the first pixels of windows over a hole: centred if it is small, else from an overlap before it."""
         rim = self.overlap if end - begin + 2 * (self.overlap // 2) > self.patch else 0
         return self.cover(begin - rim, end + rim)
 
