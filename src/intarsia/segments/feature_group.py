@@ -77,7 +77,7 @@ class Group:
 
 
 def measured(elements: Int32) -> Group | None:
-    """Return the lists of the elements of a group (1, 2, ... in a map, 0 elsewhere); None where fewer than two count."""
+    """Return the lists of the elements of a group (1, 2, ... in a map, 0 elsewhere); None if fewer than 2 count."""
     count = int(elements.max(initial=0))
     inside = np.flatnonzero(elements)
     names = elements.ravel()[inside]
