@@ -36,7 +36,7 @@ def places(made: Synthesis) -> np.ndarray[Any, Any]:
     """What the seams in the middle of every window cost."""
     canvas = made.canvas
     assert canvas is not None
-    return Repairing(repair_of(made.method, made.exemplars, 1), made.exemplars, canvas, made.map).worst._scores
+    return Repairing(repair_of(made.method, made.exemplars, 1), made.exemplars, canvas, made.map).worst.scores()
 
 
 def clocked(work: Any) -> tuple[Any, float]:

@@ -9,8 +9,13 @@ from numpy.typing import NDArray
 
 from intarsia.analysis.features import features
 from intarsia.model import Exemplar
-from intarsia.patches.repetition_kernels import edge_of, weigh_edge
+from intarsia.model.canvas import Canvas
+from intarsia.model.sourcemap import identity
+from intarsia.patches import index_of
+from intarsia.patches.growth import Growth, PatchSettings
+from intarsia.patches.repetition_kernels import CELL, edge_cells, weigh_edge
 from intarsia.search import posed_exemplars
+from intarsia.tasks.completion import with_hole
 from intarsia.testing import noise, texture
 
 SIDE = 13
@@ -28,12 +33,12 @@ def holed(seed: int, share: int) -> NDArray[np.bool_]:
 def test_the_edge_is_that_of_the_plain_version(seed: int, share: int, wrap: tuple[bool, bool]) -> None:
     locked = np.asarray(noise(30, 34, seed + 9) % np.uint64(4) > 0)
     known = (~holed(seed, share)).astype(np.uint8)
-    for at in ((5, 6), (-4, 9), (24, 28), (25, -3)):
-        edge = np.full((SIDE, SIDE), 7, np.uint8)
-        count = edge_of(locked, *at, np.array(wrap), known, edge)
-        found = list(map(tuple, np.argwhere(edge).tolist()))
-        assert found == edge_pixels(locked, at, wrap, known)
-        assert count == len(found)
+    for at in [(5, 6), (0, 21), *([(24, 9)] if wrap[0] else []), *([(25, 28)] if all(wrap) else [])]:
+        spots, ends = edge_cells(locked[index_of(*at, (SIDE, SIDE), (30, 34))], known)
+        assert sorted(map(tuple, spots.tolist())) == edge_pixels(locked, at, wrap, known)
+        cells = [set(map(tuple, (part // CELL).tolist())) for part in np.split(spots, ends)]
+        assert all(len(cell) == 1 for cell in cells[:-1])
+        assert not cells[-1]
 
 
 @pytest.mark.parametrize("isometries", [(0,), (0, 3, 5, 6)])
@@ -52,25 +57,24 @@ def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(
         every = [(v, u, s) for v in range(len(laid)) for u in range(0, 17, 4) for s in range(0, 17, 5)]
         rows = np.array([(1000 * (n % 7), *pick) for n, pick in enumerate(every)], np.int64)
         before, edge = rows.copy(), edge_pixels(locked, (7, 8), wrap, known)
-        weigh_edge(locked, (7, 8), np.array(wrap), old, known, laid.flat, laid.table, rows)
+        weigh_edge(old, int(known.sum()), *edge_cells(locked[7 : 7 + SIDE, 8 : 8 + SIDE], known), laid.posed, rows)
         wanted = []
         for d, v, u, s in before.tolist():
             new = posed(exemplars, isometries, feats)[v].picture[u : u + SIDE, s : s + SIDE]
             there = edge_difference(old, new, edge)
             wanted.append(((d + there // len(edge) * int(known.sum())) // 2, v, u, s))
-        assert rows.tolist() == [list(row) for row in sorted(wanted, key=lambda row: row[0])]
+        assert rows.tolist() == [list(row) for row in wanted]
 
 
 def test_without_an_edge_nothing_changes() -> None:
-    exemplars = [Exemplar.of(texture(30, 30, 1, 3))]
-    feats = features(exemplars)
-    laid = posed_exemplars(exemplars, feats, (0,), (SIDE, SIDE))
-    rows = np.array([(9, 0, 1, 1), (4, 0, 2, 2)], np.int64)
-    before = rows.copy()
-    free, known = np.zeros((40, 40), bool), (~holed(2, 0)).astype(np.uint8)
-    old = feats.pictures[0][:SIDE, :SIDE]
-    weigh_edge(free, (5, 5), np.array((False, False)), old, known, laid.flat, laid.table, rows)
-    assert (rows == before).all()
+    e = Exemplar.of(texture(30, 30, 1, 3))
+    hole = np.zeros((30, 30), bool)
+    hole[8:14, 9:20] = True
+    for rim, weighed in ((40, False), (0, True)):
+        canvas = Canvas(30, 30, start=with_hole(identity([e.source], 0), hole), rim=rim)
+        growth = Growth(PatchSettings((SIDE, SIDE), (4, 4)), [e], canvas)
+        (found,) = growth.finder.find(growth.growing.grown, np.array([growth.at((0, 0))]), growth.finder.unpriced)
+        assert (growth.weighed((0, 0), found).rows.tolist() != found.rows.tolist()) == weighed
 
 
 def test_rough_is_not_continued_by_smooth() -> None:
@@ -89,5 +93,5 @@ def test_rough_is_not_continued_by_smooth() -> None:
         rows.append((int((apart**2).sum()), 0, u, s))
     assert rows[0][0] > rows[1][0]  # the sum of squares prefers the smooth patch
     table = np.array(rows, np.int64)
-    weigh_edge(np.ones((40, 40), bool), (5, 5), np.array((False, False)), old, known, laid.flat, laid.table, table)
-    assert table[0, 2:].tolist() == [16, 16]
+    weigh_edge(old, int(known.sum()), *edge_cells(np.ones((SIDE, SIDE), bool), known), laid.posed, table)
+    assert table[0, 0] < table[1, 0]

@@ -40,7 +40,7 @@ def test_what_is_forbidden_is_what_every_pair_says(
     patch = (square, square) if square else patch
     laid_out = posed_exemplars([e], features([e]), isometry_ids(isometries), patch)
     rows, columns = (spread(n, p, 2, wrap)[0] for n, p in zip((40, 44), patch, strict=True))
-    layout = WindowGrid(tuple(rows), tuple(columns), patch, 40, 44, wrap, wrap)
+    layout = WindowGrid(tuple(rows), tuple(columns), patch, (40, 44), (wrap, wrap))
     rng = np.random.default_rng(sum(patch))
     for distance in (1, 5, 14, 60):
         control = Repetition(PatchSearch(laid_out, patch, 2), layout, 0.05, distance)
@@ -90,7 +90,7 @@ def test_the_exact_search_among_what_is_left_finds_the_best(monkeypatch) -> None
     e = Exemplar.of(texture(50, 46, 3, 2))
     laid_out = posed_exemplars([e], features([e]), (0, 6), (10, 10))
     rows = tuple(spread(60, 10, 3, False)[0])
-    layout = WindowGrid(rows, rows, (10, 10), 60, 60, False, False)
+    layout = WindowGrid(rows, rows, (10, 10), (60, 60), (False, False))
     search = PatchSearch(laid_out, (10, 10), 3, True)
     control = Repetition(search, layout, 0.0, 25)
     rng = np.random.default_rng(4)

@@ -180,7 +180,7 @@ def control(
     feats = features([e])
     layout_of = posed_exemplars([e], feats, isometries, (patch, patch))
     rows, columns = (spread(n, patch, 0, wrap)[0] for n in size)
-    layout = WindowGrid(tuple(rows), tuple(columns), (patch, patch), *size, wrap, wrap)
+    layout = WindowGrid(tuple(rows), tuple(columns), (patch, patch), size, (wrap, wrap))
     search = PatchSearch(layout_of, (patch, patch), 4)
     return Repetition(search, layout, strength, distance)
 
@@ -303,7 +303,7 @@ def test_uses_are_judged_within_each_group() -> None:
     feats = features(exemplars)
     search = PatchSearch(posed_exemplars(exemplars, feats, (0,), (12, 12)), (12, 12), 4, True)
     rows, width = spread(400, 12, 4, False)
-    layout = WindowGrid(tuple(rows), tuple(rows), (width, width), 400, 400, False, False)
+    layout = WindowGrid(tuple(rows), tuple(rows), (width, width), (400, 400), (False, False))
     shape = search.valid[0].shape
     left = np.repeat((np.arange(shape[1]) < shape[1] // 4)[None], shape[0], 0)
 

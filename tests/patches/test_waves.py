@@ -19,7 +19,7 @@ def grid(height: int, width: int, wraps: tuple[bool, bool]) -> WindowGrid:
     (rows, high), (columns, wide) = (
         laid(*axis) for axis in zip((height, width), PATCH, OVERLAP, wraps, strict=True)
     )
-    return WindowGrid(tuple(rows), tuple(columns), (high, wide), height, width, *wraps, None)
+    return WindowGrid(tuple(rows), tuple(columns), (high, wide), (height, width), wraps)
 
 
 @pytest.mark.parametrize("around", [0, 4, 15])

@@ -130,7 +130,8 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     before = scene.naive.total(scene.sources())
     change = recut(scene, (y, x, h, w, 0, 0, h, w), pick, take)
     kept = scene.variant.copy(), scene.yx.copy()
-    recut_kernels.write_cut(scene.shown, scene.pieces, NO_USAGE, (y, x, h, w), pick, take)
+    usage = Usage(np.zeros(scene.pieces.usable.size, np.int32), NO_USAGE.rate, np.zeros(1, np.int32))
+    recut_kernels.write_cut(scene.shown, scene.pieces, usage, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
         assert scene.naive.grown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()
@@ -438,7 +439,8 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
-    sewing.note(sewing.write(first))
+    sewing.write(first)
+    sewing.note(first)
     box = (0, 10, 16, 16)
     picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2, 6)
     assert len(set(picks)) == len(picks) == 6
@@ -466,7 +468,8 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
-    sewing.note(sewing.write(first))
+    sewing.write(first)
+    sewing.note(first)
     box = (0, 10, 16, 16)
     found = sewing.found([box], ia.Run(1))[0]
     prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))

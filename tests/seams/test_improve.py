@@ -64,6 +64,7 @@ class Watched:
 
     def __init__(self) -> None:
         self.left, self.laid, self.asked, self.told = list[int](), list[int](), list[list[int]](), list[int]()
+        self.sewn = self
 
     def found(self, sites: list[int], run: ia.Run) -> list[int]:
         self.asked.append(sites)
@@ -77,13 +78,12 @@ class Watched:
     def pays(self, cut: Cut) -> bool:
         return cut.box[0] - 2 not in self.laid
 
-    def lay(self, cut: Cut) -> tuple[int, int, int, int]:
+    def write(self, cut: Cut) -> None:
         assert not self.told, "all are laid before the first is measured"
         self.laid.append(cut.box[0])
-        return cut.box
 
-    def measured(self, box: tuple[int, int, int, int]) -> None:
-        self.told.append(box[0])
+    def note(self, cut: Cut) -> None:
+        self.told.append(cut.box[0])
 
     def give_up(self, key: str) -> None:
         self.left.append(int(key))
@@ -141,14 +141,14 @@ def test_no_piece_grows_where_it_would_return_too_near(near: bool) -> None:
     sewn = sewing_of(Canvas(140, 150))
     improve.fill(sewn, 1, 2, ia.Run(1), 1)
 
-    class Bar:
-        def __call__(self, box: Box, pick: Pick) -> np.ndarray:
-            return np.zeros(box[2:], bool)
+    asked = set[tuple[Box, Pick]]()
 
-        def returns(self, box: Box, pick: Pick, take: np.ndarray) -> bool:
-            return near
+    def bar(box: Box, pick: Pick) -> np.ndarray:
+        again = (box, pick) in asked
+        asked.add((box, pick))
+        return np.full(box[2:], near and again)
 
-    sewn.bar, before = Bar(), sewn.yx.copy()
+    sewn.bar, before = bar, sewn.yx.copy()
     saved = improve.expand(sewn, ia.Run(1), 1)
     assert bool(saved) is not near
     assert (sewn.yx == before).all() == near

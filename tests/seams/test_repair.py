@@ -25,6 +25,7 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import growth as patches_growth
 from intarsia.patches.growth import PatchSettings, knee_of
+from intarsia.seams.graphcut import Cut, GraphcutGrowth, GraphcutSettings
 from intarsia.seams.repair import Constraints, Repair, Repairing, kept, repaired
 from intarsia.seams.worst import WorstSeams
 from intarsia.synthesis import Synthesis
@@ -97,7 +98,7 @@ def test_threads_change_no_byte(isometries: str) -> None:
     assert outs[0][1].patches > 0
     again = Repairing(repair_of(outs[0][0].method, made.exemplars, 1), made.exemplars, Canvas(70, 66, ia.Wrap.Y),
                       outs[0][0].map)  # fmt: skip
-    assert again.sewing.total == outs[0][1].after
+    assert again.sewn.total == outs[0][1].after
 
 
 def test_the_wrapped_border_stays_as_good_as_the_inside() -> None:
@@ -113,7 +114,7 @@ def test_the_wrapped_border_stays_as_good_as_the_inside() -> None:
             steps = np.abs(np.roll(pixels, -1, axis) - pixels).mean(axis=1 - axis)
             border[axis] += steps[-1]
             worst[axis] += steps[:-1].max()
-            lines = work.sewing.prices[:, :, 1 - axis].sum(axis=1 - axis)
+            lines = work.sewn.prices[:, :, 1 - axis].sum(axis=1 - axis)
             seams[axis] += lines[-1]
             inside[axis] += lines[:-1].max()
     assert (border <= 1.1 * worst).all()
@@ -209,12 +210,12 @@ def test_what_a_pass_works_on_is_its_own() -> None:
     e = Exemplar.of(texture(40, 40, 3, 3))
     made = ia.synthesize(e, (90, 96), QUILTING, seed=1, wrap="x", run=ONE)
     work = Repairing(Repair((12, 14), 1, distance=20), [e], Canvas(90, 96, ia.Wrap.X), made.map)
-    wave = work.worst.apart(work.sewing.around)
+    wave = work.worst.apart(work.sewn.around)
     assert len(wave) > 4
     read = np.zeros((90, 96), int)
     for y, x in wave.values():
-        rows = np.clip(np.arange(y - work.sewing.stitch.margin - 1, y + 12 + work.sewing.stitch.margin + 1), 0, 89)
-        columns = np.arange(x - work.sewing.stitch.margin - 1, x + 14 + work.sewing.stitch.margin + 1) % 96
+        rows = np.clip(np.arange(y - work.sewn.stitch.margin - 1, y + 12 + work.sewn.stitch.margin + 1), 0, 89)
+        columns = np.arange(x - work.sewn.stitch.margin - 1, x + 14 + work.sewn.stitch.margin + 1) % 96
         read[np.ix_(np.unique(rows), columns)] += 1
     assert read.max() == 1
     work.growth.growing.locked[40:44] = True
@@ -243,7 +244,8 @@ def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
     yx = np.stack([rng.integers(0, 18, (22, 24)), rng.integers(0, 20, (22, 24))], 2).astype(np.int32)
     smap = SourceMap(yx, None, None, (e.source,), wrap)
     growth = patches_growth.Growth(PatchSettings((6, 6), (2, 2), rim=1), [e], Canvas(22, 24, wrap, smap))
-    bars, box, pick = Constraints(growth, None, 5), (int(rng.integers(14)), int(rng.integers(15)), 8, 9), (0, 3, 7)
+    sewn = GraphcutGrowth(growth, GraphcutSettings(), Constraints(growth, None, 5))
+    box, pick = (int(rng.integers(14)), int(rng.integers(15)), 8, 9), (0, 3, 7)
     want = np.zeros((8, 9), bool)
     for i, j in product(range(8), range(9)):
         mine = (pick[1] + i) % 18, (pick[2] + j) % 20
@@ -251,9 +253,10 @@ def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
             dy, dx = abs(y - box[0] - i), abs(x - box[1] - j)
             dy, dx = min(dy, 22 - dy) if wrap.y else dy, min(dx, 24 - dx) if wrap.x else dx
             want[i, j] |= tuple(yx[y, x]) == mine and 0 < dy * dy + dx * dx < 25
-    assert (bars(box, pick) == want).all()
-    assert bars.returns(box, pick, want.astype(np.uint8)) == want.any()
-    assert not bars.returns(box, pick, ~want)
+    assert sewn.bar is not None
+    assert (sewn.bar(box, pick) == want).all()
+    assert sewn.pays(Cut(0, box, pick, want.astype(np.uint8))) == (not want.any())
+    assert sewn.pays(Cut(0, box, pick, ~want))
 
 
 @pytest.mark.parametrize("wraps", [(False, False), (True, False), (True, True)])

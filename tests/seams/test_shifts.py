@@ -103,11 +103,11 @@ def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pyt
     e = Exemplar.of(texture(60, 60, 1, 4))
     smap = ia.synthesize(e, (48, 48), ia.Graphcut(patch=16, overlap=6), seed=1).map
     work, tried = Repairing(Repair((16, 16), 1), [e], Canvas(48, 48), smap), list[tuple[int, int, int]]()
-    monkeypatch.setattr(work.sewing, "best", lambda box, picks: tried.extend(picks))
+    monkeypatch.setattr(work.sewn, "best", lambda box, picks: tried.extend(picks))
     box = (10, 22, 16, 16)
     (found,) = work.found([box], Run(1))
     assert work.best(box, found) is None
-    near = work.sewing.shown(box)
+    near = work.sewn.shown(box)
     assert len(near) == graphcut.TRIES // 3
     assert tried[: len(near)] == near
     assert len(tried) == graphcut.TRIES

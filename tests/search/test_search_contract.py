@@ -69,7 +69,7 @@ class UnderGuide:
         self.variants, self.patch, self.valid = search.variants, search.patch, search.valid
         self.factor, self.cells, self.batch = search.factor, search.cells, search.batch
         ends = [range(-side, length) for side, length in zip(scene.patch, (HEIGHT, WIDTH), strict=True)]
-        grid = WindowGrid(tuple(ends[0]), tuple(ends[1]), scene.patch, HEIGHT, WIDTH, *scene.wrap)
+        grid = WindowGrid(tuple(ends[0]), tuple(ends[1]), scene.patch, (HEIGHT, WIDTH), scene.wrap)
         wrap = {(False, False): "none", (True, False): "y", (False, True): "x", (True, True): "both"}[scene.wrap]
         self.guidance = WindowGuide(guide, scene.variants, grid, Wrap(wrap))
         self.unit = seam_unit(scene.exemplars[0], None)

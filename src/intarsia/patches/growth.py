@@ -1,7 +1,6 @@
-"""Growing a map patch by patch: the loop shared by all methods that lay patches in raster order.
+"""Patch-by-patch synthesis: the loop of all methods that fill windows in raster order.
 
-A method gives what distinguishes it: how one of the candidates is chosen, and how the chosen patch is joined to the
-patches that were laid before.
+A method supplies how one of the candidates is chosen, and how the chosen patch is joined to those placed before.
 """
 
 from __future__ import annotations
@@ -19,18 +18,28 @@ from ..foundation import MethodError, lazy, ndimage
 from ..foundation.arrays import Array, Int64, Mask, Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import laid
-from ..foundation.params import Poses, Weights
+from ..foundation.params import AUTO, Poses, Weights, extent
 from ..foundation.run import Run, draw_many
 from ..kernels.cuts import SeamPrice
-from ..kernels.maps import Grown
 from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
 from ..model.sourcemap import HOLE, SourceMap
-from ..search import SHORT_LIST, Candidates, PosedExemplars, Search, WindowGrid, isometry_ids, posed_exemplars
+from ..search import (
+    SHORT_LIST,
+    Candidates,
+    PosedExemplars,
+    Search,
+    WindowGrid,
+    check_patch,
+    isometry_ids,
+    nearest,
+    posed_exemplars,
+    resolved_isometries,
+)
 from ..search.fourier import PatchSearch
-from . import GrowingMap, Pick, Window, fill_order, random_patch, waves
+from . import GrowingMap, Pick, Window, fill_order, index_of, random_patch, waves
 from .repetition import Repetition, striking
-from .repetition_kernels import weigh_edge
+from .repetition_kernels import edge_cells, weigh_edge
 
 if TYPE_CHECKING:
     from ..search import distance_map
@@ -42,7 +51,7 @@ SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
 
 
 class Repeats(NamedTuple):
-    """What a repeat costs: by which rule, its price, and the least distance of two, px (0: any)."""
+    """Control of repeats: the rule, the price, and the least distance of two occurrences, px (0: any)."""
 
     rule: type[Repetition] = Repetition
     usage: float = 0.0
@@ -50,7 +59,7 @@ class Repeats(NamedTuple):
 
 
 class Boundaries(NamedTuple):
-    """How patches lie along the boundaries of a guide's labels.
+    """Parameters of patches along the boundaries of a guide's labels.
 
     ``patch``: their side, px; 0: as large as the others. ``isometries``: poses that may be used there besides.
     ``slack``: how far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
@@ -70,7 +79,7 @@ class Boundaries(NamedTuple):
 
 @dataclass(frozen=True)
 class PatchSettings:
-    """How patches are laid: their size, where, from what, and at which price.
+    """Parameters of patch-based synthesis.
 
     `weights`, `structure`, `isometries` and `search` as the parameters of these names.
     """
@@ -93,7 +102,7 @@ class PatchSettings:
     guided: Callable[[Any, guiding.WindowGuide, int], guiding.GuidedSearch] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
-        """The isometries in which patches are taken, those for boundaries of labels included."""
+        """Return the isometries of patches, those for boundaries of labels included."""
         own = isometry_ids(self.isometries)
         if guide is None or not guide.is_labels:
             return own
@@ -101,7 +110,7 @@ class PatchSettings:
 
     @property
     def smaller(self) -> PatchSettings | None:
-        """How patches are laid along boundaries of labels; None where they are as large as all others."""
+        """The parameters along boundaries of labels; None where patches are as large as elsewhere."""
         side, least = self.boundaries.patch, min(self.patch)
         if not side or side >= least:
             return None
@@ -112,28 +121,24 @@ class PatchSettings:
         return replace(self, patch=(rows, columns), overlap=(high, wide), boundaries=bounds, rim=max(high, wide))
 
     def layout(self, canvas: Canvas) -> WindowGrid:
-        """The windows on a canvas: a grid, or around what it starts with; under a guide always a grid."""
+        """Return the windows of a canvas: a grid, or around its start map; under a guide always a grid."""
+        size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
         if canvas.guide is None and canvas.start is not None and not canvas.start.holes.all():
             patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
             overlap = (min(self.overlap[0], patch[0] - 1), min(self.overlap[1], patch[1] - 1))
-            wraps = canvas.wrap.y, canvas.wrap.x
             found = fill_order(~canvas.start.holes, patch, overlap, wraps)
-            return WindowGrid((), (), patch, canvas.height, canvas.width, *wraps, tuple(found))
-        rows, height = self._axis(0, canvas.height, canvas.wrap.y)
-        columns, width = self._axis(1, canvas.width, canvas.wrap.x)
-        return WindowGrid(
-            tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
+            return WindowGrid((), (), patch, size, wraps, tuple(found))
+        (rows, height), (columns, width) = (
+            laid(*axis, self.hangs) for axis in zip(size, self.patch, self.overlap, wraps, strict=True)
         )
-
-    def _axis(self, axis: int, length: int, wrap: bool) -> tuple[list[int], int]:
-        return laid(length, self.patch[axis], self.overlap[axis], wrap, self.hangs)
+        return WindowGrid(tuple(rows), tuple(columns), (height, width), size, wraps)
 
 
 PASS = 1 << 20  # draws of the second pass are apart from those of the first
 
 
 class Stages:
-    """The growths that make a map one after another: one alone, or several under labels.
+    """The passes that make a map: one, or several under labels.
 
     Iterate and fill each growth, then take the `map`. Under labels the inside of the regions comes first, then the rest
     with smaller patches, then what strayed too far over a boundary, region by region.
@@ -162,7 +167,7 @@ class Stages:
         self.map = growth.map(self.blend)
 
     def _without_strays(self, guide: Guide, slack: int) -> Iterator[Growth]:
-        """Replace what strayed too far over a boundary, region by region, up to the very boundary of the target.
+        """Replace what strayed too far over a boundary, region by region, up to the boundary of the target.
 
         Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
         regions hold is as if outside the canvas; pixels that a start map locks are not touched.
@@ -196,7 +201,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
 
 
 def neighbours(guide: Guide) -> Array:
-    """Return which pairs of labels lie side by side beside the exemplars: (K + 1, K + 1), True for a label alone."""
+    """Return which pairs of labels are adjacent in the guide of the exemplars: (K + 1, K + 1), True on the diagonal."""
     size = len(guide.names) + 1
     out = np.eye(size, dtype=bool)
     for source in guide.sources:
@@ -237,7 +242,7 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
 
 
 Choose = Callable[[Window, Candidates, int], Pick | None]
-Join = Callable[[Pair, Pick, Candidates], None]
+Join = Callable[[Window, Pick, Candidates], None]
 
 AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
 # Of the spread of colours. Halved: pebbles have 1.8 strong steps for 1.2 in 1000 px; doubled: a pebble road 5.6 for 4.
@@ -245,12 +250,12 @@ KNEE = 3, 8
 
 
 def knee_of(spread: int) -> int:
-    """Return the cost from which on a seam of the price `sharp` counts more than it differs, by the variance seen."""
+    """Return the threshold of the truncated quadratic seam cost `sharp`, by the variance of the features."""
     return max(math.isqrt(spread) * KNEE[0] // KNEE[1], 1)
 
 
 class Turn(NamedTuple):
-    """Which growth of a map this is: what it adds to the stage of its draws, its number from 0, and of how many."""
+    """One of several passes over a map: its offset of the stage of random numbers, its number, and their count."""
 
     stage: int = 0
     number: int = 0
@@ -261,7 +266,7 @@ ONLY = Turn()
 
 
 class Growth:
-    """A map that grows, and all that is needed to grow it.
+    """One pass of patch-by-patch synthesis.
 
     Windows may be left out: with `inside_only` those that hold a boundary of labels; with `wanted`, a mask of the
     canvas, those that hold none of its pixels.
@@ -303,7 +308,7 @@ class Growth:
         return PatchSearch(self.variants, patch, min(settings.overlap), settings.search == "exact", listed)
 
     def _guided(self) -> guiding.GuidedSearch | None:
-        """The search under the canvas's guide, where it has one."""
+        """Return the search under the canvas's guide, None without one."""
         guide = self.canvas.guide
         if guide is None:
             return None
@@ -317,17 +322,22 @@ class Growth:
         return guiding.GuidedSearch(self.finder, what, unit)
 
     def at_boundary(self, window: Window) -> bool:
-        """True where a window holds a boundary between labels of the guide."""
+        """Return whether a window holds a boundary between labels of the guide."""
         return self.guided is not None and bool(self.guided.guidance.boundaries[window])
 
     def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
-        """Fill all windows, in waves: those of a wave do not touch, so they are worked on at the same time.
+        """Fill all windows in batches of disjoint windows, which run in parallel.
 
         `choose` picks among the candidates of a window, in a fixed order; a number stands for the choice by
-        price within this tolerance. `join` lays the patch into the window.
+        price within this tolerance. `join` places the patch in the window.
         """
         self._check = run.check
         before, total = self.turn.number * len(self.waves), self.turn.passes * len(self.waves)
+
+        def joined(part: list[tuple[Window, Pick, Candidates]]) -> None:
+            for item in part:
+                join(*item)
+
         with run.pool() as each:
             for number, wave in enumerate(self.waves):
                 run.tick(before + number, total, self.draft)
@@ -336,38 +346,43 @@ class Growth:
                 self._answer(run, wave, found)
                 bits = draw_many(seed, stage + self.turn.stage, 0, wave)
                 picks = self._picks(wave, found, bits, choose)
-                self._join(list(zip(wave, picks, found, strict=True)), join, each, run.workers)
+                chosen, size = list(zip(wave, picks, found, strict=True)), -(-len(wave) // run.workers)
+                parts = [chosen[k : k + size] for k in range(0, len(wave), size)]
+                each(joined, parts)
         run.tick(before + len(self.waves), total, self.draft)
 
     def cutting(self, seam: str = "difference") -> Join:
-        """What joins patches along the seam that is cheapest by the price of this name."""
+        """Return the function that joins patches along the cheapest seam by the cost of this name."""
         price = self.seam_price(seam)
-        return lambda at, pick, found: self.growing.cut_in(at, pick, found, self.layout, price)
+        return lambda window, pick, found: self.growing.cut_in(self.at(window), pick, found, price)
 
     def seam_price(self, seam: str) -> SeamPrice:
-        """What seams cost by one of the names that the parameter `seam` of methods knows."""
+        """Return the seam cost of a name of the parameter `seam`."""
         return SeamPrice(seam == "gradient", knee_of(self.variance(seen=True)) if seam == "sharp" else 0)
 
     def variance(self, seen: bool = False) -> int:
-        """Sum of the channels' variances over the usable pixels, of the exemplar that varies most; those seen only."""
+        """Return the sum of the channels' variances over usable pixels, of the exemplar that varies most.
+
+        `seen`: without the channels of outlines.
+        """
         n = self.variants.channels - (self.features.structure if seen else 0)
         return max(variance(p[..., :n], e.usable) for p, e in zip(self.features.pictures, self.exemplars, strict=True))
 
     def map(self, blend: Blend) -> SourceMap:
-        """The map, once all is filled."""
+        """Return the source map."""
         return self.growing.map(self.exemplars, self.canvas, blend)
 
     def draft(self) -> SourceMap:
-        """The map as far as it has grown: a copy."""
+        """Return a copy of the source map as it is."""
         now = self.map(Blend())
         return replace(now, yx=now.yx.copy())
 
     def at(self, window: Window) -> Pair:
-        """First pixel of a window on the canvas."""
+        """Return the first pixel of a window on the canvas."""
         return self.layout.at(*window)
 
     def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
-        """Answer the run's probe where its pixel is about to be filled."""
+        """Set the distance maps of the run's probe once its pixel is about to be filled."""
         probe = run.probe
         if probe is None or probe.maps is not None or self.growing.variant[probe.y, probe.x] != HOLE:
             return
@@ -384,10 +399,6 @@ class Growth:
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return
 
-    def window(self, at: Window) -> Window:
-        """The window that begins at a pixel of the canvas."""
-        return self.layout.rows.index(at[0]), self.layout.columns.index(at[1])
-
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)
         parts = max(workers if len(wave) >= workers else 1, -(-len(wave) // self.finder.batch()))
@@ -397,7 +408,7 @@ class Growth:
         def part(begin: int) -> None:
             self._check()
             stop, prices = min(begin + size, len(wave)), self.repetition.search_prices
-            where = Grown(self.growing.variant, self.growing.yx, self.layout.wraps), at[begin:stop]
+            where = self.growing.grown, at[begin:stop]
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where, prices)
             elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
@@ -409,23 +420,24 @@ class Growth:
                 found[begin:stop] = self.finder.find(*where, prices)
 
         each(part, range(0, len(wave), size))
-        return [self.weighed(at[k], f) for k, f in enumerate(found)]
+        return list(map(self.weighed, wave, found))
 
-    def weighed(self, at: Int64, found: Candidates) -> Candidates:
-        """What must stay in a start map must be continued well: its edge counts as much as all the rest."""
+    def weighed(self, window: Window, found: Candidates) -> Candidates:
+        """Return the candidates reordered: locked pixels at the edge of holes count as much as all the rest."""
         if self.layout.places is None:
             return found
+        here = index_of(*self.at(window), self.layout.patch, self.layout.size)
+        spots, ends = edge_cells(self.growing.locked[here], found.known)
+        if not len(spots):
+            return found
         rows = found.rows.copy()
-        weigh_edge(
-            self.growing.locked, at, self.layout.wraps, found.feats, found.known, self.variants.flat,
-            self.variants.table, rows,
-        )  # fmt: skip
-        return replace(found, rows=rows)
+        weigh_edge(found.feats, int(found.known.sum()), spots, ends, self.variants.posed, rows)
+        return replace(found, rows=nearest(rows))
 
     def _picks(
         self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
     ) -> list[Pick]:
-        """Choose for the windows of a wave, in their order."""
+        """Choose for the windows of a batch, in their order."""
         if callable(choose):
             return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
 
@@ -459,10 +471,17 @@ class Growth:
         self.repetition.add(*window, pick)
         return pick
 
-    def _join(self, chosen: list[tuple[Window, Pick, Candidates]], join: Join, each: Any, workers: int) -> None:
-        def part(items: list[tuple[Window, Pick, Candidates]]) -> None:
-            for window, pick, found in items:
-                join(self.at(window), pick, found)
 
-        size = -(-len(chosen) // workers)
-        each(part, [chosen[k : k + size] for k in range(0, len(chosen), size)])
+def decided(method: Any, exemplars: Exemplars, guide: Guide | None, patch: Callable[[], int]) -> Any:
+    """Return a method with patch, overlap and isometries set; `patch`: the default side without a guide, px."""
+    side = method.patch
+    if side is AUTO:
+        side = patch() if guide is None else guiding.guided_patch(exemplars, guide)
+    rows, columns = extent(side)
+    isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
+    check_patch(side, exemplars, isometries)
+    if guide is not None:
+        guiding.check_guide(exemplars, guide, side)
+    third = (rows // 3, columns // 3) if rows != columns else rows // 3
+    overlap = third if method.overlap is AUTO else method.overlap
+    return replace(method, patch=side, overlap=overlap, isometries=isometries)

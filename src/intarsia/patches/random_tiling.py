@@ -1,8 +1,10 @@
-"""Random tiling at work: a patch is drawn for every cell of a grid."""
+"""Random tiling: a patch is drawn for every cell of a grid."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+
+import numpy as np
 
 from ..analysis.features import features
 from ..foundation.geometry import spread
@@ -12,14 +14,14 @@ from ..methods.random_tiling import RandomTiling
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..search import WindowGrid, check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
+from ..search import check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
 from . import GrowingMap, random_patch
 
 STAGE = 2000
 
 
 def resolved(method: RandomTiling, exemplars: Exemplars, canvas: Canvas) -> RandomTiling:
-    """Decide the patch from the size of the texture's elements."""
+    """Choose the patch by the size of the texture's elements."""
     patch = default_patch(exemplars) if method.patch is AUTO else method.patch
     isometries = resolved_isometries(method.isometries, exemplars, extent(patch))
     check_patch(patch, exemplars, isometries)
@@ -31,9 +33,6 @@ def synthesize(method: RandomTiling, exemplars: Exemplars, canvas: Canvas, seed:
     patch = method.footprint
     rows, height = spread(canvas.height, patch[0], 0, canvas.wrap.y)
     columns, width = spread(canvas.width, patch[1], 0, canvas.wrap.x)
-    layout = WindowGrid(
-        tuple(rows), tuple(columns), (height, width), canvas.height, canvas.width, canvas.wrap.y, canvas.wrap.x
-    )
     begun = () if canvas.start is None else canvas.start.poses
     poses = isometry_ids(method.isometries)
     variants = posed_exemplars(exemplars, features(exemplars), poses, (height, width), begun)
@@ -42,5 +41,6 @@ def synthesize(method: RandomTiling, exemplars: Exemplars, canvas: Canvas, seed:
         run.tick(r, len(rows), lambda: work.map(exemplars, canvas, method.blend))
         for c, x in enumerate(columns):
             pick = random_patch(variants.valid, draw(seed, STAGE, 0, r, c))
-            work.lay_over((y, x), pick, work.known((y, x), layout), layout, (0, 0))
+            _, known = variants.windows(work.grown, np.array([(y, x)]), (height, width))
+            work.lay_over((y, x), pick, known[0], (0, 0))
     return work.map(exemplars, canvas, method.blend)

@@ -1,13 +1,13 @@
-"""Repetition control, written once for all methods that lay patches.
+"""Repetition control of patch-based methods: prices of repeats, and a least distance of occurrences.
 
-Every patch laid makes its part of the exemplar a little dearer, so that the whole exemplar is used, and a flat spot,
-which fits beside itself, does not spread. It becomes dearer still close to where it was laid, and the more so the more
-striking it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
+Every patch placed raises the price of its part of the exemplar, so that the whole exemplar is used, and a flat spot,
+which fits beside itself, does not spread. The price is higher close to where it was placed, and the more so the more
+salient it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
 distance is 0.
 
 The least distance of repeats: which patches may still be laid at a place, and the best of them.
 
-No exemplar pixel may be shown twice within so many px of the output. Every patch laid forbids a few rectangles of the
+No exemplar pixel may occur twice within so many px of the output. Every patch placed forbids a few rectangles of the
 exemplar to the windows around it. Where all patches of a short-list are forbidden, these rectangles are marked in a
 picture of the exemplar, and the best patch outside them is found by the correlations that were computed already. What
 the windows of one wave forbid one another is known only once they are filled; such a window is searched again. Of small
@@ -16,11 +16,11 @@ exemplars every patch that is still allowed is measured.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,7 +32,6 @@ from ..model.sourcemap import HOLE
 from ..search import (
     SHORT_LIST,
     Candidates,
-    PosedExemplars,
     Prices,
     Search,
     WindowGrid,
@@ -42,7 +41,7 @@ from ..search import (
 )
 from ..search.fourier import PatchSearch
 from ..search.fourier_kernels import FAR
-from . import Pick, frame_of, picked, repetition_kernels
+from . import Pick, picked, repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
 
 CHUNK = 4096  # patches measured between two looks at whether to go on
@@ -50,13 +49,13 @@ LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
 
 
 class Table:
-    """Where patches begin at all, of every variant: one flat uint8 table, and where each variant lies in it."""
+    """The valid first pixels of patches, of all variants: a flat uint8 table, and where each variant begins in it."""
 
     def __init__(self, valid: Sequence[Array]) -> None:
         self.flat, self.offsets = in_one_row(valid)
 
     def rows(self, mask: Array) -> Array:
-        """Return the patches that are 1 in `mask`, a table like ``flat``, as candidates not measured yet: (n, 4)."""
+        """Return the patches that are 1 in `mask`, a table like ``flat``, as unmeasured candidates: (n, 4)."""
         at = np.flatnonzero(mask)
         rows = np.zeros((len(at), 4), np.int64)
         rows[:, 1] = np.searchsorted(self.offsets[:, 0], at, side="right") - 1
@@ -65,38 +64,8 @@ class Table:
         return rows
 
 
-def best_given(
-    search: PatchSearch, found: Candidates, table: Table, mask: Array, prices: Prices,
-    check: Callable[[], None],
-) -> Candidates:  # fmt: skip
-    """Return the best patches of a mask of a table for a window: of a search among them, or if that finds none, of all.
-
-    `check` is called between parts of the work, and ends it by raising.
-    """
-    if found.free:
-        return replace(found, rows=table.rows(mask), permitted=True)
-    check()
-    again = replace(found, rows=found.rows[:0])
-    if not is_little(mask, search.patch):
-        (again,) = search.search(found.feats[None], found.known[None], prices, lambda *_: mask)
-    if not len(again.rows):
-        rows, best = table.rows(mask), found.rows[:0]
-        for first in range(0, len(rows), CHUNK):
-            check()
-            best = best_measured(search.variants, found, rows[first : first + CHUNK], SHORT_LIST, best)
-        again = replace(found, rows=best)
-    return replace(again, usual=found.usual, permitted=True)
-
-
-def best_measured(variants: PosedExemplars, found: Candidates, rows: Array, most: int, best: Array) -> Array:
-    """Return the best of some patches, not measured yet, and of the `best` that are: so many, the nearest first."""
-    rows[:, 0] = best[-1, 0] if len(best) == most else FAR
-    fourier_kernels.measure(found.feats, found.known, variants.posed, rows)
-    return nearest(np.concatenate([best, rows]))[:most]
-
-
 def is_little(mask: Array, patch: Pair) -> bool:
-    """True where all patches of a table are so few and small that they are soon measured."""
+    """Return whether the patches of a table are few and small enough to measure all."""
     return mask.size * math.prod(patch) <= LITTLE
 
 
@@ -109,7 +78,7 @@ STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 
 
 
 class Repetition:
-    """What was laid so far, and what that costs each candidate.
+    """The placements so far, and the prices of repeating them.
 
     `search`: whose variants and coarse positions are meant; `strength`: price of a full repeat, relative to the usual
     distance, 0 switches the prices off; `distance`: no exemplar pixel may return within this many output px, 0: no such
@@ -117,7 +86,7 @@ class Repetition:
     """
 
     in_turn: ClassVar[bool] = False
-    """Whether uses count at once, so that windows are filled row by row."""
+    """Whether uses count immediately, so that windows are filled row by row."""
 
     def __init__(
         self, search: Search, layout: WindowGrid, strength: float, distance: int,
@@ -132,31 +101,28 @@ class Repetition:
         self._priced = self._flat.copy()  # the uses, and what drift adds to them
         self.laid = 0
         self._groups: Array | None = None
-        self._plain = search if isinstance(search, PatchSearch) else None
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
         self.search_prices = Prices(counts, round(strength * STEADY * 65536))
         self._laid = Uses(
-            np.array([frame_of(search.variants, v) for v in range(len(shapes))], np.int64),
+            search.variants.frames,
             np.array(layout.patch, np.int64),
-            np.array((layout.height, layout.width, layout.wrap_y, layout.wrap_x), np.int64),
+            np.array((*layout.size, *layout.wraps), np.int64),
             self._offsets, search.factor, self._flat_striking, self._flat, self._priced,
         )  # fmt: skip
         self.grid = np.full((*layout.shape, 8), -1, np.int64)
         self.started = np.empty((0, 8), np.int64)  # what a start map shows, as placements
-        pitch = min(_least_step(layout.rows, layout.height), _least_step(layout.columns, layout.width))
+        pitch = min(map(_least_step, (layout.rows, layout.columns), layout.size))
         self.reach = REACH if strength else 0
         if distance:
             self.reach = max(self.reach, -(-(distance + 2 * max(layout.patch)) // max(pitch, 1)))
-        # Windows that lie freely have no neighbours by number: they are looked up by their place.
-        self._places = None if layout.places is None else np.array(layout.places, np.int64).reshape(-1, 2)
         self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def apart(self, groups: Array) -> None:
-        """Judge uses within each group of coarse positions alone: parts of other labels do not compete."""
+        """Compare uses within each group of coarse positions only, as of one label."""
         self._groups = groups
 
     def account(self) -> None:
-        """Take the uses so far into the prices; to be called between waves.
+        """Update the prices by the uses so far; call between batches.
 
         What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
         once chosen, fits itself perfectly, and would fill the output.
@@ -188,25 +154,21 @@ class Repetition:
         return out
 
     def _around(self, row: int, column: int) -> Array:
-        """The placements (n, 8) near a window."""
-        if self._places is None and not len(self.started):
+        """Return the placements (n, 8) near a window."""
+        if self.layout.places is None and not len(self.started):
             return np.asarray(repetition_kernels.placed_near(self.grid, row, column, self.reach, self._laid.canvas))
-        at = self.layout.at(row, column)
-        laid = self.grid[self.grid[:, :, 0] >= 0] if self._places is None else self.grid[:, 0]
-        places = laid[:, 3:5] if self._places is None else self._places
-        near = laid[self.layout.within(self._radius, places, at)]
-        start = self.started[self.layout.within(self._radius, self.started[:, 3:5], at)]
-        around = np.concatenate([near, start])
-        return around[around[:, 5] >= 0] if self.reach else around[:0]
+        every = np.concatenate([self.grid.reshape(-1, 8), self.started])
+        every = every[(every[:, 5] >= 0) & (self.reach > 0)]
+        return every[self.layout.within(self._radius, every[:, 3:5], self.layout.at(row, column))]
 
     def note_start(self, variant: UInt8, yx: Int32) -> None:
-        """Note what a start map shows, on a grid of half patches, as if patches had been laid there."""
+        """Record a start map as placements, on a grid of half patches."""
         if not self.reach:  # nobody asks
             return
         h, w = self.layout.patch
         found = []
-        for y in range(0, self.layout.height, max(h // 2, 1)):
-            for x in range(0, self.layout.width, max(w // 2, 1)):
+        for y in range(0, self.layout.size[0], max(h // 2, 1)):
+            for x in range(0, self.layout.size[1], max(w // 2, 1)):
                 known = np.argwhere(variant[y : y + h, x : x + w] != HOLE)
                 if len(known):  # the middle one of the known pixels stands for all
                     i, j = known[len(known) // 2].tolist()
@@ -232,15 +194,31 @@ class Repetition:
     def allowed(
         self, row: int, column: int, found: Candidates, valid: Sequence[Array], check: Callable[[], None]
     ) -> Candidates:
-        """Return the best of all `valid` patches that would not return too near; see :func:`best_given`."""
-        if self._plain is None:  # only where it is needed: other searches have no list of their own for this
-            self._plain = PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
-        prices = self.search_prices if self._plain is self.search else self._plain.unpriced
+        """Return the best of all `valid` patches that keep the least distance, by a search or by measuring all.
+
+        `check` is called between parts of the work, and ends it by raising.
+        """
         table = self._table if valid is self.search.variants.valid else Table(valid)
-        return best_given(self._plain, found, table, self.permitted(row, column, table), prices, check)
+        mask = self.permitted(row, column, table)
+        if found.free:
+            return replace(found, rows=table.rows(mask), permitted=True)
+        check()
+        best = found.rows[:0]
+        if not is_little(mask, self.layout.patch):
+            prices = self.search_prices if self._plain is self.search else self._plain.unpriced
+            (again,) = self._plain.search(found.feats[None], found.known[None], prices, lambda *_: mask)
+            best = again.rows
+        every = table.rows(mask) if not len(best) else best[:0]
+        for first in range(0, len(every), CHUNK):
+            check()
+            rows = every[first : first + CHUNK]
+            rows[:, 0] = best[-1, 0] if len(best) == SHORT_LIST else FAR
+            fourier_kernels.measure(found.feats, found.known, self.search.variants.posed, rows)
+            best = nearest(np.concatenate([best, rows]))[:SHORT_LIST]
+        return replace(found, rows=best, permitted=True)
 
     def permitted(self, row: int, column: int, table: Table | None = None) -> Array:
-        """Return which patches of a table, by default of all, would not return too near at a window: flat uint8."""
+        """Return which patches of a table, by default of all, keep the least distance at a window: flat uint8."""
         table = table or self._table
         mask, laid = table.flat.copy(), self._laid
         repetition_kernels.forbid(
@@ -250,7 +228,7 @@ class Repetition:
         return mask
 
     def left(self, row: int, column: int, rows: Array, check: Callable[[], None]) -> Array | None:
-        """Return what is :meth:`permitted` at a window if none of its candidates is; None: that is for later."""
+        """Return the patches :meth:`permitted` at a window if none of its candidates is, else None."""
         check()
         others, out = self._around(row, column), np.empty(len(rows), np.int64)
         at = self.layout.at(row, column)
@@ -258,14 +236,21 @@ class Repetition:
         mask = None if (out >= 0).any() else self.permitted(row, column)
         return None if mask is None or is_little(mask, self.layout.patch) else mask
 
-    @functools.cached_property
+    @cached_property
+    def _plain(self) -> PatchSearch:
+        """The search among permitted patches: the own one if it can be restricted, else another."""
+        if isinstance(self.search, PatchSearch):
+            return self.search
+        return PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
+
+    @cached_property
     def _table(self) -> Table:
         return Table(self.search.variants.valid)
 
     def pick_all(
         self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
     ) -> Iterator[tuple[int, list[Pick]]]:
-        """Pick for many windows in turn, noting each.
+        """Pick for many windows in turn, recording each.
 
         Yields the number of every window for which there is no choice among its candidates, with the picks so
         far; the caller notes a patch for it before going on. Last, yields the number of windows.
@@ -289,28 +274,20 @@ class Repetition:
             yield stop, [(v, u, s) for v, u, s in picks.tolist()]
 
     def add(self, row: int, column: int, pick: Pick) -> None:
-        """Note that a patch (variant, row, column) was laid at a window."""
+        """Record that a patch (variant, row, column) was placed in a window."""
         self.laid += 1
         repetition_kernels.note(self._laid, pick, self.layout.at(row, column), self.grid[row, column])
 
 
 def striking(feats: Features, search: Search) -> list[Array]:
-    """Return for every variant how striking each coarse position is (256 = usual), as prices weigh it."""
-    variants, patch = search.variants, search.patch
-    out = []
-    side = max(1, sum(patch) // 2)
-    known = [
-        feats.memo(("rarity", number, side), functools.partial(rarity, picture, side))
-        for number, picture in enumerate(feats.pictures)
-    ]
-    for v, valid in enumerate(search.valid):
-        number = int(variants.exemplar[v])
-        grid, step = known[number]
-        y, x = (np.arange(n) * search.factor for n in valid.shape)
-        _, first, second, a, b, c, d = frame_of(variants, v)[:7]
-        cy = 2 * first + (a * (2 * y + patch[0] - 1))[:, None] + (b * (2 * x + patch[1] - 1))[None, :]
-        cx = 2 * second + (c * (2 * y + patch[0] - 1))[:, None] + (d * (2 * x + patch[1] - 1))[None, :]
-        at = [np.clip((m - p + 1) // (2 * step), 0, n - 1) for m, p, n in zip((cy, cx), patch, grid.shape, strict=True)]
+    """Return the saliency of every coarse position of each variant, 256 = usual, as prices weigh it."""
+    patch, side, out = search.patch, max(1, sum(search.patch) // 2), []
+    for valid, (number, *frame) in zip(search.valid, search.variants.frames.tolist(), strict=True):
+        grid, step = feats.memo(("rarity", number, side), partial(rarity, feats.pictures[number], side))
+        y, x = np.ix_(*(2 * search.factor * np.arange(n) + p - 1 for n, p in zip(valid.shape, patch, strict=True)))
+        at = []  # the middles of patches, twice
+        for first, down, across, p, n in zip(frame[:2], frame[2:6:2], frame[3:6:2], patch, grid.shape, strict=True):
+            at.append(np.clip((2 * first + down * y + across * x - p + 1) // (2 * step), 0, n - 1))
         out.append(np.clip(grid[at[0], at[1]], LEAST_STRIKING, MOST_STRIKING).astype(np.int32))
     return out
 

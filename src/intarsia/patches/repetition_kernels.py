@@ -1,9 +1,9 @@
-"""Kernels of repetition control: where patches were taken and laid, and what that costs a candidate.
+"""Kernels of repetition control: placements, prices of candidates, the least distance, edges of holes.
 
 A placement is a row of int64: variant, row, column of the patch (in the variant), row, column of its window on
 the canvas, exemplar (-1: nothing placed), and twice the row and column of its centre in the upright exemplar.
 
-And of the least distance of repeats: where a patch may begin so that none of its pixels returns too near.
+The least distance: where a patch may begin so that no pixel occurs too near to another occurrence.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-from ..foundation.arrays import Int32, Int64
+from ..foundation.arrays import Int32, Int64, Mask, UInt8
 from ..kernels.jit import kernel
-from ..kernels.maps import canvas_place
 
 
 @kernel
 def axis_distance(a: int, b: int, length: int, wrap: int) -> int:
-    """Distance of two canvas coordinates along one axis, the short way round if it wraps."""
+    """Return the distance of two canvas coordinates along one axis, the short way round if it wraps."""
     d = abs(a - b)
     if wrap:
         d %= length  # exemplar coordinates are in it, too: it may be longer than the canvas
@@ -31,11 +31,11 @@ def axis_distance(a: int, b: int, length: int, wrap: int) -> int:
 def forbid(
     others: Any, y: int, x: int, shape: Any, canvas: Any, frames: Any, offsets: Any, distance: int, mask: Any
 ) -> None:
-    """Clear in `mask` the patches that, laid at (y, x), would return too near to any of `others` (n, 8).
+    """Clear in `mask` the patches that, placed at (y, x), break the least distance to any of `others` (n, 8).
 
     `mask`: a flat uint8 table over the first pixels of all variants, that of variant v at ``offsets[v, 0]`` with
-    ``offsets[v, 1:3]`` rows and columns. Plainly: what `returns_too_near` of repetition_kernels says of every patch and
-    every other, painted as one rectangle for each.
+    ``offsets[v, 1:3]`` rows and columns. Equals `returns_too_near`
+    of every patch and every other, painted as rectangles.
     """
     h, w = shape[0], shape[1]
     reach = max(h, w)
@@ -61,19 +61,16 @@ def forbid(
             # Centres less than a side apart: twice those of the candidates are 2 f + J (2 u + h - 1, 2 s + w - 1).
             p, q = b[6] - 2 * f[1], b[7] - 2 * f[2]  # the inverse of an isometry is its transpose
             u, s = f[3] * p + f[5] * q - h + 1, f[4] * p + f[6] * q - w + 1
-            u0, u1 = max((u - 2 * reach) // 2 + 1, 0), min((u + 2 * reach + 1) // 2, rows)
-            s0, s1 = max((s - 2 * reach) // 2 + 1, 0), min((s + 2 * reach + 1) // 2, columns)
-            for i in range(u0, u1 if s0 < s1 else u0):
-                first = np.uint64(i * columns + s0)  # unsigned: the loop becomes one filling of memory
-                for j in range(np.uint64(s1 - s0)):
-                    begin[first + j] = 0
+            u0, u1 = max((u - 2 * reach) // 2 + 1, 0), max((u + 2 * reach + 1) // 2, 0)
+            s0, s1 = max((s - 2 * reach) // 2 + 1, 0), max((s + 2 * reach + 1) // 2, 0)
+            table[u0:u1, s0:s1] = 0
 
 
 @kernel
 def forbid_alike(
     table: Any, b: Any, y: int, x: int, h: int, w: int, canvas: Any, tall: int, wide: int, distance: int
 ) -> None:
-    """Clear the patches of b's own variant that share pixels with it and would show one too near.
+    """Clear the patches of b's own variant that would repeat one of its pixels too near.
 
     A patch that begins (down, right) beside b shows b's pixels moved by its window's place less (down, right).
     `tall`, `wide`: the size of a toroidal exemplar, else 0.
@@ -103,54 +100,23 @@ GRAIN = 4  # how much a step from rough to smooth counts: of two that fit badly 
 TONE = 8  # how much such a step counts: grain hides it from the sum of squares, not from the eye
 
 
-@kernel
-def edge_of(locked: Any, y0: int, x0: int, wrap: Any, known: Any, edge: Any) -> int:
-    """Mark in `edge` (h, w) the pixels of a window that must stay and lie beside unknown ones; return their number."""
-    height, width = locked.shape
-    h, w = known.shape
-    count = 0
-    for i in range(h):
-        y = canvas_place(y0 + i, height, wrap[0])
-        for j in range(w):
-            edge[i, j] = 0
-            x = canvas_place(x0 + j, width, wrap[1])
-            if known[i, j] == 0 or y < 0 or x < 0 or not locked[y, x]:
-                continue
-            near = False
-            for a in range(max(i - REACH, 0), min(i + REACH + 1, h)):
-                for b in range(max(j - REACH, 0), min(j + REACH + 1, w)):
-                    near = near or known[a, b] == 0
-            if near:
-                edge[i, j] = 1
-                count += 1
-    return count
+def edge_cells(locked: Mask, known: UInt8) -> tuple[Int64, Int64]:
+    """Return the locked known pixels of a window near unknown ones, and where their cells end.
 
-
-@kernel
-def cells_of(edge: Any, count: int) -> Any:
-    """The edge's pixels (count, 2), cell by cell, and where each cell that has some ends."""
-    h, w = edge.shape
-    spots, ends = np.empty((count, 2), np.int64), np.empty(count, np.int64)
-    n, cells = 0, 0
-    for y in range(0, h, CELL):
-        for x in range(0, w, CELL):
-            begin = n
-            for i in range(y, min(y + CELL, h)):
-                for j in range(x, min(x + CELL, w)):
-                    if edge[i, j]:
-                        spots[n, 0], spots[n, 1] = i, j
-                        n += 1
-            if n > begin:
-                ends[cells] = n
-                cells += 1
-    return spots, ends[:cells]
+    (n, 2), cell by cell; `locked`, `known`: of the window, (h, w).
+    """
+    beside = sliding_window_view(np.pad(known == 0, REACH), (2 * REACH + 1, 2 * REACH + 1)).any(axis=(2, 3))
+    spots = np.argwhere(locked & beside & (known > 0))
+    cell = spots // CELL @ (known.shape[1], 1)
+    order = np.argsort(cell, kind="stable")
+    return spots[order], np.flatnonzero(np.diff(cell[order], append=-1)) + 1
 
 
 @kernel
 def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: Any) -> Any:
     """Root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
 
-    `flat` holds the window from `begin` on, `stride` pixels a row; `spots`, `ends` as :func:`cells_of` tells them.
+    `flat` holds the window from `begin` on, `stride` pixels a row; `spots`, `ends` as :func:`edge_cells` returns them.
     """
     total, first = np.int64(0), 0
     for end in ends:
@@ -165,24 +131,13 @@ def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: A
 
 
 @kernel
-def weigh_edge(
-    locked: Any, at: Any, wrap: Any, feats: Any, known: Any, flat: Any, table: Any, rows: Any
-) -> None:  # fmt: skip
-    """Add to the distances of candidates (n, 4) what they differ at the edge, which counts as much as all the rest.
+def weigh_edge(feats: Any, area: int, spots: Any, ends: Any, posed: Any, rows: Any) -> None:
+    """Add to the distances of candidates (n, 4) their difference at the edge, which counts as much as all the rest.
 
-    Steps of tone and of grain count besides. `feats`, `known`: the window that begins at `at`. The candidates come
-    out in the order of the new distances; where nothing must stay, nothing changes.
+    Steps of tone and of grain count besides. `feats`: of the window, of which `area` px are known; `spots`, `ends`: its
+    edge, by :func:`edge_cells`.
     """
-    h, w, channels = feats.shape
-    edge = np.empty((h, w), np.uint8)
-    count = edge_of(locked, at[0], at[1], wrap, known, edge)
-    if count == 0:
-        return
-    total = np.int64(0)
-    for i in range(h):
-        for j in range(w):
-            total += known[i, j]
-    spots, ends = cells_of(edge, count)
+    (flat, table), (_, w, channels) = posed, feats.shape
     own = grain(feats.ravel(), 0, w, channels, spots, ends)
     for n in range(len(rows)):
         v, u, s = rows[n, 1], rows[n, 2], rows[n, 3]
@@ -199,20 +154,14 @@ def weigh_edge(
                     steps += d
                 there += TONE * steps**2 // (end - first)
             first = end
-        rows[n, 0] = (rows[n, 0] + there // count * total) // 2
-    for n in range(1, len(rows)):  # few rows: insertion keeps the order of equals
-        k = n
-        while k > 0 and rows[k - 1, 0] > rows[k, 0]:
-            for c in range(4):
-                rows[k - 1, c], rows[k, c] = rows[k, c], rows[k - 1, c]
-            k -= 1
+        rows[n, 0] = (rows[n, 0] + there // len(spots) * area) // 2
 
 
 ONE = 256  # a full overlap of two patches
 
 
 class Uses(NamedTuple):
-    """Where patches may come from and go to, and how often each part of the exemplars was used.
+    """Geometry of variants and canvas, and the uses of each part of the exemplars.
 
     Tables of positions are flat: cells of `factor` px of all variants, one variant after the other.
     """
@@ -228,7 +177,7 @@ class Uses(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """Windows that do not touch, and the candidates for each."""
+    """Disjoint windows, and the candidates for each."""
 
     windows: Int64  # (n, 2): row and column of the grid
     at: Int64  # (n, 2): first pixel
@@ -239,7 +188,7 @@ class Wave(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """How candidates are chosen, and what repeats cost."""
+    """Parameters of the choice, and prices of repeats."""
 
     tolerance: float  # share of the best price that another may cost more
     match: float  # a perfect match counts as this share of the usual distance then
@@ -251,7 +200,7 @@ class Terms(NamedTuple):
 
 @kernel
 def add_use(counts: Any, cy: int, cx: int, height: int, width: int, weight: Any) -> None:
-    """Add to `counts` (rows, columns) int32 how much a patch there shares with one at (cy, cx).
+    """Add to `counts` (rows, columns) int32 the overlap of patches there with one at (cy, cx).
 
     A full overlap adds ONE, falling linearly to 0 at `height`, `width`; `weight` (rows, columns) int32, 256 = 1.
     """
@@ -269,7 +218,7 @@ def add_use(counts: Any, cy: int, cx: int, height: int, width: int, weight: Any)
 
 @kernel
 def shared(a: Any, b: Any, h: int, w: int) -> Any:
-    """How much of two patches is the same part of the exemplar, 0 .. ONE; rows 5..7 of placements."""
+    """Return the shared part of two placements in the exemplar, 0 .. ONE, by their entries 5..7."""
     if a[5] != b[5]:
         return 0
     dy, dx = abs(a[6] - b[6]), abs(a[7] - b[7])
@@ -280,7 +229,7 @@ def shared(a: Any, b: Any, h: int, w: int) -> Any:
 
 @kernel
 def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, distance: int) -> bool:
-    """True where two patches would show the same exemplar pixel twice within `distance` px of the output.
+    """Return whether two patches would show the same exemplar pixel twice within `distance` px of the output.
 
     `torus` (2,): height and width of the variant of `a` where its exemplar is toroidal, else 0.
     """
@@ -325,7 +274,7 @@ def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, o
 
 @kernel
 def note(layout: Any, pick: Any, at: Any, place: Any) -> None:
-    """Note that patch `pick` (variant, row, column) is laid at `at`: write its placement, count its use.
+    """Record patch `pick` (variant, row, column) at `at`: write its placement, count its use.
 
     All variants of the exemplar count, as much as they share.
     """
@@ -348,7 +297,7 @@ def note(layout: Any, pick: Any, at: Any, place: Any) -> None:
 
 @kernel
 def windows_within(at: int, reach: int, count: int, wrap: int) -> Any:
-    """First window, and one past the last, within `reach` of window `at`; each once, also around a torus."""
+    """Return the first window, and one past the last, within `reach` of window `at`; each once, also around a torus."""
     if wrap:
         return at - reach, min(at + reach + 1, at - reach + count)
     return max(at - reach, 0), min(at + reach + 1, count)
@@ -371,7 +320,7 @@ def placed_near(grid: Any, row: int, column: int, reach: int, canvas: Any) -> An
 
 @kernel
 def prices(found: Any, others: Any, at: Any, layout: Any, steady: int, unit: int, distance: int, out: Any) -> None:
-    """Price of every candidate: its distance, plus what repetition costs; -1 where it is forbidden.
+    """Write the price of every candidate: its distance plus that of repetition; -1 where it is forbidden.
 
     `found` (n, 4): distance, variant, row, column. `others` (n, 8): the placements around. `at` (2,): first pixel of
     the window. `steady`: the price of a count of ONE; `unit`: the additional price of a full repeat at the same place.
@@ -429,7 +378,7 @@ def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
 
 @kernel
 def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, first: int, picks: Any) -> int:
-    """Choose for windows `first` and later of a wave, one after the other, and note each; see :func:`pick`.
+    """Choose for windows `first` and later of a batch, one after the other, and record each; see :func:`pick`.
 
     `grid` (rows, columns, 8): the placements. Writes `picks` (n, 3); returns the number of the first window for which
     there is no choice, or n.

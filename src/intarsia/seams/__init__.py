@@ -1,6 +1,6 @@
-"""Maps sewn by graph cuts, and any map improved by them: seams, and even use of the exemplar.
+"""Graph-cut texture synthesis and seam refinement; the seam energy of a finished map.
 
-How visible the seams of a map are: one number for a picture, by which ways to fill a hole are compared, too.
+The energy is one number for a map, by which ways to fill a hole are compared, too.
 
 Between two neighbouring pixels that do not continue one another runs a seam. It costs what both sides would look
 like there: the difference of each pixel and the other side's continuation (Kwatra et al. 2003, equation 1).
@@ -30,13 +30,13 @@ BAND = 128  # rows of a map that are looked at together, so that little memory i
 
 
 def energy(exemplars: Exemplars, smap: SourceMap) -> int:
-    """Return what all seams of a map cost by the price ``sharp``, in knees per million px, rounded down.
+    """Return the seam energy of a map by the cost ``sharp``, in thresholds per million px, rounded down.
 
-    0 where no seam differs from what it parts. A knee is three eighths of the spread of colours, of the exemplar that
-    varies most: a seam between two pixels costs the square of what both sides differ, in knees, and from four knees on
-    four times that. All planes count as they do in the search. Directions in a normal map turn with a piece that is
-    turned by quarters or mirrored, not with one that is bent or turned by other angles. Whole numbers: the same on
-    every machine.
+    0 where no seam differs. The threshold is three eighths of the standard deviation of colours, of the exemplar that
+    varies most: a seam between two pixels costs the square of the difference of both sides, in thresholds, and from
+    four thresholds on four times the difference. All planes count as in the search. Directions in a
+    normal map turn with a piece that is turned by quarters or mirrored, not with one that is bent or turned by other
+    angles. Whole numbers: the same on every machine.
     """
     feats = features(exemplars)
     knee = max(knee_of(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
@@ -53,12 +53,12 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
 
 
 def visibilities(pictures: Sequence[Int16], exemplars: Exemplars, knee: int) -> list[Array]:
-    """How much differences of features count at every pixel of each exemplar, by a price with a knee."""
+    """Return the visibility of feature differences at every pixel of each exemplar, for a truncated quadratic cost."""
     return [visibility(p, knee, e.usable, e.toroidal) for p, e in zip(pictures, exemplars, strict=True)]
 
 
 class Seam(NamedTuple):
-    """Pixels of a map that the next ones along an axis do not continue, and what both pieces show at both places."""
+    """Pixel pairs across the seams along one axis, and the features of both pieces at both pixels."""
 
     y: Array  # (n,)
     x: Array  # (n,)
@@ -69,7 +69,7 @@ class Seam(NamedTuple):
 
 
 def seams_of(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tuple[int, Seam]]:
-    """The seams along each axis, band by band."""
+    """Yield the axis and the seams along it, band by band."""
     for first in range(0, smap.height, BAND):
         rows = min(BAND, smap.height - first)
         more = first + rows < smap.height or smap.wrap.y
@@ -79,7 +79,7 @@ def seams_of(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tu
 
 
 def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemplars, looks: Looks) -> Seam:
-    """The seams of a band of rows from `first` on; `size` without the row and column that are there to go on."""
+    """Return the seams of a band of rows from `first` on; `size` excludes the extra row and column."""
     this, that = ((np.s_[:-1, : size[1]], np.s_[1:, : size[1]]), (np.s_[: size[0], :-1], np.s_[: size[0], 1:]))[axis]
     which, pose = band.numbers, band.turns
     broken = (which[this] != which[that]) | (pose[this] != pose[that])
@@ -101,7 +101,7 @@ def _parted(axis: int, band: SourceMap, size: Pair, first: int, exemplars: Exemp
 
 
 def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: Looks) -> tuple[Array, Array]:
-    """Features at exemplar pixels, and whether they may be read: inside, and usable."""
+    """Return the features at exemplar pixels, and whether each lies inside its exemplar and is usable."""
     out = np.zeros((len(at), next(iter(looks[0].values())).shape[2]), np.int64)
     ok = np.zeros(len(at), bool)
     for number, exemplar in enumerate(exemplars):
@@ -116,7 +116,7 @@ def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: Loo
 
 
 def _distance(a: Array, b: Array) -> Array:
-    """How far features are apart, rounded up, as far as that is seen: (n, C + 1), at last how visible they are."""
+    """Return feature distances, rounded up and weighed by visibility, the last channel of `a` and `b` (n, C + 1)."""
     squares = ((a[:, :-1] - b[:, :-1]) ** 2).sum(axis=1)
     root = np.sqrt(squares).astype(np.int64)
     return np.asarray((root + (root * root < squares)) * (a[:, -1] + b[:, -1]) // (2 * ONCE))

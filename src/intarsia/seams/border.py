@@ -1,4 +1,4 @@
-"""At the border of the canvas the border of the exemplar may be shown, and what it cuts is cut there, too.
+"""Candidates for windows at the border of the canvas that end at the border of the exemplar.
 
 A patch lies inside the exemplar, so its rim is in few of them, and all of it is shown only where a cut runs along its
 border, in a straight line. Where the canvas ends no seam is needed. So of the placements that are drawn for a window
@@ -24,7 +24,7 @@ SHARE = 3  # of the placements of such a window one in so many; all: rows of the
 
 
 def ending(sewn: GraphcutGrowth, boxes: Sequence[Box], run: Run) -> list[Candidates | None]:
-    """Return the candidates that show the exemplar's border on the sides where the canvas ends.
+    """Return the candidates that end at the exemplar's border on the sides where the canvas ends.
 
     None for windows elsewhere, and where there are none but what shows a whole exemplar beside itself.
     """
@@ -41,7 +41,7 @@ def ending(sewn: GraphcutGrowth, boxes: Sequence[Box], run: Run) -> list[Candida
 
 
 def sides_of(sewn: GraphcutGrowth, box: Box) -> Pair:
-    """Say for both axes at which end of the canvas a window lies: -1 the first, 1 the last, 0 none or both.
+    """Return for both axes at which end of the canvas a window lies: -1 the first, 1 the last, 0 none or both.
 
     None along an axis that wraps, or where the canvas is not half as long again as the exemplars.
     """
@@ -53,7 +53,7 @@ def sides_of(sewn: GraphcutGrowth, box: Box) -> Pair:
 
 
 def at_border(valid: Sequence[Mask], toroidal: Array, sides: Pair) -> list[Mask]:
-    """Of where patches may begin in each variant, keep what shows its end on those sides; nothing of a torus."""
+    """Return the first pixels of patches that end at a variant's border on those sides; none of a torus."""
     out = []
     for allowed, torus in zip(valid, toroidal.tolist(), strict=True):
         kept = np.zeros_like(allowed)

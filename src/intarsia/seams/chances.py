@@ -1,4 +1,4 @@
-"""Chances in whole numbers, the same on every machine, and what is drawn by them."""
+"""Fixed-point softmax sampling, the same on every machine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ GONE = 64 * 20  # beyond, a chance is none
 
 
 def drawn(chances: list[int], most: int, bits: int) -> list[int]:
-    """Draw up to so many numbers, each once and in proportion to its chance, none that has none."""
+    """Draw up to `most` indices without replacement, in proportion to their weights; none of weight 0."""
     rest, total, out = list(chances), sum(chances), list[int]()
     while total and len(out) < most:
         share, k = draw(bits, len(out)) % total, 0
@@ -27,7 +27,7 @@ def drawn(chances: list[int], most: int, bits: int) -> list[int]:
 
 @cache
 def _likelihoods() -> Array:
-    """2**30 exp(-x / 64) for every whole number x that is likely at all, in whole numbers, the same everywhere."""
+    """Return 2**30 exp(-x / 64) for x = 0 .. GONE, in whole numbers."""
     x = np.arange(GONE + 1)
     out, factor = np.full(len(x), 1 << 30, np.int64), TINY
     for bit in range(GONE.bit_length()):

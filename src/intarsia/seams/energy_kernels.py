@@ -1,4 +1,4 @@
-"""What the seams of a map cost, from the map alone: it tells how the exemplar continues each piece beyond its seams."""
+"""Seam costs of a map (Kwatra et al. 2003, eq. 1 and 3): pieces are continued in their exemplar beyond each seam."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TWICE = 8  # bits: what two pixels count at which differences count as what they
 
 
 class Pieces(NamedTuple):
-    """What a map is sewn from: the posed exemplars laid end to end, and which of their pixels may be shown."""
+    """The posed exemplars of a map, end to end, and which of their pixels may be used."""
 
     flat: Int16  # (numbers,): features, channel by channel of each pixel
     table: Int64  # (V, 4): where each begins in flat, height, width and stride, px
@@ -27,7 +27,7 @@ class Pieces(NamedTuple):
 
 @kernel
 def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
-    """Return how far the features of two pixels of `flat` are apart, rounded up.
+    """Return the Euclidean distance of the features of two pixels of `flat`, rounded up.
 
     Rounded up, distances keep the triangle inequality; a and b are numbers of pixels.
     """
@@ -43,14 +43,14 @@ def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
 
 @kernel
 def seen_distance(pieces: Any, a: int, b: int) -> int:
-    """Return how far the features of two pixels are apart, as far as that is seen at them (`analysis/masking.py`)."""
+    """Return the feature distance of two pixels, weighed by their visibility (`analysis/masking.py`)."""
     visible = np.int64(pieces.visible[a]) + np.int64(pieces.visible[b])
     return int(feature_distance(pieces.flat, pieces.channels, a, b) * visible >> TWICE)
 
 
 @kernel
 def spot(pieces: Any, v: int, y: int, x: int) -> int:
-    """Return the number of a variant's pixel, -1 where there is none or it must not be shown."""
+    """Return the number of a variant's pixel, -1 where there is none or it is not usable."""
     table = pieces.table
     rows, columns = table[v, 1], table[v, 2]
     if not (0 <= y < rows and 0 <= x < columns):
@@ -66,7 +66,7 @@ def spot(pieces: Any, v: int, y: int, x: int) -> int:
 
 @kernel
 def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
-    """Return what it costs that piece `a` ends at one pixel and piece `b` begins at the next.
+    """Return the cost of a seam between piece `a` at one pixel and piece `b` at the next.
 
     Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With a
     `gradient` the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down;
@@ -94,7 +94,7 @@ def source_at(grown: Any, pieces: Any, y: int, x: int) -> int:
 
 @kernel
 def beyond(pieces: Any, shown: Any, way: Any, here: Any) -> Any:
-    """The pixel with which the piece at pixel `here` goes on; its own where it does not, -1 where none is.
+    """Return the pixel that continues the piece at pixel `here`; `here` where it does not go on, -1 in holes.
 
     `shown`: its variant, row and column there; `way`: rows and columns on.
     """
@@ -106,7 +106,7 @@ def beyond(pieces: Any, shown: Any, way: Any, here: Any) -> Any:
 
 @kernel
 def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> None:
-    """Write into `prices` (H, W, 2) what the map costs between each pixel of a box and its right and lower neighbour.
+    """Write into `prices` (H, W, 2) the seam cost between each pixel of a box and its right and lower neighbour.
 
     `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
     and at borders.

@@ -1,11 +1,11 @@
-"""A map sewn together from patches of free shape, which may run over each other's seams.
+"""Graph-cut texture synthesis: patches placed by sampling and cut in by max flow over existing seams.
 
 A patch is cut in with old seams remembered, so it may replace what lies around its window as well, and several
 placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
 and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 
 Whatever lies at a mirror goes on in its own picture without a seam, and what is turned by half goes on in itself around
-a point. Such placements are the cheapest of all, and look like wings and rosettes: they are left aside.
+a point. Such placements are the cheapest of all, and look like wings and rosettes: they are rejected.
 
 Pieces that lie about a window are placements for it, too. A piece that grows over its neighbours as far as a cut says
 is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph Cuts", IEEE PAMI 23,
@@ -15,25 +15,23 @@ is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..analysis import block_sums, window_sums
-from ..analysis.features import pose_array
 from ..analysis.masking import ONCE
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, draw
-from ..kernels.maps import Grown
 from ..lattice import Vectors, once_around
 from ..model.sourcemap import HOLE
-from ..patches import Pick, index_of, picked, random_patch
+from ..patches import Pick, Window, index_of, picked, random_patch
 from ..patches.growth import Growth
-from ..search import Candidates, PosedExemplars, Prices
+from ..search import Candidates, Prices
 from ..search.fourier import PatchSearch
 from . import energy_kernels, placement_kernels, recut_kernels, visibilities
 from .chances import drawn, likelihood
@@ -47,15 +45,7 @@ from .usage_kernels import Usage, count_map
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 
-
-class Bar(Protocol):
-    """What must stay, whatever it costs, when a patch is cut in; see :class:`.repair.Constraints`."""
-
-    def __call__(self, box: Box, pick: Pick) -> Array:
-        """Which pixels of a box."""
-
-    def returns(self, box: Box, pick: Pick, take: Array) -> bool:
-        """Whether what is taken would now return too near."""
+Bar = Callable[[Box, Pick], Array]  # pixels of a box that must stay, whatever it costs; see `repair.Constraints`
 
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen together; of larger maps so much counts
@@ -76,7 +66,7 @@ MOST = 32  # at most 1 / MOST of a window may lie beside itself
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A patch cut into a window: what seams cost more than before, where it lies, and which of its pixels are taken."""
+    """A patch cut into a window: change of the energy, the window, the patch, and which of its pixels are taken."""
 
     change: int
     box: Box
@@ -86,7 +76,7 @@ class Cut:
 
 @dataclass(frozen=True)
 class GraphcutSettings:
-    """How patches are placed and joined.
+    """Parameters of placing and cutting patches.
 
     Attributes
     ----------
@@ -98,9 +88,9 @@ class GraphcutSettings:
     margin : int
         How far around its window a patch may replace what is there, px.
     lattice : two vectors, (rows, columns) in 1/256 px
-        Patches are laid in step with the first one, give or take `slack` px; none: anywhere.
+        Patches are aligned to this lattice from the first one on, within `slack` px; None: anywhere.
     evenness : float
-        What it costs to show a pixel once more that is shown as often as area asks, knees; 0: nothing.
+        Cost of one more occurrence of a pixel that is used as often as the area asks, in thresholds; 0: none.
     """
 
     usage: float = 0.05
@@ -112,14 +102,14 @@ class GraphcutSettings:
 
 
 class Piece(NamedTuple):
-    """The box around all that a map shows of one placement, and what it shows, or would, at the box's first pixel."""
+    """The bounding box of one placement in a map, and the pick at the box's first pixel."""
 
     box: Box
     pick: Pick
 
 
 def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
-    """List the pieces that a map, or part of one, shows; those that cover most of it first.
+    """List the pieces of a map, or of part of one, the largest first.
 
     Of equally large ones the first by variant, then by how far rows, and columns, lie before what they show.
 
@@ -152,15 +142,15 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
 
 
 def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
-    """The first of :meth:`GraphcutGrowth.windows`."""
+    """Return the first of :meth:`GraphcutGrowth.windows`."""
     return tuple(windows[0, :4].tolist()), tuple(patches[0].tolist())
 
 
 class GraphcutGrowth:
-    """A growing map whose patches are cut in with old seams remembered.
+    """A map under synthesis whose patches are cut over existing seams.
 
-    ``prices`` (H, W, 2) int32: what the map costs between every pixel and its right and lower neighbour. `bar`, if
-    there is one, says which pixels of a box must stay, whatever it costs, when a patch is cut in.
+    ``prices`` (H, W, 2) int32: seam costs between every pixel and its right and lower neighbour. `bar`, if given,
+    returns which pixels of a box must stay when a patch is cut in.
     """
 
     def __init__(
@@ -171,12 +161,13 @@ class GraphcutGrowth:
         self.pieces = pieces_of(growth, self.price.knee)
         work, self.wraps = growth.growing, growth.layout.wraps
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
-        self.grown = Grown(self.variant, self.yx, self.wraps)
+        self.grown = work.grown
         self._sizes = np.column_stack([self.variants.table[:, 1:3], self.variants.toroidal]).tolist()
         self.prices = np.zeros((*self.variant.shape, 2), np.int32)
         nearby = max(NEARBY, 2 * int(self.variants.table[:, 1:3].max()))
         self.once = ONE * math.prod(min(n, nearby) for n in self.variant.shape) // self.variant.size
-        self._search = growth.finder if isinstance(growth.finder, PatchSearch) else None
+        assert isinstance(growth.finder, PatchSearch)
+        self._search = growth.finder
         self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
         self._around = [
             once_around(stitch.lattice, n, k) if stitch.lattice and wrap else (n * UNIT * (1 - k), n * UNIT * k)
@@ -188,10 +179,10 @@ class GraphcutGrowth:
         self.usage = self._counted(stitch.evenness, run or Run())
         self._map, self._prices = (self.grown, self.locked, self.pieces), (self.price, self.usage)
         self._told: Prices | None = None
-        self.note((0, 0, *self.variant.shape))
+        self._measure((0, 0, *self.variant.shape))
 
     def _counted(self, price: float, run: Run) -> Usage:
-        """How often the map shows every exemplar pixel now, and what each showing costs."""
+        """Return the occurrences of every exemplar pixel in the map, and the cost of each more."""
         feats, exemplars, stepped = self.growth.features, self.growth.exemplars, self.stitch.lattice is not None
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
@@ -199,34 +190,34 @@ class GraphcutGrowth:
         if price:
             price *= self.growth.seam_price("sharp").knee
             rate, shown = usage_of(feats, exemplars, self.variant.size, price, stepped, run)
-        usage = Usage(laid_out(self.variants, numbers).astype(np.int32), rate, shown)
-        count_map(self.grown, self.pieces.table, self.pieces.channels, usage)
+        usage = Usage(self.variants.laid_out(numbers).astype(np.int32), rate, shown)
+        count_map(self.grown, self.pieces, usage)
         return usage
 
     @property
     def total(self) -> int:
-        """What all seams of the map cost."""
+        """Seam energy of the map."""
         return int(self.prices.sum(dtype=np.int64))
 
     @property
     def stretched(self) -> bool:
-        """Whether patches keep to a lattice that is stretched around the canvas."""
+        """Whether patches are aligned to a lattice that is stretched around the canvas."""
         return self.first is not None and any(self.wraps)
 
     @property
     def around(self) -> int:
-        """How far apart windows must be that are worked on at the same time, px."""
+        """Least distance of windows that are worked on in parallel, px."""
         return 2 * self.stitch.margin + APART
 
     # ---- placing
 
     def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
-        """Cut in that one of several placements which promises the cheapest seams, by rough cuts; None of none."""
+        """Return the cut of the placement that is cheapest by a coarse cut; None of none."""
         which = self._promising(box, picks) if picks[1:] else 0  # a lone one is compared with none
         return self.cut(box, picks[which], self.stitch.margin) if picks else None
 
     def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
-        """Which of several placements makes seams least dear by a rough cut; the first of those that are equal."""
+        """Return the number of the placement that is cheapest by a coarse cut; of equals the first."""
         step, best = max(1, min(ROUGH, min(box[2:]) // LEAST)), np.array([NEVER, len(picks)], np.int64)
         windows, patches = self.windows(box, picks, self.stitch.margin)
         order = np.lexsort(windows[:, 3::-1].T)  # equal ones in a row
@@ -237,7 +228,7 @@ class GraphcutGrowth:
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
-        """The pieces that lie about a window, the largest first; on canvases that wrap none would keep to a lattice."""
+        """Return the pieces around a window as placements, the largest first; none on a stretched lattice."""
         if self.stretched:
             return []
         wide = self.wide(box, self.stitch.margin)
@@ -250,7 +241,7 @@ class GraphcutGrowth:
         return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // SHOWN]
 
     def apart(self, box: Box, rows: Array) -> Array:
-        """Which candidates show next to nothing beside itself in another pose, and nothing a whole exemplar away."""
+        """Return which candidates hardly lie beside their mirror image, and repeat nothing one whole exemplar away."""
         around = np.zeros(len(rows), np.int64)
         if self.stitch.lattice is None:  # in step all of it returns
             placement_kernels.goes_around(self.grown, self.pieces, box, rows, ALIKE, around)
@@ -263,7 +254,7 @@ class GraphcutGrowth:
         return np.asarray(count * MOST <= box[2] * box[3])
 
     def placements(self, box: Box, found: Candidates, bits: int, most: int) -> list[Pick]:
-        """Draw some of the candidates for a window, the cheaper the likelier; of none any place for it."""
+        """Draw some of the candidates for a window by softmax of their costs; any valid patch where there are none."""
         good = self.apart(box, found.rows)
         good = good if good.any() else self._unmirrored(box, found.rows)
         found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
@@ -275,9 +266,10 @@ class GraphcutGrowth:
         return [picked(found, k) for k in drawn(chances.tolist(), most, bits)]
 
     def priced(self, box: Box, found: Candidates) -> Array:
-        """What each of the candidates for a window costs: its distance, and how much of it is shown already."""
-        assert self._search is not None
-        rows, shown = found.rows, self.nearby(box, found.rows)
+        """Return the cost of each candidate for a window: its distance plus the price of repeats."""
+        rows, shown = found.rows, np.empty(len(found.rows), np.int64)
+        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
+        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
         for v, counts in enumerate(self.told.counts):
             mine = rows[:, 1] == v
             y, x = np.minimum(rows[mine, 2:] // self._search.factor, np.subtract(counts.shape, 1)).T
@@ -285,15 +277,8 @@ class GraphcutGrowth:
         price = round(REPEAT * self.stitch.usage * found.usual)
         return np.asarray(rows[:, 0] + np.maximum(shown, 0) * price // ONE)
 
-    def nearby(self, box: Box, rows: Array) -> Array:
-        """How much more what each candidate would show counts for lying near what is alike; ONE: all of it, once."""
-        shown = np.empty(len(rows), np.int64)
-        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
-        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
-        return shown
-
     def look(self, box: Box) -> Look:
-        """Every so many-th pixel of the canvas about a window, as far as a repeat counts more."""
+        """Return the part of the canvas around a window in which repeats count more, and its sampling step."""
         firsts, sides, reach = [], [], placement_kernels.reach_of(box[2], box[3])
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
             first = 0 if wrap and 2 * reach >= length else begin + n // 2 - reach
@@ -304,9 +289,8 @@ class GraphcutGrowth:
 
     @property
     def told(self) -> Prices:
-        """How often the map shows every patch, by its first cell in the search; counted again once a patch is laid."""
+        """Occurrences of every patch, by its first cell in the search; counted again after a patch is placed."""
         if self._told is None:
-            assert self._search is not None
             search, counts = self._search, []
             f, (h, w) = search.factor, search.cells
             for v, valid in enumerate(search.valid):
@@ -321,8 +305,7 @@ class GraphcutGrowth:
         return self._told
 
     def found(self, boxes: Sequence[Box], run: Run, valid: Sequence[Mask] | None = None) -> list[Candidates]:
-        """The candidates for windows that lie apart, as the map now is; `valid`: where alone patches may begin."""
-        assert self._search is not None
+        """Return the candidates for disjoint windows of the map as it is; `valid`: the only first pixels of patches."""
         search, told, first = self._search, self.told, self.first
         search = search if valid is None else search.within(valid)
         size = 1 if first else min(search.batch(), -(-len(boxes) // run.workers))
@@ -336,7 +319,7 @@ class GraphcutGrowth:
             return [candidates for part in each(some, chunks) for candidates in part]
 
     def _allowed(self, at: Sequence[int]) -> Sequence[Mask]:
-        """Where the patches may lie that go into a window at `at`: anywhere, or in step with the first one."""
+        """Return the valid first pixels of patches for a window at `at`: all, or those aligned to the lattice."""
         valid, lattice = self.variants.valid, self.stitch.lattice
         if lattice is None or self.first is None:
             return valid
@@ -345,7 +328,7 @@ class GraphcutGrowth:
 
     @contextmanager
     def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
-        """Make holes of boxes in the meantime, but for what is locked."""
+        """Turn boxes into holes temporarily, locked pixels excepted."""
         holes = [self.index(box) for box in boxes]
         kept = [self.variant[hole].copy() for hole in holes]
         try:
@@ -374,7 +357,10 @@ class GraphcutGrowth:
         return Cut(NEVER if best[1] else int(best[0]), window, patch, take)
 
     def expanded(self, piece: Piece, reach: int) -> Cut:
-        """Cut a piece in anew, up to `reach` px around it, where a rough cut says; it saves nothing where none does."""
+        """Return the expansion move of a piece, up to `reach` px around it, within what a coarse cut takes.
+
+        Its change is 0 or more where it saves nothing.
+        """
         rough = self.cut(piece.box, piece.pick, reach, limit=0, step=ROUGH)
         if rough.change >= 0:
             return rough
@@ -385,7 +371,7 @@ class GraphcutGrowth:
 
     @contextmanager
     def _barred(self, window: Box, patch: Pick) -> Iterator[None]:
-        """Lock what is barred to a patch in the meantime."""
+        """Lock the pixels barred to a patch temporarily."""
         if self.bar is None:
             yield
             return
@@ -398,7 +384,7 @@ class GraphcutGrowth:
             self.locked[index] = kept
 
     def wide(self, box: Box, margin: int) -> Box:
-        """A box with up to `margin` px around it, as far as the canvas reaches."""
+        """Return a box with up to `margin` px around it, within the canvas."""
         out = list(box)
         for axis, (n, length, wrap) in enumerate(zip(box[2:], self.variant.shape, self.wraps, strict=True)):
             before = min(margin, (length - n) // 2 if wrap else box[axis])
@@ -407,7 +393,7 @@ class GraphcutGrowth:
         return out[0], out[1], out[2], out[3]
 
     def windows(self, box: Box, picks: Sequence[Pick], margin: int) -> tuple[Array, Array]:
-        """A box with its surroundings, as far as picks go on: windows and patches for the kernel ``recut``."""
+        """Return windows and patches for the kernel ``recut``: a box and its surroundings, as far as a pick extends."""
         wide, windows, patches = self.wide(box, margin), list[list[int]](), list[list[int]]()
         for v, *at in picks:
             window, patch, (*size, torus) = [0] * 8, [v, 0, 0], self._sizes[v]
@@ -420,51 +406,48 @@ class GraphcutGrowth:
             patches.append(patch)
         return np.array(windows, np.int64), np.array(patches, np.int64)
 
-    def join(self, at: Pair, pick: Pick, found: Candidates) -> None:
-        """Cut a patch into the window at `at` alone, and write it into the map."""
-        self.note(self.write(self.cut((*at, *self.growth.layout.patch), pick, 0)))
+    def join(self, window: Window, pick: Pick, found: Candidates) -> None:
+        """Cut a patch into a window alone, and write it into the map."""
+        cut = self.cut((*self.growth.at(window), *self.growth.layout.patch), pick, 0)
+        self.write(cut)
+        self.note(cut)
 
     def index(self, box: Box) -> Any:
         """Index of the pixels of a box, which may reach over borders that wrap."""
         return index_of(*box[:2], box[2:], self.variant.shape)
 
-    def write(self, cut: Cut) -> Box:
-        """Write a cut into the map; returns where seams must be measured anew (:meth:`note`)."""
-        top, left, h, w = recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
-        (y, x), self._told = cut.box[:2], None
-        if self.stitch.lattice is not None and self.first is None:
-            self.first = (cut.pick[1], cut.pick[2]), (y, x)
-        return y + top - 1, x + left - 1, h + 1, w + 1
+    def pays(self, cut: Cut) -> bool:
+        """Return whether no taken pixel is barred by now, such as one too near a copy placed since."""
+        return self.bar is None or not (self.bar(cut.box, cut.pick) & (cut.take > 0)).any()
 
-    def note(self, box: Box) -> None:
-        """Measure the seams of a box anew."""
+    def write(self, cut: Cut) -> None:
+        """Write a cut into the map and count it; :meth:`note` then updates its seam costs."""
+        recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
+        self._told = None
+        if self.stitch.lattice is not None and self.first is None:
+            self.first = cut.pick[1:], cut.box[:2]
+
+    def note(self, cut: Cut) -> None:
+        """Update the seam costs in and around the window of a cut."""
+        y, x, h, w = cut.box
+        self._measure((y - 1, x - 1, h + 1, w + 1))
+
+    def _measure(self, box: Box) -> None:
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
 
 
-def laid_out(variants: PosedExemplars, pictures: Sequence[Array]) -> Array:
-    """One picture of each exemplar in all its poses, as their features lie in one row: what goes on begins again."""
-    out = []
-    for v, (number, pose) in enumerate(zip(variants.exemplar.tolist(), variants.pose.tolist(), strict=True)):
-        posed = pose_array(pictures[number], pose)
-        pad = [(0, n - m) for n, m in zip(variants.picture(v).shape, posed.shape, strict=False)]
-        out.append(np.pad(posed, pad, "wrap").ravel())
-    return np.concatenate(out)
-
-
 def pieces_of(growth: Growth, knee: int) -> Pieces:
-    """Return the variants of a map as kernels of seams take them.
+    """Return the variants of a map as seam kernels take them.
 
     By a price with a `knee` differences count as they are seen. Channels of outlines are left out: they make no seam.
     """
-    variants, exemplars, channels = growth.variants, growth.exemplars, growth.variants.channels
-    usable = laid_out(variants, [e.free for e in exemplars]).astype(np.uint8)
-    (flat, table), seen = variants.posed, channels - growth.features.structure
-    if seen < channels:
-        flat = np.ascontiguousarray(flat.reshape(-1, channels)[:, :seen]).ravel()
-        table = table.copy()
-        table[:, 0] = table[:, 0] // channels * seen
+    variants, exemplars, pictures = growth.variants, growth.exemplars, growth.features.pictures
+    seen = variants.channels - growth.features.structure
+    if seen < variants.channels:
+        pictures = tuple(p[..., :seen] for p in pictures)
+        variants = variants.showing(pictures)
+    usable = variants.laid_out([e.free for e in exemplars]).astype(np.uint8)
     visible = np.full(usable.size, ONCE, np.int16)
     if knee:
-        pictures = [p[..., :seen] for p in growth.features.pictures]
-        visible = laid_out(variants, visibilities(pictures, exemplars, knee))
-    return Pieces(flat, table, usable, variants.toroidal, seen, visible)
+        visible = variants.laid_out(visibilities(pictures, exemplars, knee))
+    return Pieces(*variants.posed, usable, variants.toroidal, seen, visible)

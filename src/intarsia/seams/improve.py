@@ -1,4 +1,4 @@
-"""The loop that lays patches: in waves of windows that lie apart, by which empty ones are filled and bad ones improved.
+"""The local search over a map: batches of disjoint windows are searched and cut in parallel, then written in turn.
 
 The windows of a wave are searched and cut by the map as it was before; what was cut is then laid in turn, where it
 still pays after what the wave laid before. So threads share a wave, and change no byte.
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,31 +28,27 @@ REACH = 2  # patches that a large piece may grow around the box that it lies in
 SMALLEST = 4  # pieces below 1 / SMALLEST of a patch grow no more
 
 
-class Pass(Protocol):
-    """What is done to the sites of a map, each of which a key names."""
+class Pass:
+    """One kind of move at the sites of a map, each of which a key names."""
+
+    def __init__(self, sewn: GraphcutGrowth) -> None:
+        self.sewn = sewn
 
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """What may be laid at sites that lie apart, by the map as it is."""
+        """Return proposals for disjoint sites by the map as it is; the sites themselves where none are searched."""
+        return sites
 
     def best(self, site: Any, found: Any) -> Cut | None:
-        """The best of that, cut in, where it pays; it may be asked by several threads."""
-
-    def pays(self, cut: Cut) -> bool:
-        """Whether a cut still pays after what the wave has laid before it."""
-
-    def lay(self, cut: Cut) -> Box:
-        """Write it into the map; returns where seams must be measured anew."""
-
-    def measured(self, box: Box) -> None:
-        """Measure the seams of a box anew; it may be asked by several threads."""
+        """Return the best cut of what was found, None where none pays; thread-safe."""
+        raise NotImplementedError
 
     def give_up(self, key: Any) -> None:
-        """Leave a site at which nothing pays."""
+        """Skip a site at which nothing pays."""
 
 
 def improve(work: Pass, wave: Mapping[Any, Any], run: Run, tick: Callable[[int], None]) -> list[Cut]:
-    """Lay what pays at the sites of a wave, by their keys; returns what was laid. `tick` is told how many are done."""
-    sites, cuts, laid, changed = list(wave.values()), list[Cut | None](), list[Cut](), list[Box]()
+    """Apply a batch of moves that pay; return the cuts that were written. `tick` gets the number of sites done."""
+    sites, cuts, laid = list(wave.values()), list[Cut | None](), list[Cut]()
     for begin in range(0, len(sites), AT_ONCE):
         tick(begin)
         some = sites[begin : begin + AT_ONCE]
@@ -62,52 +58,45 @@ def improve(work: Pass, wave: Mapping[Any, Any], run: Run, tick: Callable[[int],
     for key, cut in zip(wave, cuts, strict=True):
         if cut is None:
             work.give_up(key)
-        elif work.pays(cut):
-            changed.append(work.lay(cut))
+        elif work.sewn.pays(cut):
+            work.sewn.write(cut)
             laid.append(cut)
     with run.pool() as each:
-        each(work.measured, changed)
+        each(work.sewn.note, laid)
     return laid
 
 
 class Place(NamedTuple):
-    """A window, and the bits by which its placement is drawn."""
+    """A window, and the random bits for its placement."""
 
     box: Box
     bits: int
 
 
-class Drawing:
-    """Placements are drawn for empty windows, among those that fit."""
+class Drawing(Pass):
+    """Fill empty windows by placements drawn among those that fit."""
 
     def __init__(self, sewn: GraphcutGrowth) -> None:
-        self.sewn, self.lay, self.measured = sewn, sewn.write, sewn.note
+        super().__init__(sewn)
         self.even = bool(sewn.stitch.evenness) and sewn.stitch.lattice is None and not (sewn.variant < HOLE).any()
 
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """The candidates of each window, and those that show the exemplar's border where the canvas ends."""
+        """Return the candidates of each window, and those that end at the exemplar's border where the canvas ends."""
         boxes = [place.box for place in sites]
         ends = ending(self.sewn, boxes, run) if self.even else [None] * len(boxes)
         return list(zip(self.sewn.found(boxes, run), ends, strict=True))
 
     def best(self, site: Any, found: Any) -> Cut | None:
-        """The cheapest cut of those that are drawn."""
+        """Return the cheapest cut of the placements drawn."""
         anywhere, end = found
         rest = TRIES // SHARE if end else 0
         picks = self.sewn.placements(site.box, anywhere, site.bits, TRIES - rest)
         picks += self.sewn.placements(site.box, end, site.bits + 1, rest) if end else []
         return self.sewn.best(site.box, picks)
 
-    def pays(self, cut: Cut) -> bool:
-        """Always: what windows that lie apart change is their own."""
-        return True
-
-    def give_up(self, key: Any) -> None:
-        """It stays as it is."""
-
 
 def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, times: int = 0) -> None:
-    """Fill the windows of the layout in waves; its pieces are then to be expanded so many `times`."""
+    """Fill the windows of the layout in batches; progress allows for `times` rounds of expansion moves after that."""
     growth, work, done = sewn.growth, Drawing(sewn), 0
     order: list[list[Window]] = waves(growth.layout, growth.windows, sewn.around)
     if sewn.stitch.lattice and sewn.first is None:  # all others lie in step with the first
@@ -120,36 +109,28 @@ def fill(sewn: GraphcutGrowth, seed: int, stage: int, run: Run, times: int = 0) 
     run.tick(done, total, growth.draft)
 
 
-class Expanding(Drawing):
-    """Pieces grow over their neighbours, as far as a cut says."""
-
-    def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """Themselves: nothing is searched for."""
-        return sites
+class Expanding(Pass):
+    """Expansion moves: pieces grow over their neighbours."""
 
     def best(self, site: Any, found: Any) -> Cut | None:
-        """The piece cut in anew, if that makes the map cheaper."""
+        """Return the expansion move of a piece, None where it does not lower the energy."""
         cut = self.sewn.expanded(site, self.reach(site))
         return cut if cut.change < 0 else None
 
-    def pays(self, cut: Cut) -> bool:
-        """Unless it would now return too near to what the wave has laid before it."""
-        return self.sewn.bar is None or not self.sewn.bar.returns(cut.box, cut.pick, cut.take)
-
     def reach(self, site: Piece) -> int:
-        """How far around its box a piece may grow, px: two thirds as far as it is long, up to REACH patches.
+        """Return how far around its box a piece may grow, px: two thirds of its length, up to REACH patches.
 
-        Less in step with a lattice that is stretched around a canvas, as no piece is.
+        The margin alone on a lattice that is stretched around a canvas, as pieces are not stretched.
         """
         most = self.sewn.stitch.margin if self.sewn.stretched else REACH * min(self.sewn.growth.layout.patch)
         return min(most, 2 * max(site.box[2:]) // 3)
 
 
 def expand(sewn: GraphcutGrowth, run: Run, times: int, unit: int = 1, before: int = 0) -> list[int]:
-    """Let every piece of a map grow over its neighbours so many times; returns what every accepted cut saved.
+    """Try an expansion move of every piece of a map `times` times; return what every accepted cut saved.
 
     An expansion move of each label (Boykov, Veksler and Zabih 2001), kept to what lies around it; largest pieces first
-    as far as a wave has room. Each time is told as `unit` steps of progress, after so many units `before`.
+    as far as a batch has room. Each round counts as `unit` steps of progress, after `before` units.
     """
     growth, work, saved = sewn.growth, Expanding(sewn), list[int]()
     least, total = math.prod(growth.layout.patch) // SMALLEST, unit * (before + times)
@@ -167,7 +148,7 @@ def expand(sewn: GraphcutGrowth, run: Run, times: int, unit: int = 1, before: in
 
 
 def parted(windows: Array, shape: Sequence[int], wraps: Sequence[bool]) -> list[list[int]]:
-    """Share windows (n, 4) out among waves, each into the first where none is so near that either reads the other."""
+    """Assign windows (n, 4) to batches, each to the first in which no window is so near that either reads the other."""
     wave = np.zeros(len(windows), np.int64)
     for k, window in enumerate(windows):
         near = np.ones(k, np.bool_)

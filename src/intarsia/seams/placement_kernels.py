@@ -1,4 +1,4 @@
-"""What placing a patch costs besides its seams: what of it is shown already, and what would mirror itself."""
+"""Costs of a placement besides its seams: repeats nearby, mirror images, whole exemplars side by side."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CELL = 16  # px of a variant: what a map shows is kept by these
 
 
 class Look(NamedTuple):
-    """A part of the canvas, which may reach over borders that wrap, of which every so many-th px is looked at."""
+    """A part of the canvas, possibly over borders that wrap, sampled at every `step`-th px."""
 
     y: int
     x: int
@@ -27,12 +27,12 @@ class Look(NamedTuple):
 
 @kernel
 def posed_place(turn: Any, y: int, x: int) -> Pair:
-    """Where a pixel of a variant lies in another one of the same exemplar."""
+    """Return where a pixel of a variant lies in another variant of the same exemplar."""
     return turn[0] * y + turn[1] * x + turn[4], turn[2] * y + turn[3] * x + turn[5]
 
 
 class Samples(NamedTuple):
-    """The pixels of the canvas that are looked at, by cells of what they show."""
+    """Sampled pixels of the canvas, sorted by the exemplar cell that they show."""
 
     at: Int32  # (n, 4): row and column on the canvas, row and column in the variant
     begin: Int64  # (cells + 1,): where a cell begins in these
@@ -40,24 +40,16 @@ class Samples(NamedTuple):
     step: int
 
 
-def samples_of(grown: Any, table: Any, look: Look) -> Samples:
-    """The pixels that are looked at, from the middle of the first step on, sorted by what the map shows there."""
-    cells = np.zeros((len(table), 3), np.int64)
-    cells[:, 1:] = -(-table[:, 1:3] // CELL)
-    ends = np.cumsum(cells[:, 1] * cells[:, 2])
-    cells[1:, 0] = ends[:-1]
-    room = -(-look.rows // look.step) * -(-look.columns // look.step)
-    samples = Samples(np.empty((room, 4), np.int32), np.zeros(ends[-1] + 1, np.int64), cells, look.step)
-    sort_samples(grown, look, samples)
-    return samples
-
-
 @kernel
-def sort_samples(grown: Any, look: Any, samples: Any) -> None:
-    """Sort what is looked at by the cells of what it shows; `samples` begin with counts of 0."""
-    variant, yx, _ = grown
-    at, begin, cells, step = samples
-    height, width = variant.shape
+def samples_of(grown: Any, table: Any, look: Any) -> Any:
+    """Sample the canvas from the middle of the first step on, sorted by the exemplar cell shown (counting sort)."""
+    (variant, yx, _), (height, width), step = grown, grown.variant.shape, look.step
+    at = np.empty((-(-look.rows // step) * -(-look.columns // step), 4), np.int32)
+    cells, total = np.zeros((len(table), 3), np.int64), 0
+    for v in range(len(table)):
+        cells[v, 0], cells[v, 1], cells[v, 2] = total, -(-table[v, 1] // CELL), -(-table[v, 2] // CELL)
+        total += cells[v, 1] * cells[v, 2]
+    begin = np.zeros(total + 1, np.int64)
     for place in range(2):  # counted, then put
         for a in range(step // 2, look.rows, step):
             y = (look.y + a) % height
@@ -74,13 +66,13 @@ def sort_samples(grown: Any, look: Any, samples: Any) -> None:
                 k = begin[cell]
                 at[k, 0], at[k, 1], at[k, 2], at[k, 3] = y, x, yx[y, x, 0], yx[y, x, 1]
         if place == 0:
-            for cell in range(1, len(begin)):
-                begin[cell] += begin[cell - 1]
+            begin[:] = np.cumsum(begin)
+    return Samples(at, begin, cells, step)
 
 
 @kernel
 def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> bool:
-    """Whether a cell along an axis holds any of `count` px from the first on, round a torus of this length."""
+    """Return whether a cell along an axis overlaps `count` px from `first` on, round a torus of this length."""
     begin = cell * CELL
     if torus:
         return (begin - first) % length < count or (first - begin) % length < CELL
@@ -96,7 +88,7 @@ def reach_of(rows: int, columns: int) -> int:
 def repeats(
     grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, once: int, out: Any
 ) -> None:
-    """Count for each candidate how much more what it shows of what lies about the window counts: ONE = all of it, once.
+    """Sum for each candidate its weighted repeats of what lies around the window: ONE = all of it, once.
 
     `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
     the candidates; `samples`: of the map as it is. Within one and a half windows of the middle a repeat counts up to
@@ -178,7 +170,7 @@ def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, o
 
 @kernel
 def goes_around(grown: Any, pieces: Any, box: Any, rows: Any, near: int, out: Any) -> None:
-    """Say of each candidate, by 1, whether in any of nine places it shows what the map shows one whole exemplar away.
+    """Set `out` to 1 for candidates that at any of nine places show what the map shows one whole exemplar away.
 
     Give or take `near` px. Where the borders of an exemplar meet that costs no seam at all, and what is grown would be
     nothing but the exemplar, side by side. What around a canvas that wraps lies less than a window away, again, is no

@@ -1,4 +1,4 @@
-"""Cuts that remember old seams: a new patch may run over them, and so replace the bad ones.
+"""Minimum cuts over existing seams (Kwatra et al. 2003, 3.1), by max flow on the pixel grid.
 
 The old pixels of a window may be of several pieces. Where two of them meet there is a seam already, with a price of
 its own, which is paid unless the new patch covers it (Kwatra, Schoedl, Essa, Turk and Bobick, SIGGRAPH 2003, 3.1).
@@ -29,15 +29,15 @@ from ..kernels.cuts import STEEPEST
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 from ..kernels.maxflow import ABSENT, FREE, MOST, NEW, OLD, least_cut
-from .energy_kernels import TWICE, beyond, meeting, spot
-from .usage_kernels import price_usage, taken_sum
+from .energy_kernels import TWICE, beyond, meeting, source_at, spot
+from .usage_kernels import price_usage
 
 
 @kernel
 def look(
     grown: Any, locked: Any, pieces: Any, window: Any, price: Any, step: int, old: Any, state: Any, paid: Any
 ) -> Any:
-    """Read what a window, one of those of :func:`recut`, shows, whatever patch is cut into it.
+    """Read what a window of :func:`recut` shows, independent of the patch cut into it.
 
     Writes numbers of pixels into `old`, -1 in holes; what each pixel costs now with its right and lower neighbour into
     `paid` (2, h, w), where it is more than 0; and into `state` whether it stays, becomes new, may be either, or is left
@@ -157,7 +157,7 @@ def lay(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state:
 
 @kernel
 def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: Any, terms: Any) -> None:
-    """Write prices into `terms` (3, 2, h, w): of each pixel and its right, and its lower neighbour.
+    """Write seam costs into `terms` (3, 2, h, w): of each pixel and its right, and its lower neighbour.
 
     First what is paid if both stay, which is there already; then if the second becomes new, then if the first does.
     """
@@ -192,7 +192,7 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
 
 @kernel
 def _measure_gaps(pieces: Any, old: Any, new: Any, gap: Any) -> None:
-    """Write into `gap` what ``seen_distance`` says of every pixel's two numbers; 0 where one is missing."""
+    """Write ``seen_distance`` of every pixel's old and new number into `gap`; 0 where one is missing."""
     (h, w), flat, channels, visible = old.shape, pieces.flat, pieces.channels, pieces.visible
     squares = np.zeros(w, np.int64)
     for i in range(h):
@@ -216,7 +216,7 @@ NEVER = 1 << 60  # what a cut is said to cost that was given up
 
 @kernel
 def cut_change(terms: Any, out: Any) -> Any:
-    """Return by how much the seams of a window become dearer if what `out` says is replaced."""
+    """Return the change of a window's seam costs when the pixels in `out` are replaced."""
     h, w = out.shape
     total = np.int64(0)
     for k in range(2):
@@ -249,7 +249,7 @@ def _cut_in(
             most += terms[0, joints[number, 2], joints[number, 0], joints[number, 1]]
     if not least_cut(state, terms, more, out, most):
         return NEVER
-    return cut_change(terms, out) + taken_sum(more, out)
+    return cut_change(terms, out) + (np.sum(more * out) if used else 0)
 
 
 @kernel
@@ -286,29 +286,18 @@ def recut(
 
 
 @kernel
-def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> tuple[int, int, int, int]:
-    """Write what `take` says of a patch into the map; `box` and `pick` as in :func:`recut`.
-
-    Returns the first row and column of the box of what is written, in the window, its rows and columns.
-    """
-    (variant, yx, wrap), table = grown, pieces.table
-    (height, width), (h, w) = variant.shape, take.shape
-    v = pick[0]
-    rows, columns = table[v, 1], table[v, 2]
-    channels, origin, shown, begin = pieces.channels, usage.origin, usage.shown, table[v, 0] // pieces.channels
-    counted, right = usage.shown.size > 0, pick[2] % columns
-    top, left, bottom, end = h, w, 0, 0
-    for i in range(h):
-        y, row, x, column = canvas_place(box[0] + i, height, wrap[0]), (pick[1] + i) % rows, box[1], right
-        for j in range(w):
+def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> None:
+    """Write the pixels `take` of a patch into the map, and count them; `box` and `pick` as in :func:`recut`."""
+    (variant, yx, wrap), table, (height, width) = grown, pieces.table, grown.variant.shape
+    v, rows, columns = pick[0], table[pick[0], 1], table[pick[0], 2]
+    begin = table[v, 0] // pieces.channels
+    for i in range(take.shape[0]):
+        y, row = canvas_place(box[0] + i, height, wrap[0]), (pick[1] + i) % rows
+        for j in range(take.shape[1]):
             if take[i, j]:
-                if counted:
-                    was = variant[y, x]
-                    if was != HOLE:
-                        old = table[was, 0] // channels + yx[y, x, 0] * table[was, 3] + yx[y, x, 1]
-                        shown[origin[old]] -= 1
-                    shown[origin[begin + row * table[v, 3] + column]] += 1
+                x, column = canvas_place(box[1] + j, width, wrap[1]), (pick[2] + j) % columns
+                old = source_at(grown, pieces, y, x)
+                if old >= 0:
+                    usage.shown[usage.origin[old]] -= 1
+                usage.shown[usage.origin[begin + row * table[v, 3] + column]] += 1
                 variant[y, x], yx[y, x, 0], yx[y, x, 1] = v, row, column
-                top, left, bottom, end = min(top, i), min(left, j), max(bottom, i + 1), max(end, j + 1)
-            x, column = x + 1 if x + 1 < width else 0, column + 1 if column + 1 < columns else 0
-    return min(top, bottom), min(left, end), max(bottom - top, 0), max(end - left, 0)

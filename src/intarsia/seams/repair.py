@@ -1,4 +1,4 @@
-"""A finished map, of any method, whose worst seams are found, and covered anew by patches cut in.
+"""Seam refinement of finished maps: the worst seams are covered by new patches, cut in by max flow.
 
 A method that fills window by window never looks back: its errors stay, and where the border of a patch cuts through a
 stone, the stone stays cut. Here the dearest places are taken first, in passes; the windows of a pass lie apart. A patch
@@ -25,19 +25,17 @@ from ..foundation.run import Run
 from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
 from ..model.sourcemap import HOLE, SourceMap
-from ..patches import Pick, picked
+from ..patches import Pick, index_of, picked
 from ..patches.growth import Growth, PatchSettings
 from ..search import Candidates
 from .graphcut import TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings
-from .improve import expand, improve
+from .improve import Pass, expand, improve
 from .worst import WorstSeams
-
-STRUCTURE = 1.0  # weight of outlines in the search, as of graphcut
 
 
 @dataclass(frozen=True)
 class Repair:
-    """How a map is repaired.
+    """Parameters of a repair.
 
     Attributes
     ----------
@@ -52,7 +50,7 @@ class Repair:
     grown : int
         How often all pieces grow after that.
     structure : float
-        Weight of outlines in the search.
+        Weight of outlines in the search, as of graphcut.
     """
 
     patch: Pair
@@ -61,12 +59,12 @@ class Repair:
     isometries: Poses = "none"
     distance: int = 0
     grown: int = 0
-    structure: float = STRUCTURE
+    structure: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Repaired:
-    """A map with its worst seams covered: what they cost before and now, and how many patches were laid."""
+    """A repaired map: its energy before and after, and the number of patches placed."""
 
     map: SourceMap
     before: int
@@ -77,23 +75,23 @@ class Repaired:
 def repaired(
     repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap, run: Run
 ) -> Repaired:
-    """Cover the worst seams of a finished map, and let its pieces grow, as long as the whole becomes better.
+    """Refine the worst seams of a finished map, then try expansion moves; only what lowers the energy is kept.
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
     """
     work = Repairing(repair, exemplars, canvas, smap)
-    before, patches, total = work.sewing.total, 0, repair.passes + repair.grown
+    before, patches, total = work.sewn.total, 0, repair.passes + repair.grown
     for number in range(repair.passes):
-        wave = work.worst.apart(work.sewing.around)
+        wave = work.worst.apart(work.sewn.around)
         if not wave:
             break
         patches += work.cover(wave, run, lambda _: run.tick(number, total, work.growth.draft))  # noqa: B023
-    expand(work.sewing, run, repair.grown, 1, repair.passes)
-    return Repaired(work.growth.map(smap.blend), before, work.sewing.total, patches)
+    expand(work.sewn, run, repair.grown, 1, repair.passes)
+    return Repaired(work.growth.map(smap.blend), before, work.sewn.total, patches)
 
 
 class Constraints:
-    """Says which pixels of a box must not be taken from a patch.
+    """Returns which pixels of a box must not be taken from a patch.
 
     Parameters
     ----------
@@ -107,47 +105,27 @@ class Constraints:
     """
 
     def __init__(self, growth: Growth, guide: Guide | None, distance: int) -> None:
-        self.work, self.variants, self.wraps = growth.growing, growth.variants, growth.layout.wraps
+        self.work, self.variants = growth.growing, growth.variants
         self.distance, self.guide = distance, guide
-        self.tallest = max(e.height for e in growth.exemplars)
-        self.widest = max(e.width for e in growth.exemplars)
+        self.side = int(self.variants.table[:, 1:3].max())
 
     def __call__(self, box: Box, pick: Pick) -> Array:
         """Return (rows, columns) bool: True where the patch `pick` that begins at the box's first pixel may not be."""
-        yx, which = self._patch(box, pick)
+        size = self.variants.table[pick[0], 1:3]
+        yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
+        yx = (yx % size).astype(np.int32)  # beyond an exemplar that does not continue nothing is taken
+        yx, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
         barred = np.zeros(box[2:], bool)
         if self.guide is not None:
-            here = self._around(box, 0)
+            here = index_of(*box[:2], box[2:], self.work.variant.shape)
             old = self.variants.to_exemplars(self.work.yx[here], self.work.variant[here])
             barred |= self._off(yx, which, here) > self._off(old[0], old[1], here)
         if self.distance:
             barred |= self._too_near(box, yx, which)
         return barred
 
-    def returns(self, box: Box, pick: Pick, take: Array) -> bool:
-        """Say whether what is taken of a patch would now return too near."""
-        if not self.distance:
-            return False
-        return bool((self._too_near(box, *self._patch(box, pick)) & (take > 0)).any())
-
-    def _patch(self, box: Box, pick: Pick) -> tuple[Array, Array]:
-        """Exemplar pixels (rows, columns, 2), and exemplars (rows, columns), that a patch shows in a box."""
-        size = self.variants.table[pick[0], 1:3]
-        yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
-        yx = (yx % size).astype(np.int32)  # beyond an exemplar that does not continue nothing is taken
-        grown, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
-        return grown, which
-
-    def _around(self, box: Box, px: int) -> tuple[Array, ...]:
-        """Index of a box and `px` around it, within the canvas or round it."""
-        axes = []
-        for at, n, length, wrap in zip(box[:2], box[2:], self.work.variant.shape, self.wraps, strict=True):
-            along = np.arange(at - px, at + n + px)
-            axes.append(along % length if wrap else along[(along >= 0) & (along < length)])
-        return np.ix_(*axes)
-
-    def _off(self, yx: Array, which: Array, here: tuple[Array, ...]) -> Array:
-        """How far pixels are from what the guide asks for here: 0 or 1 with labels, else the sum over channels."""
+    def _off(self, yx: Array, which: Array, here: Any) -> Array:
+        """Return the difference of pixels from the guide: 0 or 1 with labels, else summed over channels."""
         assert self.guide is not None
         target = self.guide.target.samples[here]
         out = np.zeros(which.shape, np.float64)
@@ -161,10 +139,12 @@ class Constraints:
         return out
 
     def _too_near(self, box: Box, yx: Array, which: Array) -> Array:
-        """Where a copy of the pixel, at another place than this, is nearer than the distance."""
-        reach = self.distance - 1
-        first = [at - reach if wrap else max(at - reach, 0) for at, wrap in zip(box[:2], self.wraps, strict=True)]
-        index = self._around(box, reach)
+        """Return where another occurrence of the same exemplar pixel is nearer than the distance."""
+        around, shape = [], self.work.variant.shape
+        for at, n, length, wrap in zip(box[:2], box[2:], shape, self.work.wraps, strict=True):
+            along = np.arange(at - self.distance + 1, at + n + self.distance - 1)
+            around.append(along if wrap else along[(along >= 0) & (along < length)])
+        index = np.ix_(*(along % length for along, length in zip(around, shape, strict=True)))
         there, others, _ = self.variants.to_exemplars(self.work.yx[index], self.work.variant[index])
         mine, known = self._keys(yx, which).ravel(), self._keys(there, others).ravel()
         order = np.argsort(known, kind="stable")
@@ -172,16 +152,16 @@ class Constraints:
         counts = end - begin
         p = np.repeat(np.arange(len(mine)), counts)  # every pair of a pixel of the patch and a copy on the canvas
         q = order[np.arange(len(p)) - np.repeat(np.cumsum(counts) - counts, counts) + np.repeat(begin, counts)]
-        gaps = [a + f - b - at for a, b, f, at in zip(
-            np.divmod(q, others.shape[1]), np.divmod(p, which.shape[1]), first, box[:2], strict=True)]  # fmt: skip
-        far = gaps[0] ** 2 + gaps[1] ** 2
+        far = np.zeros(len(p), np.int64)
+        for along, at, i, k in zip(around, box, np.divmod(p, box[3]), np.divmod(q, len(around[1])), strict=False):
+            far += (along[k] - at - i) ** 2
         out = np.zeros(len(mine), bool)
         out[p[(far > 0) & (far < self.distance**2)]] = True
         return out.reshape(which.shape)
 
     def _keys(self, yx: Array, which: Array) -> Array:
-        """One number for every exemplar pixel; another one for holes."""
-        keys = (which.astype(np.int64) * self.tallest + yx[..., 0]) * self.widest + yx[..., 1]
+        """Return one number for every exemplar pixel, -1 for holes."""
+        keys = (which.astype(np.int64) * self.side + yx[..., 0]) * self.side + yx[..., 1]
         return np.where(which == HOLE, -1, keys)
 
 
@@ -189,7 +169,7 @@ REACH = 6  # a patch reaches 1 / REACH of its side around its window
 
 
 def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
-    """Say which pixels of a map are what it started with, and must stay."""
+    """Return which pixels of a map are those of the start map, and must stay: (H, W) bool."""
     if start is None:
         return np.zeros((smap.height, smap.width), bool)
     same = ~start.holes & (start.yx == smap.yx).all(axis=2) & (start.turns == smap.turns)
@@ -197,12 +177,12 @@ def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
 
 
 def middle(box: Box) -> Box:
-    """The middle of a window, half as high and wide."""
+    """Return the middle of a window, half as high and wide."""
     y, x, h, w = box
     return y + h // 4, x + w // 4, h // 2, w // 2
 
 
-class Repairing:
+class Repairing(Pass):
     """A finished map under repair.
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well. No
@@ -217,32 +197,31 @@ class Repairing:
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
         self.growth = Growth(settings, exemplars, whole)
         self.growth.growing.locked[:] = kept(canvas.start, smap)
-        self.bars = Constraints(self.growth, canvas.guide, repair.distance)
+        bar = Constraints(self.growth, canvas.guide, repair.distance) if canvas.guide or repair.distance else None
         stitch = GraphcutSettings(seam="sharp", margin=min(repair.patch) // REACH)
-        self.sewing = GraphcutGrowth(self.growth, stitch, self.bars if canvas.guide or repair.distance else None)
-        self.worst = WorstSeams(self.sewing.prices, self.growth.layout.patch, self.sewing.wraps)
-        self.lay, self.measured, self.give_up = self.sewing.write, self.sewing.note, self.worst.give_up
+        super().__init__(GraphcutGrowth(self.growth, stitch, bar))
+        self.worst = WorstSeams(self.sewn.prices, self.growth.layout.patch, self.sewn.wraps)
 
     def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
-        """Cover windows that lie apart; returns how many patches were laid."""
+        """Refine disjoint windows; return the number of patches placed."""
         laid = improve(self, {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}, run, tick)
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
     def found(self, sites: list[Any], run: Run) -> list[Candidates]:
-        """What fits around the middles of windows."""
-        with self.sewing.opened(list(map(middle, sites))):  # what stays must be fitted
-            return self.sewing.found(sites, run)
+        """Return the candidates that fit around the middles of windows."""
+        with self.sewn.opened(list(map(middle, sites))):  # what stays must be fitted
+            return self.sewn.found(sites, run)
 
     def best(self, site: Box, found: Candidates) -> Cut | None:
-        """The best of the candidates and of what lies nearby, if it makes the seams cheaper."""
-        picks = self.sewing.shown(site)
-        price = self.sewing.priced(site, found)
+        """Return the best cut of the candidates and of the pieces nearby, None where none lowers the energy."""
+        picks = self.sewn.shown(site)
+        price = self.sewn.priced(site, found)
         picks += [picked(found, k) for k in np.argsort(price, kind="stable")[: TRIES - len(picks)].tolist()]
-        cut = self.sewing.best(site, picks)
+        cut = self.sewn.best(site, picks)
         return cut if cut is not None and cut.change < 0 else None
 
-    def pays(self, cut: Cut) -> bool:
-        """Whether a cut may be laid after what the wave has laid before it."""
-        return not self.bars.returns(cut.box, cut.pick, cut.take)
+    def give_up(self, key: Pair) -> None:
+        """Skip a window until something changes there."""
+        self.worst.give_up(key)
 

@@ -1,4 +1,4 @@
-"""Graph-cut textures at work: windows filled with patches of free shape, which then grow over each other."""
+"""The method graphcut: windows filled by graph-cut placement, then refined by expansion moves."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
-from ..search import LEAST, check_patch, free_patch, resolved_isometries
-from ..search.guide import check_guide, guided_patch
+from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages, decided
+from ..search import LEAST, free_patch
 from .graphcut import GraphcutGrowth, GraphcutSettings
 from .improve import expand, fill
 from .steps import SLACK, STRAIGHT
@@ -33,21 +32,12 @@ TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse tha
 
 
 def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut:
-    """Decide window, overlap and overreach from the texture's elements and the canvas."""
-    guide, patch, room = canvas.guide, method.patch, _room(method, exemplars, canvas)
-    if patch is AUTO:
-        kept = method.lattice or canvas.start is not None
-        free = min(free_patch(exemplars, 100 if kept else SMALLER), room)
-        patch = free if guide is None else guided_patch(exemplars, guide)
-    rows, columns = extent(patch)
-    isometries = resolved_isometries(method.isometries, exemplars, (rows, columns))
-    check_patch(patch, exemplars, isometries)
-    if guide is not None:
-        check_guide(exemplars, guide, patch)
-    third = (rows // 3, columns // 3) if rows != columns else rows // 3
-    overlap = third if method.overlap is AUTO else method.overlap
-    overreach = min(rows, columns) // 3 if method.overreach is AUTO else method.overreach
-    return replace(method, patch=patch, overlap=overlap, overreach=overreach, isometries=isometries)
+    """Choose window, overlap and overreach by the size of the texture's elements and the canvas."""
+    room, kept = _room(method, exemplars, canvas), method.lattice or canvas.start is not None
+    made: Graphcut = decided(
+        method, exemplars, canvas.guide, lambda: min(free_patch(exemplars, 100 if kept else SMALLER), room)
+    )
+    return replace(made, overreach=min(made.footprint) // 3) if method.overreach is AUTO else made
 
 
 def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
@@ -63,7 +53,7 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
 
 
 def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Patches are chosen window by window as the guide says, and cut in with old seams remembered."""
+    """Choose patches window by window under the guide, and cut them in over existing seams."""
     stages = Stages(settings_of(method, method.usage), exemplars, canvas, method.blend)
     in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
     for growth in stages:
@@ -73,7 +63,7 @@ def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, r
 
 
 def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
-    """The largest window, px, that may lie in every place of a period; what keeps to a lattice is checked."""
+    """Return the largest window, px, that fits at every offset of a period; raise for what excludes a lattice."""
     if not method.lattice:
         return LARGEST
     check_lattice(method.lattice, exemplars[0])
@@ -90,7 +80,7 @@ def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
 
 
 def _steps(method: Graphcut) -> tuple[Vectors | None, int]:
-    """The vectors as whole numbers, and the slack; along rows of one vector steps so short that all is in step."""
+    """Return the lattice vectors and the slack; a single vector gets a second one short enough to align everything."""
     if not method.lattice:
         return None, 0
     (y, x), second = cell_of(method.lattice, (1 << 16, 1 << 16))
@@ -99,14 +89,14 @@ def _steps(method: Graphcut) -> tuple[Vectors | None, int]:
 
 
 def stitch_of(method: Graphcut) -> GraphcutSettings:
-    """How patches are placed and joined; known once overreach is."""
+    """Return the parameters of placing and cutting, once overreach is known."""
     return GraphcutSettings(method.usage, method.seam, method.overreach or 0, *_steps(method), method.evenness)
 
 
 def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:
-    """What the cuts made small beside seams: that exemplar pixels are shown again, in knees per million px.
+    """Return the usage term of the energy, in thresholds per million px.
 
-    A pixel that is shown n times costs n (n - 1) / 2 times its rate, and n times what it counts from the beginning.
+    A pixel that occurs n times costs n (n - 1) / 2 times its rate, and n times what it counts from the beginning.
     """
     if not method.evenness:
         return {}
@@ -117,7 +107,7 @@ def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, 
 
 
 def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
-    """How windows lie, and the price of repeats under a guide; known once patch and overlap are."""
+    """Return how windows lie, and the price of repeats under a guide, once patch and overlap are known."""
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.structure,

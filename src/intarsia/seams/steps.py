@@ -1,7 +1,7 @@
-"""Patches in step: all lie whole steps of one lattice from the first, give or take a few px.
+"""Patches aligned to a lattice: all offsets are lattice vectors from the first patch, within a few px.
 
 Where threads cross there is no straight joint to cut along, so blocks of whole periods end in the middle of a strand;
-patches of free shape find their way around it, but miss the lattice. In step they do both. On a canvas that wraps the
+patches of free shape find their way around it, but miss the lattice. Aligned ones do both. On a canvas that wraps the
 lattice is stretched until it holds whole periods: what is off by that is taken up a little from patch to patch.
 
 Source: no paper; the lattice of Lopez Recas, Hilsmann and Eisert 2011 asked of the patches of Kwatra et al. 2003.
@@ -25,7 +25,7 @@ STRAIGHT = 1  # across rows of one vector: seams of planks cost 0.86 of those wi
 
 
 def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Sequence[int]) -> Pair:
-    """Return the place of the exemplar, which may lie beyond it, that a px of the canvas is in step with.
+    """Return the exemplar place, possibly beyond its border, that is lattice-aligned with a canvas pixel.
 
     `first`: a px of the exemplar, and where the canvas shows it. `around`: where all rows and all columns of the canvas
     lead, (rows, columns) in 1/256 px: as far as on the canvas, or steps of the lattice where it wraps.
@@ -37,7 +37,7 @@ def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Seq
 
 
 def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int) -> Mask:
-    """Say which of the places `valid` lie whole steps from `place`, which may lie anywhere, give or take `slack` px.
+    """Return which of the places `valid` are lattice-aligned with `place`, which may lie anywhere, within `slack` px.
 
     `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.
     """

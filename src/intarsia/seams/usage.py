@@ -1,4 +1,4 @@
-"""What showings of exemplar pixels cost, by how much each strikes, and where cuts are to keep away from the border."""
+"""Cost of repeated exemplar pixels, by their saliency, and initial counts along the exemplar's border."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ RIM = 6  # px from the border count as shown already; 0: of 174 sheets 16 prefer
 
 
 def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = False) -> Int32:
-    """Return what every showing of each pixel costs the next one.
+    """Return what every occurrence of each pixel adds to the cost of the next.
 
-    `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that is shown
-    `due` times costs `price`, in what seams are counted in; one that strikes more than twice as much as usual, and more
+    `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that occurs
+    `due` times costs `price`, in units of seam costs; one more than twice as salient as usual, and more
     than nine of ten pixels, costs up to MOST times that, by the square of how much more: the same thing is seen again
     at once. Bare ground (0) costs nothing, as nobody sees that it returns. Nor does, in step, what does not strike: all
     of it returns anyway, and misses are seen at once.
@@ -30,7 +30,7 @@ def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = Fa
 
 
 def rim(usable: Mask, toroidal: bool, due: float) -> Int32:
-    """As how often shown each pixel of an exemplar counts at first: the outermost `due` times, none RIM px further in.
+    """Return the initial count of every exemplar pixel: `due` at the border, falling to 0 RIM px further in.
 
     Else a cut that takes all that is shown too seldom ends at the border, in a straight line that no seam would take.
     """
@@ -46,7 +46,7 @@ def rim(usable: Mask, toroidal: bool, due: float) -> Int32:
 def usage_of(
     feats: Features, exemplars: Exemplars, area: int, price: float, in_step: bool, run: Run
 ) -> tuple[Int32, Int32]:
-    """What each showing of every exemplar pixel costs the next, on a canvas of so many px, and its :func:`rim`."""
+    """Return :func:`rates` and :func:`rim` of all exemplar pixels for a canvas of `area` px."""
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
     strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
                                              for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip

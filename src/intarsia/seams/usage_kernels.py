@@ -1,4 +1,4 @@
-"""Even use of the exemplar, a term of the energy: what is shown more often than area asks costs, for every pixel.
+"""Even use of the exemplar as a term of the energy: every pixel costs by its number of occurrences.
 
 Windows of an element must lie inside the exemplar, so its middle belongs to thousands of placements and
 its rim to hardly any. Here every exemplar pixel has a count of how often the map shows it, kept as cuts are laid. To
@@ -15,17 +15,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..foundation.arrays import Array, Int32
+from ..foundation.arrays import Int32
 from ..kernels.jit import kernel
-from ..kernels.maps import HOLE, Grown
 from ..kernels.maxflow import FREE, NEW
+from .energy_kernels import source_at
 
 SHARE = 64  # rates are kept in 1/64 of what seams are counted in
-BAND = 64  # rows that are counted together, or more of large exemplars
 
 
 class Usage(NamedTuple):
-    """How often a map shows every exemplar pixel, and what that costs."""
+    """Occurrences of every exemplar pixel in a map, and their cost."""
 
     origin: Int32  # (pixels of all variants,): which exemplar pixel each is
     rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: it costs nothing
@@ -34,7 +33,7 @@ class Usage(NamedTuple):
 
 @kernel
 def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any) -> Any:
-    """Write what it costs to take each pixel of a patch rather than what is there, for how often both are shown.
+    """Write the usage cost of taking each pixel of a patch instead of what is there into `more`.
 
     `old`, `new` (h, w): numbers of pixels of the variants, -1: none; only every `step`-th px of a window is looked at,
     where areas shrink faster than seams. Returns what is paid whatever is chosen: what must be taken, and all that can
@@ -60,23 +59,11 @@ def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any
 
 
 @kernel
-def taken_sum(more: Any, take: Any) -> Any:
-    """Add up what the pixels that are taken cost."""
-    total = np.int64(0)
-    for i in range(more.shape[0]):
-        for j in range(more.shape[1]):
-            if take[i, j]:
-                total += more[i, j]
-    return total
-
-
-def count_map(grown: Grown, table: Array, channels: int, usage: Usage) -> None:
-    """Count all that a map shows, band by band; `table` (V, 4) and `channels` as in ``Pieces``."""
+def count_map(grown: Any, pieces: Any, usage: Any) -> None:
+    """Add the occurrences of all exemplar pixels in a map to the counts."""
     height, width = grown.variant.shape
-    rows = max(BAND, len(usage.shown) // width)
-    for top in range(0, height, rows):
-        shown, yx = grown.variant[top : top + rows], grown.yx[top : top + rows]
-        known = shown != HOLE
-        variant, (row, column) = shown[known], yx[known].T
-        place = table[variant, 0] // channels + row * table[variant, 3] + column
-        usage.shown[:] += np.bincount(usage.origin[place], minlength=len(usage.shown)).astype(np.int32)
+    for y in range(height):
+        for x in range(width):
+            here = source_at(grown, pieces, y, x)
+            if here >= 0:
+                usage.shown[usage.origin[here]] += 1

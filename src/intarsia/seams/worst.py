@@ -1,4 +1,4 @@
-"""Where the seams of a map are worst: the places that are to be covered anew (Kwatra et al. 2003, 4, "refinement")."""
+"""The windows with the worst seams of a map, to be refined (Kwatra et al. 2003, section 4, "refinement")."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ CELL = 8  # seams are added up in cells of so many px: half of the smallest auto
 
 
 class WorstSeams:
-    """The windows with the dearest seams in their middle.
+    """Finds the windows with the highest seam costs in their middle.
 
     Parameters
     ----------
     prices : int array, shape (H, W, n)
-        What the map costs between every pixel and its right and lower neighbour; kept, and read when asked.
+        Seam costs between every pixel and its right and lower neighbour; kept by reference.
     patch : (rows, columns)
         Of the windows, not larger than the canvas.
     wraps : (rows, columns)
@@ -31,7 +31,7 @@ class WorstSeams:
         self._tired = np.zeros(self.shape, bool)
 
     def scores(self) -> Array:
-        """What the middle half of the window around each cell costs, (rows, columns); nothing lies beyond a border."""
+        """Return the seam cost in the middle half of the window around each cell, (rows, columns); 0 beyond borders."""
         both = self.prices.reshape(len(self.prices), -1)  # to the right and below, pixel by pixel
         cells: Array = np.add.reduceat(both, np.arange(0, both.shape[1], 2 * CELL), axis=1, dtype=np.int64)
         cells = np.add.reduceat(cells, np.arange(0, len(cells), CELL), axis=0)
@@ -40,7 +40,7 @@ class WorstSeams:
         return cells
 
     def apart(self, around: int) -> dict[Pair, Pair]:
-        """The worst windows of which no two come closer than `around` px: cell and first pixel of each, worst first.
+        """Return the worst windows that are at least `around` px apart: first pixel by cell, worst first.
 
         Of those that cost the same the first, row by row.
         """
@@ -60,12 +60,12 @@ class WorstSeams:
         return found
 
     def give_up(self, cell: Pair) -> None:
-        """Leave a window and those close to it, until something changes there."""
+        """Skip a window and those close to it, until something changes there."""
         radius = max(1, min(self.patch) // (4 * CELL))
         self._tired[self._near(*((at - radius, at + radius) for at in cell))] = True
 
     def renew(self, *boxes: tuple[int, int, int, int]) -> None:
-        """Look at places again: something changed in these boxes."""
+        """Consider cells again that lie in these changed boxes."""
         for box in boxes:
             self._tired[self._near(*(((box[a] - 1) // CELL, (box[a] + box[2 + a]) // CELL) for a in (0, 1)))] = False
 
@@ -75,7 +75,7 @@ class WorstSeams:
         return int(at % length if self.wraps[axis] else min(max(at, 0), length - size))
 
     def _near(self, *ends: Pair) -> Any:
-        """Index of the cells from the first to the last along each axis, and round the canvas where it wraps."""
+        """Return the index of the cells from the first to the last along each axis, round the canvas where it wraps."""
         axes = []
         for (low, high), n, wrap in zip(ends, self.shape, self.wraps, strict=True):
             along = np.arange(low - wrap, high + 1 + wrap)  # the last cell may be a part of one

@@ -1,7 +1,4 @@
-"""Finding patches: exact, under masks and guides.
-
-What a search for patches is asked and answers, the poses that exemplars are searched in, and the patch size that suits
-an exemplar when none is given.
+"""Patch search: candidates, posed exemplars, window grids, and default patch sizes.
 """
 
 from __future__ import annotations
@@ -31,6 +28,7 @@ else:  # where poses are chosen
     symmetry = lazy("intarsia.analysis.symmetry")
 
 Choice = TypeVar("Choice")
+Wraps = tuple[bool, bool]  # whether rows and columns continue in themselves
 
 MAX_VARIANTS = 250
 STRIP = 256  # rows of a map that are turned together: nothing larger is held besides the map
@@ -38,7 +36,7 @@ STRIP = 256  # rows of a map that are turned together: nothing larger is held be
 
 @dataclass(frozen=True, eq=False)
 class PosedExemplars:
-    """Posed exemplars as kernels want them.
+    """The features of all exemplars in all poses (variants), end to end, as kernels take them.
 
     A toroidal exemplar is followed by its own beginning, so that every window can be read straight.
     """
@@ -57,35 +55,58 @@ class PosedExemplars:
 
     @cached_property
     def posed(self) -> Posed:
-        """The features and where each variant lies in them, as kernels take them."""
+        """The features and their table, as kernels take them."""
         return Posed(self.flat, self.table)
 
     def picture(self, v: int) -> Int16:
-        """The features of a variant, (rows, stride, channels), a view."""
+        """Return a view of the features of a variant, (rows, stride, channels)."""
         start, _, _, stride = (int(n) for n in self.table[v])
         stop = int(self.table[v + 1, 0]) if v + 1 < len(self) else len(self.flat)
         return self.flat[start:stop].reshape(-1, stride, self.channels)
 
+    def laid_out(self, pictures: Sequence[Array]) -> Array:
+        """Return one picture of each exemplar, (H, W) or (H, W, C), posed and flattened like the features."""
+        rows = []
+        for v, (number, pose) in enumerate(zip(self.exemplar.tolist(), self.pose.tolist(), strict=True)):
+            posed = pose_array(pictures[number], pose)
+            beyond = [(0, n - m) for n, m in zip(self.picture(v).shape[:2], posed.shape, strict=False)]
+            rows.append(np.pad(posed, beyond + [(0, 0)] * (posed.ndim - 2), "wrap").ravel())
+        return np.concatenate(rows)
+
+    def showing(self, pictures: Sequence[Array]) -> PosedExemplars:
+        """Return the same variants with other features (H, W, C) of the exemplars."""
+        channels, table = pictures[0].shape[2], self.table.copy()
+        table[:, 0] = table[:, 0] // self.channels * channels
+        return replace(self, flat=self.laid_out(pictures), table=table, channels=channels)
+
     def windows(self, grown: Grown, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
-        """Read what windows of a map hold that begin at `at`: features (n, h, w, C) int16, and where there are any."""
+        """Return the features (n, h, w, C) int16 of windows of a map that begin at `at`, and their known pixels."""
         feats, known = np.empty((len(at), *patch, self.channels), np.int16), np.empty((len(at), *patch), np.uint8)
         gather_all(grown, self.posed, at, feats, known)
         return feats, known
 
     @cached_property
     def turns(self) -> Int64:
-        """Where the pixel that variant v shows at (y, x) lies in variant k: (V, V, 7) of a, b, c, d, e, f, g.
+        """Maps from pixel (y, x) of variant v to variant k: (V, V, 7) of a, b, c, d, e, f, g.
 
         At (a y + b x + e, c y + d x + f), where g is 1; it is 0 for variants of two exemplars, and for v = k.
         """
         out = np.zeros((len(self), len(self), 7), np.int64)
-        posed = [(ISOMETRIES[p], self.table[v, 1:3].tolist()) for v, p in enumerate(self.pose.tolist())]
-        frames = [(np.array(iso.j), np.array(iso.start(*(size[::-1] if iso.swaps else size)))) for iso, size in posed]
-        for v, (j, start) in enumerate(frames):
-            for k, (other, begin) in enumerate(frames):
-                if v != k and self.exemplar[v] == self.exemplar[k]:
-                    out[v, k] = *(other.T @ j).ravel(), *(other.T @ (start - begin)), 1
+        start, j = self.frames[:, 1:3], self.frames[:, 3:7].reshape(-1, 2, 2)
+        for v, k in np.ndindex(out.shape[:2]):
+            if v != k and self.exemplar[v] == self.exemplar[k]:
+                out[v, k] = *(j[k].T @ j[v]).ravel(), *(j[k].T @ (start[v] - start[k])), 1
         return out
+
+    @cached_property
+    def frames(self) -> Int64:
+        """Isometries of the variants: (V, 9) of exemplar, its pixel at (0, 0), J, and its size if toroidal, else 0."""
+        rows = []
+        for v, (_, *size, _) in enumerate(self.table.tolist()):
+            iso = ISOMETRIES[self.pose[v]]
+            start = iso.start(*(size[::-1] if iso.swaps else size))
+            rows.append([self.exemplar[v], *start, *iso.j[0], *iso.j[1], *(size if self.toroidal[v] else (0, 0))])
+        return np.array(rows, np.int64)
 
     def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:
         """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
@@ -95,13 +116,9 @@ class PosedExemplars:
         out = np.zeros_like(yx)
         for top in range(0, len(yx), STRIP):
             rows = slice(top, top + STRIP)
-            for v in range(len(self)):
+            for v, frame in enumerate(self.frames.astype(np.int32)):
                 mine = variant[rows] == v
-                iso = ISOMETRIES[self.pose[v]]
-                _, height, width, _ = self.table[v]
-                size = (width, height) if iso.swaps else (height, width)
-                start = np.array(iso.start(*(int(s) for s in size)), np.int32)
-                out[rows][mine] = start + yx[rows][mine] @ np.array(iso.j, np.int32).T
+                out[rows][mine] = frame[1:3] + yx[rows][mine] @ frame[3:7].reshape(2, 2).T
         return out, _lookup(self.exemplar, variant), np.where(variant == HOLE, 0, _lookup(self.pose, variant))
 
 
@@ -117,7 +134,7 @@ def posed_exemplars(
     patch: Pair,
     shown: tuple[int, ...] = (),
 ) -> PosedExemplars:
-    """Lay out every exemplar in every pose for patches of (rows, columns) px.
+    """Return every exemplar in every pose for patches of (rows, columns) px.
 
     Poses that are only `shown` (in a start map) can be read, but no patch is taken from them. ParameterError where
     there are too many variants, MethodError where no window of any exemplar is free of masked pixels.
@@ -157,7 +174,7 @@ def posed_exemplars(
 
 
 def in_one_row(valid: Sequence[Mask]) -> tuple[UInt8, Int64]:
-    """Lay tables of all variants out as one of uint8; (V, 3): where each begins, its rows and columns."""
+    """Return the tables of all variants as one flat uint8 table, and (V, 3): begin, rows and columns of each."""
     begins = np.cumsum([0] + [v.size for v in valid])
     offsets = np.array([(b, *v.shape) for b, v in zip(begins.tolist(), valid, strict=False)], np.int64)
     return np.concatenate([v.astype(np.uint8).ravel() for v in valid]), offsets
@@ -182,10 +199,8 @@ class WindowGrid:
     rows: tuple[int, ...]
     columns: tuple[int, ...]
     patch: Pair
-    height: int
-    width: int
-    wrap_y: bool
-    wrap_x: bool
+    size: Pair
+    wraps: Wraps
     places: tuple[Pair, ...] | None = None
 
     @property
@@ -197,26 +212,21 @@ class WindowGrid:
         """First pixel of a window on the canvas."""
         return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
 
-    @property
-    def wraps(self) -> tuple[bool, bool]:
-        """Whether rows and columns continue in themselves."""
-        return self.wrap_y, self.wrap_x
-
     def widened(self, picture: Array, outside: int) -> Array:
-        """A picture of the canvas with a window's size more on all sides: around the torus, or `outside`."""
+        """Return a picture of the canvas padded by a window's size on all sides: around the torus, or by `outside`."""
         for axis, (size, wrap) in enumerate(zip(self.patch, self.wraps, strict=True)):
             pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
             picture = np.pad(picture, pad, mode="wrap") if wrap else np.pad(picture, pad, constant_values=outside)
         return picture
 
     def of_windows(self, every: Array) -> Array:
-        """Of what is known of all windows of a :meth:`widened` picture, that of the grid's own: (rows, columns)."""
+        """Select the grid's windows from values of all windows of a :meth:`widened` picture: (rows, columns)."""
         return np.asarray(every[np.ix_(np.array(self.rows) + self.patch[0], np.array(self.columns) + self.patch[1])])
 
     def within(self, radius: int, places: Array, at: Pair) -> Array:
-        """Which of the places (n, 2) lie within a radius of one, along each axis."""
+        """Return which of the places (n, 2) lie within a radius of `at` along each axis."""
         gaps = np.abs(places - at)
-        for axis, (length, wrap) in enumerate(zip((self.height, self.width), self.wraps, strict=True)):
+        for axis, (length, wrap) in enumerate(zip(self.size, self.wraps, strict=True)):
             if wrap:
                 gaps[:, axis] = np.minimum(gaps[:, axis], length - gaps[:, axis])
         return np.asarray((gaps <= radius).all(axis=1))
@@ -227,11 +237,11 @@ SHORT_LIST = 16  # candidates kept of every search, where a method does not ask 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """What fits one window: rows of (distance, variant, row, column), best first, and the usual distance.
+    """The candidates of one window: rows of (distance, variant, row, column), best first, and the usual distance.
 
     ``usual`` is the 5 % quantile of the distance over all positions, in units of the exact distance; ``feats``
     and ``known`` are what the window holds; ``free`` says that nothing is known in it yet: any patch fits;
-    ``permitted`` that none of the rows returns too near.
+    ``permitted`` that all rows keep the least distance.
     """
 
     rows: Int64
@@ -243,19 +253,19 @@ class Candidates:
 
     @classmethod
     def of_all(cls, rows: Array, counts: Array, usual: Sequence[int], feats: Array, known: Array) -> list[Candidates]:
-        """Take what kernels found for n windows apart: `counts` (n,) of the `rows` (n, K, 4), -1 where any fits."""
+        """Return the candidates of n windows from kernels: `counts` (n,) of the `rows` (n, K, 4), -1: any fits."""
         each = enumerate(zip(counts.tolist(), usual, strict=True))
         return [cls(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0) for k, (c, u) in each]
 
 
 def nearest(rows: Array) -> Array:
-    """Return rows of candidates (n, 4) in the order of their distances; of those as far the first comes first."""
+    """Return rows of candidates (n, 4) sorted stably by distance."""
     return rows[np.argsort(rows[:, 0], kind="stable")]
 
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """Windows as the search compares them: energies, spectra by shape, and the exemplars' energy under their masks.
+    """Reduced windows: energies, spectra by shape, and the exemplars' energies under their masks.
 
     ``slots`` says which of the ``squares`` of every variant belongs to which window.
     """
@@ -270,13 +280,13 @@ class Reduced:
         return replace(self, energies=self.energies[which], slots=self.slots[which])
 
     def correlated(self, v: int, values: Array, valid: Array) -> Correlated:
-        """Put correlations with a variant, `values` (n, rows, columns), beside what turns them into distances."""
+        """Return correlations with a variant, `values` (n, rows, columns), with what turns them into distances."""
         return Correlated(values, self.squares[v], self.slots, self.energies, valid, v)
 
 
 @dataclass(frozen=True, eq=False)
 class Prices:
-    """The prices of repeats, as the short-list takes them into account.
+    """The prices of repeats in the short-list.
 
     ``counts``: for every variant an int32 map over its coarse positions, 256 = one full repeat. Such a repeat
     costs ``weight`` / 65536 of the usual distance.
@@ -287,7 +297,7 @@ class Prices:
 
 
 class Search(Protocol):
-    """A way to find patches: what growing a map needs of it.
+    """A patch search.
 
     ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
     the patch in such units.
@@ -363,7 +373,7 @@ def supplied(exemplars: Exemplars, patch: int, least: int = LEAST) -> int:
 
 
 def _places(exemplars: Exemplars, patch: int) -> list[Pair]:
-    """Of every exemplar, how many places there are for patches of this size: free of masked pixels, and in all."""
+    """Return for every exemplar the number of patches of this size without masked pixels, and of all."""
     free = [valid_windows((e.height, e.width), e.usable, e.toroidal, (patch, patch)) for e in exemplars]
     return [(int(np.count_nonzero(f)), max(f.size, 1)) for f in free]
 
@@ -380,7 +390,7 @@ def check_patch(
     isometries: str | tuple[int, ...] = "none",
     seams: int | Pair = 0,
 ) -> None:
-    """Refuse a patch that fits into no unmasked part, or not into an exemplar that is sampled, or cannot be turned.
+    """Raise ParameterError or MethodError for a patch that fits nowhere, or is not square and turned.
 
     `seams`: what a patch needs around itself on every side, px.
     """

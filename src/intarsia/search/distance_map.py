@@ -1,4 +1,4 @@
-"""The distance map: how well every patch of the exemplar fits at one place (Multrus 2003, Figs. 3.12 and 4.2)."""
+"""Distance maps: the distance of every exemplar patch to one window (Multrus 2003, Figs. 3.12 and 4.2)."""
 
 from __future__ import annotations
 
@@ -64,14 +64,14 @@ def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
 
 
 def side_by_side(maps: list[Float32]) -> Float32:
-    """Put the maps of several exemplars into one picture, in their order, top edges level."""
+    """Return the maps of several exemplars side by side, aligned at the top."""
     height = max(m.shape[0] for m in maps)
     padded: list[Any] = [np.pad(m, ((0, height - len(m)), (0, 0)), constant_values=FAR) for m in maps]
     return np.concatenate(padded, axis=1)
 
 
 def as_16_bit(picture: Float32) -> NDArray[np.uint16]:
-    """Stretch a distance map to 16 bits: black for the nearest patch, white for the farthest and where none is."""
+    """Return a distance map in 16 bits: black for the nearest patch, white for the farthest and where none is."""
     there = picture[picture >= 0]
     if not there.size:
         return np.full(picture.shape, 65535, np.uint16)

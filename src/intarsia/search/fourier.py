@@ -1,8 +1,6 @@
-"""The patch search: which patches of the exemplars fit best over what is already known.
+"""Patch search by masked FFT correlation on reduced pictures, refined to exact distances at full resolution.
 
-A short-list is found on reduced pictures by FFT, for all positions at once; its members are then followed to
-full resolution and measured exactly. Everything that decides is a whole number, so the list is the same on
-every machine. Used by all methods that lay patches.
+Everything that decides is a whole number, so the list is the same on every machine.
 
 Correlations of pictures of whole numbers are whole, and rounded to them: transforms in double precision are wrong by a
 billionth of what would make another number of one.
@@ -13,7 +11,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Sequence
-from threading import Lock
+from functools import lru_cache
 
 import numpy as np
 from numpy import fft
@@ -29,40 +27,6 @@ from .fourier_kernels import Listed
 MASKS = 64  # whose sums of squares are kept
 
 
-class Masks:
-    """Sums of squares under masks, kept: few masks occur again and again.
-
-    For every variant: `padded`, the rows and columns that its spectra belong to; `spectra` of its squares; `shapes`,
-    the rows and columns of the positions that are looked at.
-    """
-
-    def __init__(self, padded: list[Pair], spectra: list[Array], shapes: list[tuple[int, ...]]) -> None:
-        self.padded, self.spectra, self.shapes, self._lock = padded, spectra, shapes, Lock()
-        self._forget()
-
-    def slots(self, masks: Array) -> tuple[Array, list[Array]]:
-        """Number of each mask (n, rows, columns), and the sums of squares under the numbered masks."""
-        with self._lock:
-            if len(self._known) + len(masks) > MASKS:
-                self._forget()
-            return np.array([self._slot(mask) for mask in masks], np.int64), self._squares
-
-    def _slot(self, mask: Array) -> int:
-        key = mask.tobytes()
-        slot = self._known.get(key)
-        if slot is None:
-            slot = self._known[key] = len(self._known)
-            for v, (shape, (rows, columns)) in enumerate(zip(self.padded, self.shapes, strict=True)):
-                product = self.spectra[v] * np.conj(fft.rfft2(mask.astype(np.float64), shape))
-                self._squares[v][slot] = np.rint(fft.irfft2(product, shape)[:rows, :columns])
-        return slot
-
-    def _forget(self) -> None:
-        # Fresh arrays: another thread may still be reading the old ones.
-        self._known: dict[bytes, int] = {}
-        self._squares = [np.empty((MASKS, *shape), np.int32) for shape in self.shapes]
-
-
 AXES = 2
 ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance that one axis must hold to do alone
 STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
@@ -74,7 +38,7 @@ NOWHERE = np.zeros((0, 0), bool)  # a variant without any patch is not even look
 
 
 class PatchSearch:
-    """Search patches of one size in a set of variants.
+    """Searches patches of one size in a set of variants.
 
     `patch`, for which the variants are laid out: rows and columns of the windows; `exact`: search every position at
     full resolution, in place of the reduced short-list; `listed`: candidates returned; `factor`: by what pictures are
@@ -98,21 +62,29 @@ class PatchSearch:
         self._spectra = [fft.rfft2(p, shape) for p, shape in zip(pictures, self.padded, strict=True)]
         h, w = self.cells
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
-        squares = [fft.rfft2((p**2).sum(axis=0), shape) for p, shape in zip(pictures, self.padded, strict=True)]
+        self._squares = [fft.rfft2((p**2).sum(axis=0), shape) for p, shape in zip(pictures, self.padded, strict=True)]
         self._limit(variants.valid)
-        self._masks = Masks(self.padded, squares, [v.shape for v in self.valid])
+        self._under = lru_cache(MASKS)(self._energies)  # few masks occur again and again
+
+    def _energies(self, mask: bytes) -> list[Array]:
+        """Return the sums of squares of each variant under a mask of cells, at every position searched."""
+        cells, out = np.frombuffer(mask, np.uint8).reshape(self.cells).astype(np.float64), []
+        for squares, shape, valid in zip(self._squares, self.padded, self.valid, strict=True):
+            sums = fft.irfft2(squares * np.conj(fft.rfft2(cells, shape)), shape)
+            out.append(np.rint(sums[: valid.shape[0], : valid.shape[1]]).astype(np.int32))
+        return out
 
     def within(self, valid: Sequence[Array]) -> PatchSearch:
-        """Return the same search among some patches only: of every variant, where they may begin."""
+        """Return the same search restricted to some first pixels of each variant."""
         narrow = copy.copy(self)
         narrow._limit(valid)
         narrow.valid = [v if v.any() else NOWHERE for v in narrow.valid]
         return narrow
 
     def _reduction(self) -> tuple[Array, Array, float, int]:
-        """Mean, the axes along which the reduced pictures vary most, the scale of these pictures, and their range.
+        """Return mean, principal axes, scale and range of the reduced pictures.
 
-        Two axes hold nearly all that colours say about likeness, in most photographs one does (measured: its best
+        Two axes hold nearly all of the distance of colours, in most photographs one does (measured: its best
         patches are 0.1 % worse); what they miss the exact distance finds. The scale makes the standard deviation
         about a third of the range.
         """
@@ -137,12 +109,12 @@ class PatchSearch:
         return mean, np.rint(axes * scale * (1 << 24)).astype(np.int64, order="C"), scale, clip
 
     def _limit(self, valid: Sequence[Array]) -> None:
-        """Search among these first pixels only."""
+        """Restrict the search to these first pixels."""
         self.flat_valid, self.offsets = in_one_row(valid)
         self.valid = list(map(self._reachable, self._places, valid))
 
     def _reachable(self, shape: Pair, allowed: Array) -> Array:
-        """Coarse positions, so many rows and columns, from which refinement can reach a patch that is allowed."""
+        """Return the coarse positions (rows, columns) from which refinement can reach an allowed patch."""
         if not allowed.size:
             return NOWHERE
         beyond = self.factor - 1
@@ -162,11 +134,11 @@ class PatchSearch:
 
     @property
     def unpriced(self) -> Prices:
-        """Prices of which none is more than 0."""
+        """Prices of 0."""
         return Prices([np.zeros(v.shape, np.int32) for v in self.valid], 0)
 
     def batch(self) -> int:
-        """How many windows are best searched together."""
+        """Return how many windows are best searched together."""
         size = max(a * (b // 2 + 1) for a, b in self.padded) * 16 * (len(self.axes) + 1)
         return max(1, min(32, (BATCH_BYTES << self.exact) // size))
 
@@ -179,7 +151,7 @@ class PatchSearch:
     ) -> list[Candidates]:
         """Return the candidates for windows that hold `feats` (n, h, w, C) int16 where `known` (n, h, w) uint8 is 1.
 
-        `among` is asked with the number of a window and its candidates: where it answers with a flat uint8 table like
+        `among` is called with the number of a window and its candidates: where it returns a flat uint8 table like
         ``flat_valid``, the candidates are the best of its patches instead.
         """
         n, reduced = len(feats), self.reduce(feats, known)
@@ -199,7 +171,7 @@ class PatchSearch:
         self, feats: Array, known: Array, reduced: Reduced, correlations: dict[int, Array], prices: Prices,
         usual: Array,
     ) -> list[Candidates]:  # fmt: skip
-        """Short-list positions by their correlations, and measure them."""
+        """Return candidates: positions short-listed by their correlations, refined and measured exactly."""
         best, counts, _ = self.short_list(reduced, correlations, prices, usual)
         found, posed = np.empty_like(best), self.variants.posed
         among = fourier_kernels.Among(self.flat_valid, self.offsets)
@@ -213,7 +185,7 @@ class PatchSearch:
     def short_list(
         self, reduced: Reduced, correlations: dict[int, Array], prices: Prices, usual: Array
     ) -> Listed:
-        """Return the positions that seem best to n windows, by their correlations with each variant.
+        """Return the short-lists of n windows, by their correlations with each variant.
 
         `usual` (n,): the usual distance of each, -1 where it is unknown, and then found.
         """
@@ -232,8 +204,11 @@ class PatchSearch:
         energies = fourier_kernels.coarse(
             feats, known, self.factor, self.mean, self.axes, self.clip, templates, masks
         )
-        slots, squares = self._masks.slots(masks)
-        return Reduced(energies, slots, squares, {shape: _conjugates(templates, shape) for shape in set(self.padded)})
+        slots = dict[bytes, int]()
+        numbers = np.array([slots.setdefault(mask.tobytes(), len(slots)) for mask in masks], np.int64)
+        squares = list(map(np.stack, zip(*map(self._under, slots), strict=True)))
+        spectra = {shape: _conjugates(templates, shape) for shape in set(self.padded)}
+        return Reduced(energies, numbers, squares, spectra)
 
     def full(self, coarse: int) -> int:
         """Return a distance of reduced pictures in units of the exact distance."""
@@ -251,7 +226,7 @@ class PatchSearch:
 
 
 def _conjugates(templates: Array, shape: Pair) -> Array:
-    """Transform windows (n, K, rows, columns), padded to `shape`: the conjugates of their spectra.
+    """Return the conjugate spectra of windows (n, K, rows, columns), padded to `shape`.
 
     The columns' are made of the rows', which are few: what is padding is transformed once.
     """

@@ -19,7 +19,7 @@ from ..kernels.jit import kernel
 def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
     """Write the squared distance of every patch into its row of `rows` (n, 4), which are as candidates.
 
-    In place of the distance stands what is far enough: of a patch farther off no more is known than that it is.
+    On entry the distance is an upper bound: patches farther than that get any larger number.
     """
     flat, table = posed
     h, w = known.shape
@@ -37,7 +37,7 @@ def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
 def complete(
     correlated: Any, axes: int, scale: float, feats: Any, known: Any, posed: Any, found: Any, counts: Any
 ) -> None:
-    """Measure what the short-lists of n windows may have missed, so that the best of one variant is among `found`.
+    """Add positions that the short-lists of n windows missed, so that the best of one variant is among `found`.
 
     The reduced pictures are rounded to whole numbers along `axes` directions: the true distance, times `scale`,
     is at least that of the reduced pictures less 1 for every known cell and axis (as norms). Positions that may
@@ -83,7 +83,7 @@ class Correlated(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """The short-lists of n windows, K positions each and what more a search needs to sort them."""
+    """The short-lists of n windows, K positions each."""
 
     best: Int64  # (n, K, 4): cost, variant, row, column, cheapest first
     counts: Int64  # (n,): how many there are
@@ -177,10 +177,7 @@ def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, ou
                 n += 1
     if n == 0:
         return -1
-    mean = np.int64(0)
-    for i in range(n):
-        mean += sample[i]
-    mean //= n
+    mean = sample[:n].sum() // n
     return max(int(smallest(sample, n, n // 20)), int(mean >> 2))
 
 
@@ -252,7 +249,7 @@ def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count
 
 @kernel
 def row_spans(known: Any, spans: Any) -> None:
-    """Of every row, the first known pixel, one past the last, and 1 if all between are known."""
+    """Write for every row the first known pixel, one past the last, and 1 if all between are known."""
     for i in range(known.shape[0]):
         lo, hi, n = known.shape[1], 0, 0
         for j in range(known.shape[1]):

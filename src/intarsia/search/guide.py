@@ -1,4 +1,4 @@
-"""What a guide says of every window and every patch: which labels they hold, and how far they differ.
+"""Patch search under a guide of labels or target pictures (Multrus 2003, 5.3).
 
 Windows inside one region of the target take patches that lie wholly in that label; windows on a boundary take
 patches that hold the same labels (Multrus 2003, 5.3: the sets G1, G2 and G3, here for any number of labels).
@@ -6,7 +6,6 @@ patches that hold the same labels (Multrus 2003, 5.3: the sets G1, G2 and G3, he
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,7 +52,7 @@ class GuideSearch(PatchSearch):
 
 
 class GuidedSearch:
-    """Search patches for windows under a guide: the short-list counts seams and guide together.
+    """Searches patches for windows under a guide: the short-list sums seam and guide costs.
 
     `search` finds patches whose seams fit: a PatchSearch, or what can be narrowed by ``within`` as it can; `unit`: the
     squared difference of one pixel over the full range of the exemplars, what a seam distance of 1 is.
@@ -67,7 +66,7 @@ class GuidedSearch:
         self.among: dict[int, Any] = {s: search.within(valid) for s, valid in self.allowed.items()}
 
     def _beside(self, search: Any) -> Any:
-        """The search that compares what the guide says."""
+        """Return the search that compares the guide."""
         return GuideSearch(self.guidance.pictures, search.patch, 0, factor=search.factor)
 
     def allowed_at(self, window: Pair) -> list[Array]:
@@ -89,7 +88,7 @@ class GuidedSearch:
         return found
 
     def _weighed(self, search: Any, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
-        """Where patches differ in what the guide says, count that too: correlated as pixels are, and added."""
+        """Return candidates by the sum of seam and guide distances, both correlated."""
         feats, known = search.variants.windows(grown, at, search.patch)
         wanted, inside = self.guidance.wanted(at)
         shares, guide = self.shares(known, inside), self.guide
@@ -115,9 +114,9 @@ class GuidedSearch:
         ]  # fmt: skip
 
     def measured(self, search: Any, window: tuple[Array, Array, Array, Array], share: float, coarse: Array) -> Array:
-        """Follow coarse candidates (n, 4) to the cheapest pixel of their cell's surroundings: rows, best first.
+        """Return coarse candidates (n, 4) moved to the cheapest pixel around their cell, best first.
 
-        `window`: features and where they are known, what the guide says, and where the canvas reaches.
+        `window`: features and known mask, guide under it, and the mask of the canvas.
         """
         feats, known, wanted, inside = window
         beyond = search.factor - 1
@@ -137,11 +136,11 @@ class GuidedSearch:
         return np.unique(rows[rows[:, 0] < FAR], axis=0)
 
     def cost(self, seams: Array, labels: Array, share: float) -> Array:
-        """Join squared differences (n,) of seams and of the guide: d squared and (alpha g) squared."""
+        """Return the sum of squared differences (n,) of seams and of the guide: d squared plus (alpha g) squared."""
         return np.asarray(seams + np.rint(share * share * labels).astype(np.int64))
 
     def shares(self, known: Array, inside: Array) -> Array:
-        """By what the root of the guide's squared difference is multiplied, window by window.
+        """Return the factor of the root of the guide's squared difference for each window.
 
         With n known pixels of a window of A, d and g are means, d**2 of n pixels and g**2 of A; costs are larger by n
         and the unit of seams. Where nothing is known, n = A.
@@ -164,7 +163,7 @@ ONE = 1020  # a label that is there, the full range of a target picture
 
 
 class WindowGuide:
-    """The guide of a canvas, beside every variant and under every window.
+    """The guide of a canvas for every variant and every window.
 
     ``pictures``: the guide beside the exemplars, posed and laid out like the variants: one channel for each label of
     the target, ONE where a pixel has it (of two labels one is enough), or the channels of a target picture, 0 .. ONE.
@@ -183,7 +182,7 @@ class WindowGuide:
         wide = [layout.widened(channel, 0) for channel in (*np.moveaxis(target, 2, 0), there)]
         self._under = np.lib.stride_tricks.sliding_window_view(np.stack(wide, axis=2), layout.patch, (0, 1))
         self.unit = (min(channels, 2) if guide.is_labels else channels) * ONE * ONE
-        self.pictures = _laid_out(sources, variants, layout.patch)
+        self.pictures = variants.showing(sources)
         self.windows = np.zeros((len(layout.rows), len(layout.columns)), np.int64)
         self._held: list[Array] = []
         if guide.is_labels:
@@ -214,7 +213,7 @@ class WindowGuide:
         return [ok & (held & ~labels == 0) for ok, held in zip(valid, self._held, strict=True)]
 
     def groups(self, search: Search) -> Array:
-        """Number the coarse positions of all variants by the labels that patches there hold, flat."""
+        """Return numbers of the coarse positions of all variants by the labels that patches there hold, flat."""
         every = []
         for valid, held in zip(search.valid, self._held, strict=True):
             rows, columns = (np.minimum(np.arange(n) * search.factor, size - 1)
@@ -239,7 +238,7 @@ def label_sets(ids: Array, patch: Pair) -> Array:
 
 
 def check_guide(exemplars: Exemplars, guide: Guide, patch: int | Pair) -> None:
-    """Refuse a guide that does not fit its exemplars, or a label without a patch wholly inside it."""
+    """Raise InputError for a guide that does not fit its exemplars, or a label without a patch wholly inside it."""
     check_sources(exemplars, guide)
     missing = _without_pure_patch(exemplars, guide, extent(patch))
     if missing:
@@ -254,7 +253,7 @@ def check_guide(exemplars: Exemplars, guide: Guide, patch: int | Pair) -> None:
 
 
 def check_sources(exemplars: Exemplars, guide: Guide) -> None:
-    """Refuse a guide whose source pictures are not those of the exemplars, or that has too many labels."""
+    """Raise InputError for source pictures that do not match the exemplars, or for too many labels."""
     if len(guide.sources) != len(exemplars):
         raise InputError(
             f"the guide has {len(guide.sources)} source pictures for {len(exemplars)} exemplars; give one for each."
@@ -337,7 +336,7 @@ def _without_pure_patch(exemplars: Exemplars, guide: Guide, patch: Pair) -> list
 
 
 def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:
-    """Number the labels in the order of `names`; all others share the next number."""
+    """Return the labels numbered in the order of `names`; all others share the next number."""
     pixels = plane.pixels.reshape(plane.height, plane.width).astype(np.int64)
     place = np.searchsorted(names, pixels)
     known = np.append(np.array(names, np.int64), -1)[place] == pixels
@@ -345,7 +344,7 @@ def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:
 
 
 def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
-    """The guide as int16 channels of 0 .. ONE, beside the exemplars and over the canvas."""
+    """Return the guide as int16 channels of 0 .. ONE, of the exemplars and of the canvas."""
     planes = [*guide.sources, guide.target]
     if guide.is_labels:
         ids = [numbered_labels(p, guide.names) for p in planes]
@@ -367,7 +366,7 @@ def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
 
 
 def _presence(mine: Array, reach: int, wrap: Wrap) -> Array:
-    """ONE inside a region and 0 outside; with a reach rising between them over so many px on either side."""
+    """Return ONE inside a region and 0 outside; with a reach a ramp over so many px on either side."""
     if not reach or mine.all() or not mine.any():
         return mine.astype(np.int16) * np.int16(ONE)
     pad = [(reach, reach) if closed else (0, 0) for closed in (wrap.y, wrap.x)]
@@ -382,15 +381,3 @@ def _padded(picture: Array, toroidal: bool, patch: Pair) -> Array:
         return picture
     pad = [(0, patch[0] - 1), (0, patch[1] - 1), (0, 0)][: picture.ndim]
     return np.pad(picture, pad, mode="wrap")
-
-
-def _laid_out(sources: list[Array], variants: PosedExemplars, patch: Pair) -> PosedExemplars:
-    channels, begin = sources[0].shape[2], 0
-    blocks, table = [], variants.table.copy()
-    for v in range(len(variants)):
-        picture = pose_array(sources[variants.exemplar[v]], int(variants.pose[v]))
-        picture = _padded(picture, bool(variants.toroidal[v]), patch)
-        table[v, 0] = begin
-        blocks.append(np.ascontiguousarray(picture).ravel())
-        begin += picture.size
-    return replace(variants, flat=np.concatenate(blocks), table=table, channels=channels)

@@ -1,19 +1,13 @@
-"""Segments of an exemplar, and the group of them that sets the size of patches.
+"""Segmentation of an exemplar into texture elements, and the patch size that follows (segment-based fragments).
 
-Which elements a texture is made of, and the patch size that follows: by segments that look alike.
-
-A picture is cut into segments, segments are gathered in groups, and the group with the most even elements tells how
-large patches must be and how wide their boundary zone.
+A picture is cut into segments, segments are grouped by colour, and the group with the most even elements sets the size
+of patches and the width of their boundary zone.
 
 Source: the segment-based fragments (docs/sources-003.md). Departures: twelve scales vote, because one fails on blur or
-noise; the terms compared have no unit; where no group will do, the size comes from the autocorrelation, and the result
-says so. What the source leaves open is decided in docs/design/search-and-cuts.md#segments.
-
-Groups of segments that look alike, and the separate elements of a group.
-
-The segment-based fragments (docs/sources-003.md) cluster segments "adaptively" without saying how. Here they are split
-in two where that explains most of their colour, and each part again: a tree, in which every node is a group. Why so is
-told in docs/design/search-and-cuts.md#segments.
+noise; the terms compared have no unit; where no group passes, the size comes from the autocorrelation, and the result
+says so. The fragments cluster segments "adaptively" without saying how: here groups are split in two where that
+explains most of their colour, and each part again: a tree, in which every node is a group. What the source leaves open
+is decided in docs/design/search-and-cuts.md.
 """
 
 from __future__ import annotations
@@ -22,7 +16,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +25,7 @@ from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..model import Exemplar
-from .feature_group import FILTERS, FINE, Group, admitted, measured, size_and_gap, sums, zone
+from .feature_group import FEWEST, FINE, Group, admitted, measured, size_and_gap, sums, zone
 from .felzenszwalb import DEVIATION, NOWHERE, PixelGraph, even_colours, smoothed
 
 DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten and eight of 24 sizes differ
@@ -40,7 +33,7 @@ DEPTH = 3  # splits in a row: at most 8 groups that do not overlap; 2 and 6: ten
 
 @dataclass(frozen=True, eq=False)
 class GroupTree:
-    """Segments, and the groups that they form.
+    """A segmentation and the tree of its groups.
 
     Attributes
     ----------
@@ -67,7 +60,7 @@ class GroupTree:
         return np.asarray(regions, np.int32)
 
     def around(self, node: int) -> tuple[Int32, Int32, int]:
-        """Return elements, their groups, and the group that is `node`: a partition that holds this node.
+        """Return elements, their groups, and the number of the group `node`, in a partition that holds this node.
 
         Elements are the connected regions of all groups, -1 where nothing counts.
         """
@@ -144,18 +137,13 @@ SLACKS = (1, 2, 4, 8)  # in standard deviations of the colours; without 8: three
 LEAST_PATCH = 8  # px; 4 and 16: none (of 40 larger ones none and two)
 
 
-class Voting(NamedTuple):
-    """How groups vote for a size."""
-
-    step: int = 32  # sizes are told apart by one part in so many; 16 and 64: six and seven
-    reach: int = 16  # steps, half an octave: sizes so near support one another; two and four
-    alike: int = 5  # steps: sizes so near are one, of which the most even wins; seven and five
-    about: float = 0.1  # energies that differ by less count as equal; three and four, at 0 five
-    power: int = 6  # of the votes: uneven groups hardly count; three and four, at 0 four
-    most: int = 1 << 20  # votes of a group without any unevenness: a unit; 1024: the same
-
-
-VOTING = Voting()
+# How groups vote for a size, halved and doubled in the same way.
+STEP = 32  # sizes are told apart by one part in so many; 16 and 64: six and seven
+REACH = 16  # steps, half an octave: sizes so near support one another; two and four
+ALIKE = 5  # steps: sizes so near are one, of which the most even wins; seven and five
+ABOUT = 0.1  # energies that differ by less count as equal; three and four, at 0 five
+POWER = 6  # of the votes: uneven groups hardly count; three and four, at 0 four
+MOST = 1 << 20  # votes of a group without any unevenness: a unit; 1024: the same
 
 
 class SizeRule(StrEnum):
@@ -229,7 +217,7 @@ class Candidate:
 
 
 def segments(exemplar: Exemplar) -> Segments:
-    """Return the segments of an exemplar, found once; of the base plane."""
+    """Return the segments of an exemplar's base plane, computed once."""
 
     def find() -> Segments:
         feats = features([exemplar])
@@ -279,27 +267,27 @@ def vote(sizes: Int64, energies: list[float], areas: Int64) -> tuple[int, float]
     of the size with most support the one of least energy wins, or of those about as even the one of most area: whole
     elements, not their rims or cores. Of equals it is the first.
     """
-    votes = np.array([int(VOTING.most / math.prod([1 + e] * VOTING.power)) for e in energies], np.int64)
+    votes = np.array([int(MOST / math.prod([1 + e] * POWER)) for e in energies], np.int64)
     steps = np.searchsorted(_ladder(int(sizes.max())), sizes)
     apart = np.abs(steps[:, None] - steps)
-    support = (np.maximum(VOTING.reach - apart, 0) * votes).sum(axis=1)
-    alike = np.flatnonzero(apart[int(np.argmax(support))] <= VOTING.alike)
+    support = (np.maximum(REACH - apart, 0) * votes).sum(axis=1)
+    alike = np.flatnonzero(apart[int(np.argmax(support))] <= ALIKE)
     least = min(energies[k] for k in alike)
-    winner = max((k for k in alike.tolist() if energies[k] <= least + VOTING.about), key=lambda k: (areas[k], -k))
-    share = float(votes[apart[winner] < VOTING.reach].sum()) / float(max(votes.sum(), 1))
+    winner = max((k for k in alike.tolist() if energies[k] <= least + ABOUT), key=lambda k: (areas[k], -k))
+    share = float(votes[apart[winner] < REACH].sum()) / float(max(votes.sum(), 1))
     return winner, share
 
 
 def _ladder(top: int) -> Int64:
-    """Whole sizes, each a 32nd larger than the one before: a logarithm that no library can round differently."""
+    """Return whole sizes, each a 32nd larger than the one before: a logarithm that rounds the same everywhere."""
     steps = [FINE]
     while steps[-1] < top:
-        steps.append(steps[-1] + max(steps[-1] // VOTING.step, 1))
+        steps.append(steps[-1] + max(steps[-1] // STEP, 1))
     return np.array(steps, np.int64)
 
 
 def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[Pair, GroupTree]]:
-    """Segments and groups at every scale: from little to much blur, from little to much slack."""
+    """Yield segments and groups at every scale: from little to much blur, from little to much slack."""
     unit = int(DEVIATION * math.sqrt(colours.shape[2]))  # the usual distance of a colour from the mean
     blurred, done = colours, 0
     for passes in PASSES:
@@ -310,10 +298,10 @@ def scales(colours: Int32, mask: Mask | None) -> Iterator[tuple[Pair, GroupTree]
 
 
 def candidates_at(scale: Pair, tree: GroupTree, pixels: int) -> Iterator[Candidate]:
-    """The groups of a scale that pass the filters."""
+    """Yield the groups of a scale that pass the filters."""
     for node in range(len(tree.nodes)):
         elements = tree.elements(node)
-        if int(elements.max()) < FILTERS.fewest:  # measuring takes longest
+        if int(elements.max()) < FEWEST:  # measuring takes longest
             continue
         lists = measured(elements)
         if lists is not None and admitted(lists, pixels):
@@ -321,7 +309,7 @@ def candidates_at(scale: Pair, tree: GroupTree, pixels: int) -> Iterator[Candida
 
 
 def of_group(winner: Candidate, support: float, factor: int, shape: tuple[int, ...]) -> Segments:
-    """The segments of the winner's scale, and the patch and zone that follow from it."""
+    """Return the segments of the winner's scale, with the patch and zone that follow from it."""
     labels, groups, chosen = winner.tree.around(winner.node)
     patch = limited(-(-winner.size * factor // FINE), min(shape))
     return Segments(
@@ -334,7 +322,7 @@ def of_group(winner: Candidate, support: float, factor: int, shape: tuple[int, .
 
 
 def fallback(features: Int16, usable: Mask | None, tree: GroupTree | None, why: str) -> Segments:
-    """The size from the autocorrelation; the segments, if there are any, of the middle scale."""
+    """Return the size by the autocorrelation, with the segments of the middle scale if there are any."""
     shape = features.shape[:2]
     factor = 1
     if tree is None:
@@ -351,12 +339,12 @@ def fallback(features: Int16, usable: Mask | None, tree: GroupTree | None, why: 
 
 
 def limited(patch: int, short: int) -> int:
-    """Keep a patch between 8 px and half the short side, and at 1 px at least."""
+    """Return a patch clamped between 8 px and half the short side, at least 1 px."""
     return max(1, min(max(patch, LEAST_PATCH), short // 2))
 
 
 def enlarged_labels(labels: Int32, factor: int, shape: tuple[int, ...]) -> Int32:
-    """Repeat every label factor x factor times; what is left over at the ends continues the last one."""
+    """Return every label repeated factor x factor times, the last one continued to the shape."""
     if factor == 1:
         return labels
     y, x = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(shape, labels.shape, strict=True))

@@ -1,4 +1,4 @@
-"""The choice of the group that makes a texture what it is: bricks and not mortar, dots and not ground.
+"""Selection of the feature group of a segmentation (SelectFeature): bricks and not mortar, dots and not ground.
 
 Source: the segment-based fragments (docs/sources-003.md), algorithms SelectFeature, EdgeScore and SelectParameters. The
 elements of the group should be of one size, evenly spread and compact. Departures: the terms have no unit, so that a
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,15 +27,10 @@ NARROW = 6  # parts of the patch, one of them at least; 12: ten, 3: 19
 WIDE = 3  # parts of the patch, one of them at most; 6: six, 2: three
 
 
-class Filters(NamedTuple):
-    """What is asked of a group. Halved and doubled on 24 textures: sizes that differ by a tenth (docs/design/012)."""
-
-    fewest: int = 5  # elements, as in SelectFeature of the fragments; 3: nine, 10: eleven
-    spread: float = 0.5  # of the picture: the box around the group is larger, as there; halved: two of 64, 0.9: five
-    cover: float = 0.02  # of the picture: a group of less is dirt; halved: three, doubled: six
-
-
-FILTERS = Filters()
+# What is asked of a group. Halved and doubled on 24 textures: sizes that differ by a tenth (docs/design/012).
+FEWEST = 5  # elements, as in SelectFeature of the fragments; 3: nine, 10: eleven
+SPREAD = 0.5  # of the picture: the box around the group is larger, as there; halved: two of 64, 0.9: five
+COVER = 0.02  # of the picture: a group of less is dirt; halved: three, doubled: six
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +77,7 @@ class Group:
 
 
 def measured(elements: Int32) -> Group | None:
-    """Measure the elements of a group (1, 2, ... in a map, 0 elsewhere); None where no two of them count."""
+    """Return the lists of the elements of a group (1, 2, ... in a map, 0 elsewhere); None if fewer than 2 count."""
     count = int(elements.max(initial=0))
     inside = np.flatnonzero(elements)
     names = elements.ravel()[inside]
@@ -98,7 +92,7 @@ def measured(elements: Int32) -> Group | None:
     edges = np.bincount(names[edge_pixels(elements).ravel()[inside]], minlength=count + 1)[1:]
     whole = (ends[:, 0] > 0) & (ends[:, 2] > 0)
     whole &= (ends[:, 1] < elements.shape[0]) & (ends[:, 3] < elements.shape[1])
-    if np.count_nonzero(whole) < FILTERS.fewest:
+    if np.count_nonzero(whole) < FEWEST:
         whole[:] = True
     box = (ends[:, 1].max() - ends[:, 0].min()) * (ends[:, 3].max() - ends[:, 2].min())
     kept = counted[whole]
@@ -123,10 +117,10 @@ def nearest_offsets(points: Int64) -> Int64:
 
 
 def admitted(group: Group | None, pixels: int) -> bool:
-    """The filters of the fragments: at least 5 elements, spread over more than half of the picture; and no dirt."""
-    if group is None or group.count < FILTERS.fewest:
+    """Return whether a group passes: at least 5 elements, spread over more than half of the picture, 2 % covered."""
+    if group is None or group.count < FEWEST:
         return False
-    return bool(group.box > FILTERS.spread * pixels and group.areas.sum() >= FILTERS.cover * pixels)
+    return bool(group.box > SPREAD * pixels and group.areas.sum() >= COVER * pixels)
 
 
 def size_and_gap(group: Group) -> Pair:
@@ -149,14 +143,14 @@ def zone(patch: int, gap: int) -> int:
 
 
 def variation(values: Int64, weights: Int64) -> float:
-    """Standard deviation over mean of whole numbers, weighted; the mean is taken as 1 at least."""
+    """Return the weighted coefficient of variation of whole numbers; the mean is taken as 1 at least."""
     total, first = int(weights.sum()), int((weights * values).sum())
     second = int((weights * values * values).sum())
     return math.sqrt(total * second - first * first) / max(first, total)
 
 
 def edge_pixels(elements: Array) -> Mask:
-    """Pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
+    """Return the pixels with one of 4 neighbours outside their element; the border of the picture is no edge."""
     edge = np.zeros(elements.shape, bool)
     for axis in (0, 1):
         a, b = (np.s_[:-1], np.s_[1:]) if axis == 0 else (np.s_[:, :-1], np.s_[:, 1:])
@@ -167,5 +161,5 @@ def edge_pixels(elements: Array) -> Mask:
 
 
 def sums(where: Array, values: Array, count: int = 0) -> Int64:
-    """Add up whole values by their number, so many numbers at least; exact, for doubles hold sums below 2**53."""
+    """Return the sums of whole values by number, at least `count` of them; exact below 2**53."""
     return np.asarray(np.rint(np.bincount(where, values, count)), np.int64)

@@ -1,4 +1,4 @@
-"""Cutting a picture into segments: connected pixels between which no edge stands out.
+"""Graph-based image segmentation of Felzenszwalb and Huttenlocher.
 
 Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", IJCV 2004, which the segment-based
 fragments (docs/sources-003.md) name.
@@ -12,8 +12,9 @@ import math
 import numpy as np
 
 from ..analysis import spreads
+from ..foundation import ndimage
 from ..foundation.arrays import Array, Int32, Mask
-from .felzenszwalb_kernels import join_edges, smooth
+from .felzenszwalb_kernels import join_edges
 
 # Halved and doubled on 24 textures (docs/design/012): how many sizes of elements differ by a tenth.
 DEVIATION = 256  # steps of an even colour for each standard deviation of a channel: a unit; either way 11, by rounding
@@ -40,10 +41,10 @@ def even_colours(colours: Array, usable: Mask | None) -> Int32 | None:
 
 
 def smoothed(colours: Int32, passes: int) -> Int32:
-    """Blur by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
-    soft = np.array(colours, np.int32, order="C")
-    smooth(soft, passes)
-    return soft
+    """Return colours blurred by (1, 2, 1) / 4 along both axes, `passes` times: a Gaussian of sigma sqrt(passes / 2)."""
+    for axis in (0, 1) * passes:
+        colours = (ndimage.correlate1d(colours, (1, 2, 1), axis, mode="nearest") + 2) >> 2
+    return colours
 
 
 class PixelGraph:
@@ -74,8 +75,8 @@ class PixelGraph:
             first.append(number[a][kept].ravel())
             second.append(number[b][kept].ravel())
             weight.append(np.minimum(distance, 65535).astype(np.uint16)[kept].ravel())
-        self.first, self.second, self.weight = (np.concatenate(p) for p in (first, second, weight))
-        self.order = np.argsort(self.weight, kind="stable")
+        order = np.argsort(np.concatenate(weight), kind="stable")
+        self.first, self.second, self.weight = (np.concatenate(p)[order] for p in (first, second, weight))
 
     def segments(self, slack: int, least: int = LEAST_PIXELS) -> Int32:
         """Return the number of the segment of every pixel, in raster order of first pixels; -1: does not count.
@@ -83,13 +84,13 @@ class PixelGraph:
         `slack` is the source's k in steps of the colours: the larger, the larger the segments.
         """
         parent = np.empty(self.shape[0] * self.shape[1], np.int32)
-        join_edges(self.first, self.second, self.weight, self.order, slack, least, parent)
+        join_edges(self.first, self.second, self.weight, slack, least, parent)
         if self.usable is not None:
             parent[~self.usable.ravel()] = NOWHERE
         return numbered(parent).reshape(self.shape)
 
 
 def numbered(names: Array) -> Int32:
-    """Number names 0, 1, ... in their order, whatever they are; negative ones become -1."""
+    """Return names renumbered 0, 1, ... in their order; negative ones become -1."""
     found, number = np.unique(names, return_inverse=True)
     return np.asarray(np.maximum(number.reshape(names.shape) - np.count_nonzero(found < 0), NOWHERE), np.int32)

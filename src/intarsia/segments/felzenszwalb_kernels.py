@@ -1,4 +1,4 @@
-"""Segments of a picture: neighbouring pixels grow together while no edge between them stands out.
+"""Graph-based image segmentation: region merging along sorted edges.
 
 Felzenszwalb and Huttenlocher, "Efficient Graph-Based Image Segmentation", IJCV 2004. Weights are whole numbers
 and the order of the edges is given, so ties are settled by the caller's stable sort and nothing else.
@@ -6,51 +6,17 @@ and the order of the edges is given, so ties are settled by the caller's stable 
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
-from ..foundation.arrays import Int32, Int64
+import numpy as np
+
 from ..kernels.cuts import find_root
 from ..kernels.jit import kernel
 
 
 @kernel
-def smooth(colours: Int32, passes: int) -> None:
-    """Blur (H, W, C) by (1, 2, 1) / 4 along both axes, so many times, rounded to the nearest; in place."""
-    h, w, n = colours.shape
-    rows, above, line = colours.reshape(h, w * n), np.empty(w * n, np.int32), np.empty((w + 2) * n, np.int32)
-    for _ in range(passes):
-        for k in range(w * n):
-            above[k] = rows[0, k]
-        for i in range(h):
-            here, below = rows[i], rows[min(i + 1, h - 1)]
-            for k in range(w * n):
-                middle = here[k]
-                twice = np.int32(np.int32(middle + middle) + np.int32(2))
-                here[k] = np.int32(np.int32(above[k] + below[k]) + twice) >> np.int32(2)
-                above[k] = middle
-        for i in range(h):
-            here = rows[i]
-            for k in range(w * n):
-                line[n + k] = here[k]
-            for k in range(n):
-                line[k], line[n + w * n + k] = here[k], here[w * n - n + k]
-            for k in range(w * n):
-                twice = np.int32(np.int32(line[k + n] + line[k + n]) + np.int32(2))
-                here[k] = np.int32(np.int32(line[k] + line[k + 2 * n]) + twice) >> np.int32(2)
-
-
-@kernel
-def join_edges(
-    first: Int32,
-    second: Int32,
-    weight: NDArray[np.uint16],
-    order: Int64,
-    slack: int,
-    least: int,
-    parent: Int32,
-) -> None:
-    """Join pixels along edges, lightest first; `parent` (one entry for each pixel) becomes the segments.
+def join_edges(first: Any, second: Any, weight: Any, slack: int, least: int, parent: Any) -> None:
+    """Join pixels along edges, sorted lightest first; `parent` (one entry for each pixel) becomes the segments.
 
     Two segments join over an edge no heavier than ``largest edge inside + slack / pixels`` of both. Those of
     fewer than `least` px then join a neighbour over the lightest edge. A segment is named by its first pixel.
@@ -59,7 +25,7 @@ def join_edges(
     inner = np.zeros(parent.size, np.int64)
     for v in range(parent.size):
         parent[v] = v
-    for e in order:
+    for e in range(len(first)):
         a = find_root(parent, first[e])
         b = find_root(parent, second[e])
         w = np.int64(weight[e])
@@ -70,7 +36,7 @@ def join_edges(
             parent[b] = a
             size[a] += size[b]
             inner[a] = w
-    for e in order:
+    for e in range(len(first)):
         a = find_root(parent, first[e])
         b = find_root(parent, second[e])
         if a != b and (size[a] < least or size[b] < least):

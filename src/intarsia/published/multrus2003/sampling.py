@@ -188,13 +188,12 @@ def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, A
     return found.rows[order], prices[order]
 
 
-def join_in(method: PatchSampling, growth: Growth, at: Window, pick: Pick, found: Candidates) -> None:
-    """Place a patch into the window that begins at `at`, joined as the parameter `join` requires."""
-    bounds = growth.guided is not None and growth.at_boundary(growth.window(at))
-    if method.join == "cut" or (bounds and method.boundary_join == "cut"):
-        growth.cutting()(at, pick, found)
+def join_in(method: PatchSampling, growth: Growth, window: Window, pick: Pick, found: Candidates) -> None:
+    """Place a patch into a window, joined as the parameter `join` requires."""
+    if method.join == "cut" or (growth.at_boundary(window) and method.boundary_join == "cut"):
+        growth.cutting()(window, pick, found)
     else:
-        growth.growing.lay_over(at, pick, found.known, growth.layout, growth.settings.overlap)
+        growth.growing.lay_over(growth.at(window), pick, found.known, growth.settings.overlap)
 
 
 def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
@@ -209,7 +208,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
     rows[:, 0] = most
     fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     rows = nearest(rows[rows[:, 0] <= most])
-    return growth.weighed(np.array(growth.at(window), np.int64), replace(found, rows=rows))
+    return growth.weighed(window, replace(found, rows=rows))
 
 
 def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
@@ -225,4 +224,4 @@ def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Cand
     fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
     share = guided.shares(found.known[None], inside)[0]
     rows[:, 0] = guided.cost(rows[:, 0], apart[:, 0], share)
-    return growth.weighed(at[0], replace(found, rows=nearest(rows)))
+    return growth.weighed(window, replace(found, rows=nearest(rows)))

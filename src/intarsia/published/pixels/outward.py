@@ -13,7 +13,6 @@ from ...foundation.arrays import Array, Pair
 from ...foundation.filters import moving_sums
 from ...foundation.params import extent
 from ...foundation.run import Run, below, draw, draw_many
-from ...kernels.maps import Grown
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
@@ -64,7 +63,7 @@ class _Outward:
         self.taps = np.array(_taps(window), np.int64)
         self.ground = ground(layers(variants, exemplars), _reach(window), _reach(window))
         self.growing = GrowingMap.begin(variants, canvas, 0)
-        self.grown = Grown(self.growing.variant, self.growing.yx, (canvas.wrap.y, canvas.wrap.x))
+        self.grown = self.growing.grown
         heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
         self.first = max(int(heavy.sum()), 4) * variants.channels
         if not (self.growing.variant != HOLE).any():
