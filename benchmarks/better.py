@@ -37,7 +37,7 @@ from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.analysis.popout import rarity
 from intarsia.foundation.geometry import ISOMETRIES
-from intarsia.patches import growth, repetition
+from intarsia.patches import patch_synthesis, repetition
 
 SIDE, SEEDS, STEP, BAND, NEAR = 384, (1, 2, 3), 4, 24, 3
 ELEMENT, SHARE = 32, 15  # px, within which a part is rare or not; % of the pixels that are called striking
@@ -90,7 +90,7 @@ class Switch:
 FARAWAY = ((repetition, "REACH", 0),)
 EVENLY = ((repetition, "REACH", 0), (repetition, "STEADY", 1.0))
 TOGETHER = ((repetition.Repetition, "apart", lambda self, groups: None),)
-PLAIN = ((growth, "striking", lambda feats, finder: None),)
+PLAIN = ((patch_synthesis, "striking", lambda feats, finder: None),)
 DRIFTING = ((repetition, "DRIFT", 1e9),)
 SAMPLING = {
     "default": Switch(SOURCE),

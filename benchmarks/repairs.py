@@ -23,7 +23,7 @@ from better import TEXTURES, repeats
 
 import intarsia as ia
 from intarsia.judging import score_map
-from intarsia.seams.repair import Repairing
+from intarsia.seams.repair import SeamRefinement
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import repair_of
 
@@ -36,7 +36,7 @@ def places(made: Synthesis) -> np.ndarray[Any, Any]:
     """What the seams in the middle of every window cost."""
     canvas = made.canvas
     assert canvas is not None
-    return Repairing(repair_of(made.method, made.exemplars, 1), made.exemplars, canvas, made.map).worst.scores()
+    return SeamRefinement(repair_of(made.method, made.exemplars, 1), made.exemplars, canvas, made.map).worst.scores()
 
 
 def clocked(work: Any) -> tuple[Any, float]:

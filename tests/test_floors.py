@@ -125,7 +125,7 @@ def test_no_file_imports_itself_round_a_circle() -> None:
 
 @of_every_module
 def test_what_is_imported_late_is_named_where_it_is(path: Path) -> None:
-    """``lazy("intarsia.patches.growth")``: a name that is put together hides the file from tools and readers."""
+    """``lazy("intarsia.patches.patch_synthesis")``: a name that is put together hides the file from tools."""
     for node in ast.walk(tree(path)):
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "lazy":
             assert all(isinstance(a, ast.Constant) for a in node.args)

@@ -131,7 +131,7 @@ print(*mine, sep="\\n")
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "regular", "corrections", "judging", "studio", "giant"}
         drawing = "rendering.finish", "rendering.warped_kernels"
-        drawing += "seams.repair", "seams.graphcut"
+        drawing += "seams.repair", "seams.graphcut_map"
         rare = *drawing, "tasks.completion", "search.guide", "files.netpbm"
         assert not found & {f"intarsia.{name}" for name in rare}
 

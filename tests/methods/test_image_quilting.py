@@ -26,7 +26,7 @@ from intarsia.methods import make
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import SourceMap, identity
-from intarsia.patches import waves
+from intarsia.patches import window_batches
 from intarsia.search import WindowGrid
 from intarsia.testing import noise, texture
 from unweighed import seam_total
@@ -55,7 +55,7 @@ def test_patches_on_a_wrapped_border_are_matched_and_cut_on_all_sides(wrap: str)
     twin = NaiveQuilting([one, two], (24, 21), 7, 3, 5, Wrap(wrap))
     layout = WindowGrid(tuple(twin.rows), tuple(twin.columns), twin.patch, (24, 21), (Wrap(wrap).y, Wrap(wrap).x))
     every = np.ones((len(twin.rows), len(twin.columns)), bool)
-    truth = twin.run([w for wave in waves(layout, every) for w in wave])
+    truth = twin.run([w for wave in window_batches(layout, every) for w in wave])
     np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
     np.testing.assert_array_equal(out.which, truth[:, :, 0])
 

@@ -12,7 +12,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import identity
 from intarsia.patches import index_of
-from intarsia.patches.growth import Growth, PatchSettings
+from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.patches.repetition_kernels import CELL, edge_cells, weigh_edge
 from intarsia.search import posed_exemplars
 from intarsia.tasks.completion import with_hole
@@ -72,7 +72,7 @@ def test_without_an_edge_nothing_changes() -> None:
     hole[8:14, 9:20] = True
     for rim, weighed in ((40, False), (0, True)):
         canvas = Canvas(30, 30, start=with_hole(identity([e.source], 0), hole), rim=rim)
-        growth = Growth(PatchSettings((SIDE, SIDE), (4, 4)), [e], canvas)
+        growth = PatchSynthesis(PatchSettings((SIDE, SIDE), (4, 4)), [e], canvas)
         (found,) = growth.finder.find(growth.growing.grown, np.array([growth.at((0, 0))]), growth.finder.unpriced)
         assert (growth.weighed((0, 0), found).rows.tolist() != found.rows.tolist()) == weighed
 

@@ -15,7 +15,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Plane
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.patches.growth import Growth, PatchSettings, Repeats
+from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis, Repeats
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import join_in, settings_of
 from intarsia.tasks.completion import with_hole
@@ -31,7 +31,7 @@ class TestUses:
         dear = []
         for given in (guide, None):
             settings = PatchSettings((12, 12), (4, 4), repeats=Repeats(usage=0.05))
-            growth = Growth(settings, [painted(marks)], Canvas(300, 300, guide=given))
+            growth = PatchSynthesis(settings, [painted(marks)], Canvas(300, 300, guide=given))
             rows, columns = growth.layout.shape
             for n in range(rows * columns):
                 growth.repetition.add(n // columns, n % columns, (0, n * 7 % 48, n * 5 % 8))  # all of label 1, evenly
@@ -54,7 +54,7 @@ class TestPainting:
         found = got(out.map, marks)
         settings = engine_of(method).settings_of(method)
         canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
-        growth = Growth(settings, [painted(marks)], canvas)
+        growth = PatchSynthesis(settings, [painted(marks)], canvas)
         only_pure = np.ones((90, 90), bool)
         h, w = growth.layout.patch
         for r, y in enumerate(growth.layout.rows):
@@ -75,7 +75,7 @@ class TestPainting:
         assert ia.PatchSampling().boundary_candidates == 1
         marks, target = regions(70, 70), disc(70)
         canvas = Canvas(70, 70, guide=Guide(labels(marks), labels(target)))
-        growth = Growth(settings_of(method), [painted(marks)], canvas)
+        growth = PatchSynthesis(settings_of(method), [painted(marks)], canvas)
         seen = {True: 0, False: 0}
 
         def choose(window: Any, found: Any, bits: int) -> Any:

@@ -15,8 +15,8 @@ from intarsia.methods import engine_of
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import SourceMap
-from intarsia.patches.growth import Growth
-from intarsia.patches.repetition import Repetition, striking
+from intarsia.patches.patch_synthesis import PatchSynthesis
+from intarsia.patches.repetition import Repetition, patch_saliency
 from intarsia.patches.repetition_kernels import axis_distance
 from intarsia.search import WindowGrid, posed_exemplars
 from intarsia.search.fourier import PatchSearch
@@ -137,12 +137,12 @@ def test_repeats_of_striking_patches_cost_more_where_a_method_grows(method) -> N
     """The prices that methods lay by weigh the cluster's patches more than those of the ground."""
     e = Exemplar.of(TORTURE["red_cluster"](size=96))
     red = (e.base.pixels[:, :, 0] > 150) & (e.base.pixels[:, :, 1] < 90)
-    growth = Growth(engine_of(method).settings_of(method), [e], Canvas(200, 200))
+    growth = PatchSynthesis(engine_of(method).settings_of(method), [e], Canvas(200, 200))
     y, x = (int(v.mean()) for v in np.nonzero(red))
     at = tuple(min(max(v - 12, 0), 96 - 24) for v in (y, x))
 
     def repeated(u: int, s: int) -> int:
-        other = Growth(engine_of(method).settings_of(method), [e], Canvas(200, 200))
+        other = PatchSynthesis(engine_of(method).settings_of(method), [e], Canvas(200, 200))
         other.repetition.add(3, 3, (0, u, s))
         return price_of(other.repetition, (3, 4), 0, u, s)
 
@@ -289,7 +289,7 @@ def test_striking_spots_weigh_more() -> None:
     e = Exemplar.of(TORTURE["red_cluster"](size=96))
     feats = features([e])
     search = PatchSearch(posed_exemplars([e], feats, (0, 5), (24, 24)), (24, 24), 8)
-    upright, turned = striking(feats, search)
+    upright, turned = patch_saliency(feats, search)
     f = search.factor
     assert upright[70 // f, 70 // f] > 1.5 * np.median(upright)
     assert upright.shape == turned.shape

@@ -9,7 +9,7 @@ import pytest
 
 import intarsia as ia
 from intarsia.foundation.geometry import apart, laid
-from intarsia.patches import WindowGrid, waves
+from intarsia.patches import WindowGrid, window_batches
 from intarsia.testing import texture
 
 PATCH, OVERLAP = (9, 14), (2, 5)
@@ -28,7 +28,7 @@ def test_windows_of_a_wave_lie_apart_on_canvases_of_any_width(wraps: tuple[bool,
     """Where the last window is moved in from the border it may overlap the one before the last, too."""
     for height, width in itertools.product((9, 13, 22, 40), range(14, 90)):
         layout = grid(height, width, wraps)
-        found = waves(layout, np.ones(layout.shape, bool), around)
+        found = window_batches(layout, np.ones(layout.shape, bool), around)
         assert sorted(itertools.chain(*found)) == sorted(np.ndindex(*layout.shape))
         for a, b in itertools.chain(*(itertools.combinations(wave, 2) for wave in found)):
             away = [

@@ -23,11 +23,11 @@ from intarsia.methods import METHODS, keeps_lattice, make
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
-from intarsia.patches import growth as patches_growth
-from intarsia.patches.growth import PatchSettings, knee_of
-from intarsia.seams.graphcut import Cut, GraphcutGrowth, GraphcutSettings
-from intarsia.seams.repair import Constraints, Repair, Repairing, kept, repaired
-from intarsia.seams.worst import WorstSeams
+from intarsia.patches import patch_synthesis as patches_growth
+from intarsia.patches.patch_synthesis import PatchSettings, seam_threshold
+from intarsia.seams.graphcut_map import Cut, GraphcutMap, GraphcutSettings
+from intarsia.seams.repair import Constraints, Repair, SeamRefinement, from_start, repaired
+from intarsia.seams.worst_seams import WorstSeams
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import mended, repair_of
 from intarsia.testing import looked_up, texture
@@ -40,7 +40,7 @@ ONE = ia.Run(1)
 def naive_total(made: Synthesis) -> int:
     """What all seams of an upright map cost by the price `sharp`, pair by pair."""
     pictures = features.features(made.exemplars).pictures
-    knee = knee_of(max(variance(p, e.usable) for p, e in zip(pictures, made.exemplars, strict=True)))
+    knee = seam_threshold(max(variance(p, e.usable) for p, e in zip(pictures, made.exemplars, strict=True)))
     usable = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in made.exemplars]
     seen = [visibility(p, knee, e.usable, e.toroidal) for p, e in zip(pictures, made.exemplars, strict=True)]
     smap, which = made.map, np.zeros((made.map.height, made.map.width), int)
@@ -96,7 +96,7 @@ def test_threads_change_no_byte(isometries: str) -> None:
     outs = [mended(made, 3, ia.Run(n)) for n in (1, 2, 4)]
     assert len({out.map.digest for out, _ in outs}) == 1
     assert outs[0][1].patches > 0
-    again = Repairing(repair_of(outs[0][0].method, made.exemplars, 1), made.exemplars, Canvas(70, 66, ia.Wrap.Y),
+    again = SeamRefinement(repair_of(outs[0][0].method, made.exemplars, 1), made.exemplars, Canvas(70, 66, ia.Wrap.Y),
                       outs[0][0].map)  # fmt: skip
     assert again.sewn.total == outs[0][1].after
 
@@ -109,7 +109,7 @@ def test_the_wrapped_border_stays_as_good_as_the_inside() -> None:
         out = ia.repair(made, 4, run=ONE)
         pixels = out.render(feather=0).samples[:, :, 0].astype(float)
         assert made.canvas is not None
-        work = Repairing(repair_of(made.method, made.exemplars, 1), made.exemplars, made.canvas, out.map)
+        work = SeamRefinement(repair_of(made.method, made.exemplars, 1), made.exemplars, made.canvas, out.map)
         for axis in (0, 1):
             steps = np.abs(np.roll(pixels, -1, axis) - pixels).mean(axis=1 - axis)
             border[axis] += steps[-1]
@@ -138,7 +138,7 @@ def test_what_was_given_stays() -> None:
         assert made.canvas is not None
         was = made.canvas.start
         assert was is not None
-        stays = kept(was, made.map)
+        stays = from_start(was, made.map)
         assert stays.sum() > 100
         out, done = mended(made, 6, ONE)
         assert done.patches, "else nothing is tested"
@@ -209,7 +209,7 @@ def test_what_a_pass_works_on_is_its_own() -> None:
     """What the cut of one window reads no other changes, and what was barred for one patch is free for the next."""
     e = Exemplar.of(texture(40, 40, 3, 3))
     made = ia.synthesize(e, (90, 96), QUILTING, seed=1, wrap="x", run=ONE)
-    work = Repairing(Repair((12, 14), 1, distance=20), [e], Canvas(90, 96, ia.Wrap.X), made.map)
+    work = SeamRefinement(Repair((12, 14), 1, distance=20), [e], Canvas(90, 96, ia.Wrap.X), made.map)
     wave = work.worst.apart(work.sewn.around)
     assert len(wave) > 4
     read = np.zeros((90, 96), int)
@@ -243,8 +243,8 @@ def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
     e = Exemplar.of(texture(18, 20, 1, seed), toroidal=toroidal)
     yx = np.stack([rng.integers(0, 18, (22, 24)), rng.integers(0, 20, (22, 24))], 2).astype(np.int32)
     smap = SourceMap(yx, None, None, (e.source,), wrap)
-    growth = patches_growth.Growth(PatchSettings((6, 6), (2, 2), rim=1), [e], Canvas(22, 24, wrap, smap))
-    sewn = GraphcutGrowth(growth, GraphcutSettings(), Constraints(growth, None, 5))
+    growth = patches_growth.PatchSynthesis(PatchSettings((6, 6), (2, 2), rim=1), [e], Canvas(22, 24, wrap, smap))
+    sewn = GraphcutMap(growth, GraphcutSettings(), Constraints(growth, None, 5))
     box, pick = (int(rng.integers(14)), int(rng.integers(15)), 8, 9), (0, 3, 7)
     want = np.zeros((8, 9), bool)
     for i, j in product(range(8), range(9)):
@@ -253,8 +253,8 @@ def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
             dy, dx = abs(y - box[0] - i), abs(x - box[1] - j)
             dy, dx = min(dy, 22 - dy) if wrap.y else dy, min(dx, 24 - dx) if wrap.x else dx
             want[i, j] |= tuple(yx[y, x]) == mine and 0 < dy * dy + dx * dx < 25
-    assert sewn.bar is not None
-    assert (sewn.bar(box, pick) == want).all()
+    assert sewn.constraint is not None
+    assert (sewn.constraint(box, pick) == want).all()
     assert sewn.pays(Cut(0, box, pick, want.astype(np.uint8))) == (not want.any())
     assert sewn.pays(Cut(0, box, pick, ~want))
 

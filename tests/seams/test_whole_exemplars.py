@@ -12,9 +12,9 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
-from intarsia.patches.growth import Growth, PatchSettings
+from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.seams import placement_kernels
-from intarsia.seams.graphcut import ALIKE, GraphcutGrowth, GraphcutSettings
+from intarsia.seams.graphcut_map import TORUS_TOLERANCE, GraphcutMap, GraphcutSettings
 from intarsia.search import Candidates
 from intarsia.testing import texture
 
@@ -30,14 +30,14 @@ def meeting(seed: int) -> np.ndarray:
     return np.clip(128 + 45 * blobs / blobs.std(), 0, 255).astype(np.uint8)
 
 
-def sewing_of(toroidal: bool, wrap: Wrap = Wrap.NONE, size: tuple[int, int] = (110, 130)) -> GraphcutGrowth:
+def sewing_of(toroidal: bool, wrap: Wrap = Wrap.NONE, size: tuple[int, int] = (110, 130)) -> GraphcutMap:
     """An empty map of two exemplars, one of them turned, too."""
     exemplars = [Exemplar.of(meeting(1), toroidal=toroidal), Exemplar.of(meeting(2)[:30], toroidal=toroidal)]
-    growth = Growth(PatchSettings((14, 17), (4, 4), isometries=(0, 4)), exemplars, Canvas(*size, wrap))
-    return GraphcutGrowth(growth, GraphcutSettings(margin=5))
+    growth = PatchSynthesis(PatchSettings((14, 17), (4, 4), isometries=(0, 4)), exemplars, Canvas(*size, wrap))
+    return GraphcutMap(growth, GraphcutSettings(margin=5))
 
 
-def again(sewing: GraphcutGrowth, box: tuple[int, int, int, int], row: tuple[int, ...]) -> int:
+def again(sewing: GraphcutMap, box: tuple[int, int, int, int], row: tuple[int, ...]) -> int:
     """Whether in any place of nine, and in any way around it, an exemplar away the same is shown."""
     (top, left, h, w), (_, v, u, s), found = box, row, False
     size = sewing.variants.table[v, 1:3].tolist()
@@ -53,7 +53,7 @@ def again(sewing: GraphcutGrowth, box: tuple[int, int, int, int], row: tuple[int
         gaps = [abs(int(n) - m) for n, m in zip(sewing.yx[y, x], (u + i, s + j), strict=True)]
         if sewing.variants.toroidal[v]:
             gaps = [min(g % n, -g % n) for g, n in zip(gaps, size, strict=True)]
-        found |= max(gaps) <= ALIKE
+        found |= max(gaps) <= TORUS_TOLERANCE
     return int(found)
 
 
@@ -72,7 +72,7 @@ def test_what_is_shown_an_exemplar_away_is_found_as_by_the_twin(toroidal: bool, 
         rows = np.array([(0, v, (box[0] + a) % SIDE, (box[1] + b) % SIDE)
                          for v in (0, 1) for a in (-4, 0, 3) for b in (-3, 1, 4)], np.int64)  # fmt: skip
         out = np.empty(len(rows), np.int64)
-        placement_kernels.goes_around(sewing.grown, sewing.pieces, box, rows, ALIKE, out)
+        placement_kernels.repeats_whole_exemplar(sewing.grown, sewing.pieces, box, rows, TORUS_TOLERANCE, out)
         assert out.tolist() == [again(sewing, box, tuple(row)) for row in rows.tolist()]
         counts += out.tolist()
     assert min(counts) == 0 < max(counts)

@@ -15,7 +15,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE
-from intarsia.patches.growth import Growth, PatchSettings, strays
+from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis, stray_pixels
 from intarsia.published.multrus2003.guided import GuidedByRoots
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
@@ -80,7 +80,7 @@ class TestClasses:
     def test_windows_know_the_labels_of_the_canvas(self, wrap: str) -> None:
         marks, target = regions(40, 50, 3), regions(33, 41, 3)
         canvas = Canvas(33, 41, ia.Wrap(wrap), guide=Guide(labels(marks), labels(target)))
-        growth = Growth(PatchSettings((12, 12), (4, 4), hangs=1), [painted(marks)], canvas)
+        growth = PatchSynthesis(PatchSettings((12, 12), (4, 4), hangs=1), [painted(marks)], canvas)
         assert growth.guided is not None
         for r, y in enumerate(growth.layout.rows):
             for c, x in enumerate(growth.layout.columns):
@@ -94,7 +94,7 @@ class TestClasses:
     def test_a_window_takes_patches_of_its_own_set(self) -> None:
         marks = regions(60, 60, 3)
         guide = Guide(labels(marks), labels(regions(60, 60, 3)))
-        growth = Growth(PatchSettings((10, 10), (3, 3)), [painted(marks)], Canvas(60, 60, guide=guide))
+        growth = PatchSynthesis(PatchSettings((10, 10), (3, 3)), [painted(marks)], Canvas(60, 60, guide=guide))
         assert growth.guided is not None
         every = label_sets(marks.astype(int), (10, 10))
         for held, (allowed,) in growth.guided.allowed.items():
@@ -105,7 +105,9 @@ class TestClasses:
     def test_labels_turn_with_the_pixels(self) -> None:
         marks = regions(30, 41, 3)
         guide = Guide(labels(marks), labels(regions(30, 30, 3)))
-        growth = Growth(PatchSettings((8, 8), (2, 2), isometries="both"), [painted(marks)], Canvas(30, 30, guide=guide))
+        growth = PatchSynthesis(
+            PatchSettings((8, 8), (2, 2), isometries="both"), [painted(marks)], Canvas(30, 30, guide=guide)
+        )
         assert growth.guided is not None
         pictures = growth.guided.guidance.pictures
         for v in range(8):
@@ -137,7 +139,7 @@ class Scene:
                 settings, guided=GuidedPyramid,
                 finder=lambda its, laid, patch, listed: PyramidSearch(laid, patch, its.overlap, "mean", 8, listed),
             )  # fmt: skip
-        self.growth = Growth(settings, [exemplar], Canvas(12, 12, guide=guide))
+        self.growth = PatchSynthesis(settings, [exemplar], Canvas(12, 12, guide=guide))
         self.unit = round(1023**2 * (0.30 + 0.59 + 0.11) / 0.59)  # the range in every channel, as channels count
         self.weight, self.published = weight, search in ("roots", "pyramid")
         for array, top in ((self.growth.growing.yx[:, :, 0], 40), (self.growth.growing.yx[:, :, 1], 45)):
@@ -276,7 +278,7 @@ class TestStrays:
         found[2:4, 10:13] = 0  # 3 px deep
         found[8:10, 10:17] = 0  # 7 px deep
         beside = np.ones((3, 3), bool)
-        assert np.argwhere(strays(found, target, 4, beside))[:, 0].tolist() == [8] * 7 + [9] * 7
-        assert not strays(found, target, 7, beside).any()
-        assert np.array_equal(strays(found, target, 7, np.eye(3, dtype=bool)), found != target)
-        assert not strays(target, target, 0, beside).any()
+        assert np.argwhere(stray_pixels(found, target, 4, beside))[:, 0].tolist() == [8] * 7 + [9] * 7
+        assert not stray_pixels(found, target, 7, beside).any()
+        assert np.array_equal(stray_pixels(found, target, 7, np.eye(3, dtype=bool)), found != target)
+        assert not stray_pixels(target, target, 0, beside).any()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.patches import fill_order, levels, touching, waves
+from intarsia.patches import batch_numbers, fill_order, neighbour_query, window_batches
 from intarsia.search import WindowGrid
 from intarsia.tasks.completion import Margins, extended, extension, grown_hole, scene_to_heal, with_hole
 from intarsia.testing.cases import noise, texture
@@ -72,7 +72,7 @@ def test_waves_hold_no_windows_that_touch_and_keep_the_order(kind: str, wraps: t
     found = tuple(fill_order(known_of(kind, *size), patch, (4, 5), wraps))
     layout = WindowGrid((), (), patch, size, wraps, found)
     wave_of = {}
-    for number, wave in enumerate(waves(layout, np.ones(layout.shape, bool))):
+    for number, wave in enumerate(window_batches(layout, np.ones(layout.shape, bool))):
         for row, column in wave:
             wave_of[row] = number
             assert column == 0
@@ -86,7 +86,7 @@ def test_waves_hold_no_windows_that_touch_and_keep_the_order(kind: str, wraps: t
     for a, b in itertools.combinations(range(len(found)), 2):
         if all(gap(axis, found[a][axis], found[b][axis]) <= patch[axis] for axis in (0, 1)):
             assert wave_of[a] < wave_of[b]
-    assert [wave_of[k] for k in range(len(found))] == levels(touching(found, patch, size, wraps)(found))
+    assert [wave_of[k] for k in range(len(found))] == batch_numbers(neighbour_query(found, patch, size, wraps)(found))
 
 
 @pytest.mark.parametrize("side", range(4))

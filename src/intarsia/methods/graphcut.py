@@ -32,7 +32,7 @@ class Graphcut(methods.CutSquares):
     slug = "graphcut"
     paper = "Kwatra et al. 2003"
     summary = "patches of free shape, which grow over each other"
-    engine = "intarsia.seams.sewing"
+    engine = "intarsia.seams.graphcut_synthesis"
     measures = True
     supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 

@@ -119,7 +119,7 @@ def _ordered(known: Mask, found: list[Pair], axes: list[Axis]) -> list[Pair]:
     """Order windows ring by ring outward from what is known; centre those with little unknown on it."""
     size, patch, overlap, wraps = zip(*axes, strict=True)
     least = min(overlap[0] * patch[1], overlap[1] * patch[0]) // EDGE
-    near = touching(found, patch, size, wraps)
+    near = neighbour_query(found, patch, size, wraps)
 
     def count(k: int) -> int:
         return int(np.count_nonzero(known[index_of(*found[k], patch, size)]))
@@ -144,7 +144,7 @@ def _ordered(known: Mask, found: list[Pair], axes: list[Axis]) -> list[Pair]:
     return out
 
 
-def touching(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps) -> Callable[[Sequence[Pair]], Any]:
+def neighbour_query(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps) -> Callable[[Sequence[Pair]], Any]:
     """Return a query: for each of some places, the numbers of the windows that overlap or touch one there."""
     from scipy.spatial import cKDTree  # it is slow to import
 
@@ -153,7 +153,7 @@ def touching(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps) -> Ca
     return lambda places: tree.query_ball_point(np.reshape(places, (-1, 2)) * scale, math.prod(patch), p=np.inf)
 
 
-def levels(near: Iterable[Iterable[int]]) -> list[int]:
+def batch_numbers(near: Iterable[Iterable[int]]) -> list[int]:
     """Return the batch of every window: one after the last batch of the earlier windows `near` it."""
     out = list[int]()
     for k, others in enumerate(near):
@@ -261,7 +261,7 @@ STRIP = 256  # rows of a start map that are read together: nothing larger is hel
 
 
 @dataclass(frozen=True, eq=False)
-class GrowingMap:
+class MapBuilder:
     """The map under synthesis: the variant and its pixel at every place, and the locked pixels."""
 
     variants: PosedExemplars
@@ -271,7 +271,7 @@ class GrowingMap:
     wraps: Wraps
 
     @classmethod
-    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int) -> GrowingMap:
+    def begin(cls, variants: PosedExemplars, canvas: Canvas, rim: int) -> MapBuilder:
         """Begin with the canvas's start map; pixels deeper than `rim` px from every hole are locked."""
         shape, start, wraps = (canvas.height, canvas.width), canvas.start, (canvas.wrap.y, canvas.wrap.x)
         variant, yx = np.full(shape, HOLE, np.uint8), np.zeros((*shape, 2), np.int32)
@@ -319,7 +319,7 @@ class GrowingMap:
         )
 
 
-def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window]]:
+def window_batches(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window]]:
     """Order the wanted windows in batches of disjoint windows that may run in parallel.
 
     Windows of a batch are at least `around` px apart.
@@ -331,7 +331,9 @@ def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window
     high, wide = layout.patch[0] + around, layout.patch[1] + around
     if layout.places is not None:
         order = [(k, 0) for k in range(len(layout.places))]
-        near: Iterable[Iterable[int]] = touching(layout.places, (high, wide), layout.size, layout.wraps)(layout.places)
+        near: Iterable[Iterable[int]] = neighbour_query(layout.places, (high, wide), layout.size, layout.wraps)(
+            layout.places
+        )
     else:
         rows, columns = (_overlapping(*each) for each in zip(
             (layout.rows, layout.columns), (high, wide), layout.size, layout.wraps, strict=True))  # fmt: skip
@@ -342,7 +344,7 @@ def waves(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window
             return [list(wave) for _, wave in groupby(order, key=lambda w: w[1] + slope * w[0])]
         number = {window: k for k, window in enumerate(order)}
         near = ([number[w] for w in product(rows[r], columns[c]) if w in number] for r, c in order)
-    wave_of = levels(near)
+    wave_of = batch_numbers(near)
     out: list[list[Window]] = [[] for _ in range(max(wave_of, default=-1) + 1)]
     for window, wave in zip(order, wave_of, strict=True):
         out[wave].append(window)

@@ -11,7 +11,7 @@ from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search import default_patch, resolved_isometries
-from .growth import Boundaries, PatchSettings, Repeats, Stages, decided
+from .patch_synthesis import Boundaries, PatchSettings, Repeats, Stages, decided
 
 STAGE = 2002  # keeps this method's draws apart from those of others
 

@@ -15,7 +15,7 @@ from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search import check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
-from . import GrowingMap, random_patch
+from . import MapBuilder, random_patch
 
 STAGE = 2000
 
@@ -36,7 +36,7 @@ def synthesize(method: RandomTiling, exemplars: Exemplars, canvas: Canvas, seed:
     begun = () if canvas.start is None else canvas.start.poses
     poses = isometry_ids(method.isometries)
     variants = posed_exemplars(exemplars, features(exemplars), poses, (height, width), begun)
-    work = GrowingMap.begin(variants, canvas, canvas.rim or 0)
+    work = MapBuilder.begin(variants, canvas, canvas.rim or 0)
     for r, y in enumerate(rows):
         run.tick(r, len(rows), lambda: work.map(exemplars, canvas, method.blend))
         for c, x in enumerate(columns):

@@ -279,7 +279,7 @@ class Repetition:
         repetition_kernels.note(self._laid, pick, self.layout.at(row, column), self.grid[row, column])
 
 
-def striking(feats: Features, search: Search) -> list[Array]:
+def patch_saliency(feats: Features, search: Search) -> list[Array]:
     """Return the saliency of every coarse position of each variant, 256 = usual, as prices weigh it."""
     patch, side, out = search.patch, max(1, sum(search.patch) // 2), []
     for valid, (number, *frame) in zip(search.valid, search.variants.frames.tolist(), strict=True):

@@ -22,7 +22,7 @@ from ..kernels.cuts import STEEPEST
 from ..kernels.maps import HOLE, NEAR, J
 from ..model import Exemplars
 from ..model.sourcemap import SourceMap
-from ..patches.growth import knee_of
+from ..patches.patch_synthesis import seam_threshold
 
 BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
 Looks = list[dict[int, Array]]  # features of each exemplar by pose; of one pose alone: those of all
@@ -39,7 +39,7 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     angles. Whole numbers: the same on every machine.
     """
     feats = features(exemplars)
-    knee = max(knee_of(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
+    knee = max(seam_threshold(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
     poses = (smap.poses if feats.normals else ()) or (0,)
     looks = [
         {p: np.dstack([pose_array(feats.posed(n, p), BACK[p]), seen]) for p in poses}

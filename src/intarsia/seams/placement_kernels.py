@@ -139,7 +139,7 @@ def repeats(
 
 
 @kernel
-def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, out: Any) -> None:
+def mirrored_pixels(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, out: Any) -> None:
     """Count for each candidate the pixels that would lie beside themselves in another pose, as beside a mirror.
 
     Beside: less than half a window away along both axes. `box` and `rows` as in :func:`repeats`, `turns` as
@@ -169,7 +169,7 @@ def twins(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, o
 
 
 @kernel
-def goes_around(grown: Any, pieces: Any, box: Any, rows: Any, near: int, out: Any) -> None:
+def repeats_whole_exemplar(grown: Any, pieces: Any, box: Any, rows: Any, near: int, out: Any) -> None:
     """Set `out` to 1 for candidates that at any of nine places show what the map shows one whole exemplar away.
 
     Give or take `near` px. Where the borders of an exemplar meet that costs no seam at all, and what is grown would be

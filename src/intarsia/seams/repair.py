@@ -26,11 +26,11 @@ from ..model import Exemplars
 from ..model.canvas import Canvas, Guide
 from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, index_of, picked
-from ..patches.growth import Growth, PatchSettings
+from ..patches.patch_synthesis import PatchSettings, PatchSynthesis
 from ..search import Candidates
-from .graphcut import TRIES, Box, Cut, GraphcutGrowth, GraphcutSettings
-from .improve import Pass, expand, improve
-from .worst import WorstSeams
+from .graphcut_map import TRIES, Box, Cut, GraphcutMap, GraphcutSettings
+from .local_search import Move, apply_moves, expand
+from .worst_seams import WorstSeams
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def repaired(
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
     """
-    work = Repairing(repair, exemplars, canvas, smap)
+    work = SeamRefinement(repair, exemplars, canvas, smap)
     before, patches, total = work.sewn.total, 0, repair.passes + repair.grown
     for number in range(repair.passes):
         wave = work.worst.apart(work.sewn.around)
@@ -104,7 +104,7 @@ class Constraints:
         no such rule.
     """
 
-    def __init__(self, growth: Growth, guide: Guide | None, distance: int) -> None:
+    def __init__(self, growth: PatchSynthesis, guide: Guide | None, distance: int) -> None:
         self.work, self.variants = growth.growing, growth.variants
         self.distance, self.guide = distance, guide
         self.side = int(self.variants.table[:, 1:3].max())
@@ -168,7 +168,7 @@ class Constraints:
 REACH = 6  # a patch reaches 1 / REACH of its side around its window
 
 
-def kept(start: SourceMap | None, smap: SourceMap) -> Mask:
+def from_start(start: SourceMap | None, smap: SourceMap) -> Mask:
     """Return which pixels of a map are those of the start map, and must stay: (H, W) bool."""
     if start is None:
         return np.zeros((smap.height, smap.width), bool)
@@ -182,7 +182,7 @@ def middle(box: Box) -> Box:
     return y + h // 4, x + w // 4, h // 2, w // 2
 
 
-class Repairing(Pass):
+class SeamRefinement(Move):
     """A finished map under repair.
 
     What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well. No
@@ -195,22 +195,22 @@ class Repairing(Pass):
             structure=repair.structure, isometries=repair.isometries, rim=1,
         )  # fmt: skip
         whole = Canvas(canvas.height, canvas.width, canvas.wrap, smap)
-        self.growth = Growth(settings, exemplars, whole)
-        self.growth.growing.locked[:] = kept(canvas.start, smap)
+        self.growth = PatchSynthesis(settings, exemplars, whole)
+        self.growth.growing.locked[:] = from_start(canvas.start, smap)
         bar = Constraints(self.growth, canvas.guide, repair.distance) if canvas.guide or repair.distance else None
         stitch = GraphcutSettings(seam="sharp", margin=min(repair.patch) // REACH)
-        super().__init__(GraphcutGrowth(self.growth, stitch, bar))
+        super().__init__(GraphcutMap(self.growth, stitch, bar))
         self.worst = WorstSeams(self.sewn.prices, self.growth.layout.patch, self.sewn.wraps)
 
     def cover(self, wave: dict[Pair, Pair], run: Run, tick: Callable[[int], None]) -> int:
         """Refine disjoint windows; return the number of patches placed."""
-        laid = improve(self, {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}, run, tick)
+        laid = apply_moves(self, {cell: (*at, *self.growth.layout.patch) for cell, at in wave.items()}, run, tick)
         self.worst.renew(*(cut.box for cut in laid))
         return len(laid)
 
     def found(self, sites: list[Any], run: Run) -> list[Candidates]:
         """Return the candidates that fit around the middles of windows."""
-        with self.sewn.opened(list(map(middle, sites))):  # what stays must be fitted
+        with self.sewn.with_holes(list(map(middle, sites))):  # what stays must be fitted
             return self.sewn.found(sites, run)
 
     def best(self, site: Box, found: Candidates) -> Cut | None:

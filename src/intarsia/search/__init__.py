@@ -337,13 +337,13 @@ def default_patch(exemplars: Exemplars) -> int:
 
     Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some.
     """
-    return supplied(exemplars, element_patch(exemplars))
+    return patch_with_supply(exemplars, element_patch(exemplars))
 
 
 def element_patch(exemplars: Exemplars) -> int:
     """Return a patch side in px for the largest elements, whatever masks leave."""
     used = sampled(exemplars)
-    return fitting(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
+    return patch_for_element(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
 
 
 def free_patch(exemplars: Exemplars, share: int) -> int:
@@ -355,10 +355,10 @@ def free_patch(exemplars: Exemplars, share: int) -> int:
     plain = default_patch(exemplars)
     side = min(min(e.height, e.width) for e in sampled(exemplars))
     large = max(plain, min(3 * plain // 2, 2 * side // 5))
-    return supplied(exemplars, max(large * share // 100, min(plain, LEAST)))
+    return patch_with_supply(exemplars, max(large * share // 100, min(plain, LEAST)))
 
 
-def supplied(exemplars: Exemplars, patch: int, least: int = LEAST) -> int:
+def patch_with_supply(exemplars: Exemplars, patch: int, least: int = LEAST) -> int:
     """Return the largest patch side, px, up to `patch`, for which there are places enough that no mask touches.
 
     Below `least` one place is enough.
@@ -378,7 +378,7 @@ def _places(exemplars: Exemplars, patch: int) -> list[Pair]:
     return [(int(np.count_nonzero(f)), max(f.size, 1)) for f in free]
 
 
-def fitting(element: float, side: int) -> int:
+def patch_for_element(element: float, side: int) -> int:
     """Return a patch for elements of a size, in an exemplar of which the shorter side is `side` px."""
     wanted = max(element, min(2 * element, USUAL), LEAST)
     return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))

@@ -30,8 +30,8 @@ from . import (
     Search,
     WindowGrid,
     default_patch,
-    fitting,
     fourier_kernels,
+    patch_for_element,
 )
 from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
@@ -287,7 +287,7 @@ def guided_patch(exemplars: Exemplars, guide: Guide) -> int:
         if found is not None:
             number, y, x, side = found
             picture = features([exemplars[number]]).pictures[0][y : y + side, x : x + side]
-            sizes.append(fitting(element_size(np.ascontiguousarray(picture), None).size, side))
+            sizes.append(patch_for_element(element_size(np.ascontiguousarray(picture), None).size, side))
             sides.append(max(int(LARGEST_SHARE * side), min(side, 3)))
     return min(max(sizes), *sides) if sizes else LEAST
 

@@ -41,7 +41,7 @@ from ..model.canvas import Canvas
 from ..model.image import MAX_SIDE
 from ..model.sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..seams import energy
-from ..search import element_patch, supplied
+from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import settled
 
@@ -325,7 +325,7 @@ def patch_for(scene: Scene) -> int:
     """
     thick = thickness(scene)
     side = max(min(max(ROOM * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)
-    return supplied(scene.exemplars, min(side, *scene.canvas.shape), LEAST_PATCH)
+    return patch_with_supply(scene.exemplars, min(side, *scene.canvas.shape), LEAST_PATCH)
 
 
 def thickness(scene: Scene) -> int:

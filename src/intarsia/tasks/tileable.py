@@ -31,7 +31,7 @@ from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
 from ..model.image import Plane
 from ..model.sourcemap import identity
-from ..search import element_patch, supplied
+from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
 from .completion import donors_of, holes_of, least_seams, planned_for_holes, shelf_of, with_hole
 
@@ -259,7 +259,7 @@ def windows_to_try(plan: Plan) -> list[Method]:
         return [method]
     band = scene.recipe["tile"]["band"]
     parts = WIDE if _empty(scene) * (SLIT + GAP) > 2 * band else NARROW
-    sides = {supplied(scene.exemplars, max(round(band * part), LEAST_WINDOW), LEAST_WINDOW) for part in parts}
+    sides = {patch_with_supply(scene.exemplars, max(round(band * part), LEAST_WINDOW), LEAST_WINDOW) for part in parts}
     least = max(extent(given.get("overlap") or 0))
     fitting = [side for side in sorted(sides, reverse=True) if side > least] or [max(sides)]
     return [make(method.slug, given | {"patch": side}) for side in fitting]

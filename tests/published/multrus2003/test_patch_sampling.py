@@ -19,7 +19,7 @@ from intarsia.kernels.maps import Grown
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
-from intarsia.patches.growth import Growth
+from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.published.multrus2003 import sampling
 from intarsia.published.multrus2003.sampling import choose, join_in, settings_of
 from intarsia.rendering.render import render
@@ -33,11 +33,11 @@ def grow(exemplar, size, seed=0, run=None, **parameters) -> ia.Synthesis:
     return ia.synthesize(exemplar, size, ia.PatchSampling(**parameters), seed=seed, run=run or ia.Run(1))
 
 
-def grown(exemplar, size, **parameters) -> Growth:
+def grown(exemplar, size, **parameters) -> PatchSynthesis:
     """A growth as it is after the method has filled it."""
     method = ia.PatchSampling(**parameters)
     e, canvas = Exemplar.of(exemplar), Canvas(*size)
-    growth = Growth(settings_of(method.resolved([e], canvas)), [e], canvas)
+    growth = PatchSynthesis(settings_of(method.resolved([e], canvas)), [e], canvas)
     growth.fill(
         0, 2003, ia.Run(1),
         choose=lambda w, f, bits: choose(method, growth, w, f, bits, []),
@@ -169,7 +169,7 @@ def test_where_labels_meet_one_of_a_few_is_drawn_at_every_level_too(monkeypatch:
 def test_the_number_of_valid_blocks(height: int, width: int) -> None:
     """Section 3.1: patch w_b, seam w_e on all sides, (W - w_b - 2 w_e + 1)(H - w_b - 2 w_e + 1) blocks."""
     e = Exemplar.of(bytes_of(height, width))
-    growth = Growth(settings_of(ia.PatchSampling(patch=25, overlap=5)), [e], Canvas(50, 50))
+    growth = PatchSynthesis(settings_of(ia.PatchSampling(patch=25, overlap=5)), [e], Canvas(50, 50))
     assert growth.layout.patch == (35, 35)
     assert growth.variants.valid[0].sum() == (width - 34) * (height - 34)
 
@@ -202,7 +202,7 @@ def test_what_a_window_knows_is_its_upper_and_left_seam() -> None:
     seen: dict[tuple[int, int], int] = {}
     method = ia.PatchSampling(patch=6, overlap=3, **PLAIN)
     e = Exemplar.of(bytes_of(30, 30))
-    growth = Growth(settings_of(method), [e], Canvas(36, 36))
+    growth = PatchSynthesis(settings_of(method), [e], Canvas(36, 36))
     growth.fill(
         0, 2003, ia.Run(1),
         choose=lambda w, f, bits: (seen.__setitem__(w, int(f.known.sum())), choose(method, growth, w, f, bits, []))[1],
@@ -249,7 +249,7 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
     usable[10, 11] = False
     e = Exemplar.of(bytes_of(24, 22), usable=usable, toroidal=toroidal)
     method = ia.PatchSampling(patch=4, overlap=3, isometries=poses, **PLAIN)
-    growth = Growth(settings_of(method), [e], Canvas(25, 25))
+    growth = PatchSynthesis(settings_of(method), [e], Canvas(25, 25))
     windows = {}
     probe = Probe(12, 20)
     growth.fill(
@@ -501,12 +501,14 @@ def test_searches_look_at_as_many_places_as_the_laws_count(side: int) -> None:
     measures all blocks of the coarsest level, then a square of twice the block's side, and 1 px of slack around it.
     """
     e, block = Exemplar.of(bytes_of(side, side)), 35
-    growth = Growth(settings_of(ia.PatchSampling(patch=25, overlap=5)), [e], Canvas(70, 70))
+    growth = PatchSynthesis(settings_of(ia.PatchSampling(patch=25, overlap=5)), [e], Canvas(70, 70))
     known = np.zeros((block, block), bool)
     known[:5] = known[:, :5] = True
     places = growth.variants.valid[0].sum()
     assert places * (known.sum() + 5 * 5) / block**2 == pytest.approx(cost(side, 25, 5))
-    search = Growth(settings_of(ia.PatchSampling(patch=25, overlap=5, pyramid="mean")), [e], Canvas(70, 70)).finder
+    search = PatchSynthesis(
+        settings_of(ia.PatchSampling(patch=25, overlap=5, pyramid="mean")), [e], Canvas(70, 70)
+    ).finder
     total = 0.0
     for number, level in enumerate(search.levels):
         b, w = 25 >> number, 5 >> number

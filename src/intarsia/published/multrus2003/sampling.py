@@ -21,7 +21,7 @@ from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import Pick, Window
-from ...patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages
+from ...patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages
 from ...patches.repetition import Repetition, Table
 from ...search import (
     Candidates,
@@ -143,7 +143,7 @@ def _from_coarse(
 
 
 def choose(
-    method: PatchSampling, growth: Growth, window: Window, found: Candidates, bits: int, misses: list[int]
+    method: PatchSampling, growth: PatchSynthesis, window: Window, found: Candidates, bits: int, misses: list[int]
 ) -> Pick | None:
     """Draw one of the candidates that the bound admits; if it admits none, take the best and record a miss."""
     at_boundary = growth.at_boundary(window)
@@ -180,7 +180,7 @@ def _limit(method: PatchSampling, prices: Array, brightness: int) -> int:
     return int((1 + method.epsilon) ** 2 * int(prices[0])) if method.bound == "relative" else int(prices[last])
 
 
-def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, Array]:
+def _priced(growth: PatchSynthesis, window: Window, found: Candidates) -> tuple[Array, Array]:
     """Return the candidates that are not forbidden, cheapest first, and their prices."""
     prices = growth.repetition.prices(window[0], window[1], found)
     order = np.argsort(prices, kind="stable")
@@ -188,7 +188,7 @@ def _priced(growth: Growth, window: Window, found: Candidates) -> tuple[Array, A
     return found.rows[order], prices[order]
 
 
-def join_in(method: PatchSampling, growth: Growth, window: Window, pick: Pick, found: Candidates) -> None:
+def join_in(method: PatchSampling, growth: PatchSynthesis, window: Window, pick: Pick, found: Candidates) -> None:
     """Place a patch into a window, joined as the parameter `join` requires."""
     if method.join == "cut" or (growth.at_boundary(window) and method.boundary_join == "cut"):
         growth.cutting()(window, pick, found)
@@ -196,7 +196,7 @@ def join_in(method: PatchSampling, growth: Growth, window: Window, pick: Pick, f
         growth.growing.lay_over(growth.at(window), pick, found.known, growth.settings.overlap)
 
 
-def every_within(growth: Growth, window: Window, found: Candidates, limit: int) -> Candidates:
+def every_within(growth: PatchSynthesis, window: Window, found: Candidates, limit: int) -> Candidates:
     """Return all patches allowed in a window within a squared distance, nearest first."""
     if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
         limit = 2 * limit + 1
@@ -211,7 +211,7 @@ def every_within(growth: Growth, window: Window, found: Candidates, limit: int) 
     return growth.weighed(window, replace(found, rows=rows))
 
 
-def every_at_boundary(growth: Growth, window: Window, found: Candidates) -> Candidates:
+def every_at_boundary(growth: PatchSynthesis, window: Window, found: Candidates) -> Candidates:
     """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
     guided, at = growth.guided, np.array([growth.at(window)], np.int64)
     assert guided is not None, "labels meet under a guide"

@@ -16,7 +16,7 @@ from ...foundation.run import Run, below, draw, draw_many
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
-from ...patches import GrowingMap
+from ...patches import MapBuilder
 from ...search import isometry_ids, posed_exemplars, resolved_isometries
 from .efros_leung import EfrosLeung
 from .neighbourhoods import choices, ground, layers, with_window
@@ -62,7 +62,7 @@ class _Outward:
         self.window = np.array(window, np.int64)
         self.taps = np.array(_taps(window), np.int64)
         self.ground = ground(layers(variants, exemplars), _reach(window), _reach(window))
-        self.growing = GrowingMap.begin(variants, canvas, 0)
+        self.growing = MapBuilder.begin(variants, canvas, 0)
         self.grown = self.growing.grown
         heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
         self.first = max(int(heavy.sum()), 4) * variants.channels

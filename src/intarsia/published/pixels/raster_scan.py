@@ -19,7 +19,7 @@ from ...kernels.kd_tree import LEAF, Tree
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
-from ...patches import GrowingMap
+from ...patches import MapBuilder
 from ...search import posed_exemplars
 from . import raster_kernels
 from .neighbourhood_kernels import SIZE, START, STRIDE, Ground
@@ -149,7 +149,7 @@ class Scan:
             0 if canvas.wrap.x else left << (levels - 1),
         )
         self.size = canvas.height + self.margin[0], canvas.width + self.margin[1]
-        self.growing = GrowingMap.begin(self.variants, canvas, 0)
+        self.growing = MapBuilder.begin(self.variants, canvas, 0)
         self.total = sum(-(-self.size[0] // (1 << k)) * -(-self.size[1] // (1 << k)) for k in range(levels))
         self.done = 0
         self.level = levels

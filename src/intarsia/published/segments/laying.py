@@ -23,8 +23,8 @@ from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
 from ...patches import Pick
-from ...patches.growth import Growth, PatchSettings, Repeats
-from ...search import Candidates, PosedExemplars, Prices, check_patch, fourier_kernels, nearest, supplied
+from ...patches.patch_synthesis import PatchSettings, PatchSynthesis, Repeats
+from ...search import Candidates, PosedExemplars, Prices, check_patch, fourier_kernels, nearest, patch_with_supply
 from ...search.fourier_kernels import FAR
 from ...segments import Segments, candidates_at, fallback, of_group, scales, segments
 from ...segments.feature_group import DISC, FINE, Group
@@ -44,7 +44,7 @@ def resolved(method: SegmentBased, exemplars: Exemplars, canvas: Canvas) -> Segm
     patch, overlap = method.patch, method.overlap
     if patch is AUTO:
         found = _found(method, exemplars[0])
-        patch = supplied(exemplars, found.patch)
+        patch = patch_with_supply(exemplars, found.patch)
         if overlap is AUTO:  # a mask may leave less than the zone
             overlap = min(found.zone, patch - 1)
     elif overlap is AUTO:
@@ -64,7 +64,7 @@ def synthesize(method: SegmentBased, exemplars: Exemplars, canvas: Canvas, seed:
         ),
         repeats=Repeats(usage=method.usage),
     )  # fmt: skip
-    growth = Growth(its, exemplars, canvas)
+    growth = PatchSynthesis(its, exemplars, canvas)
     limit = None if method.threshold is AUTO else method.threshold * contrast(growth.features, exemplars)
 
     def chosen(window: Pair, found: Candidates, bits: int) -> Pick:

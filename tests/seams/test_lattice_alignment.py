@@ -12,11 +12,11 @@ from intarsia.methods import keeps_lattice
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
-from intarsia.patches.growth import Growth
-from intarsia.seams import graphcut, steps
-from intarsia.seams.graphcut import Piece
-from intarsia.seams.improve import Expanding, fill
-from intarsia.seams.sewing import settings_of, stitch_of
+from intarsia.patches.patch_synthesis import PatchSynthesis
+from intarsia.seams import graphcut_map, lattice_alignment
+from intarsia.seams.graphcut_map import Piece
+from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
+from intarsia.seams.local_search import ExpansionMove, fill
 from intarsia.testing import texture
 
 from .naive_steps import in_step
@@ -50,7 +50,7 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
     place = int(dice.integers(-90, 90)), int(dice.integers(-90, 90))
     slack = int(dice.integers(0, 4))
     first, second = vectors[:: 1 if seed % 2 else -1]
-    found = steps.in_step(valid, (first, second), place, slack)
+    found = lattice_alignment.aligned(valid, (first, second), place, slack)
     assert (found == in_step(valid, (first, second), place, slack)).all()
     assert found.any() == valid.any()
     assert not (found & ~valid).any()
@@ -58,13 +58,13 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
 
 def test_a_place_is_in_step_with_itself_and_with_nothing_between() -> None:
     valid = np.ones((40, 40), bool)
-    found = steps.in_step(valid, VECTORS, (20, 20), 0)
+    found = lattice_alignment.aligned(valid, VECTORS, (20, 20), 0)
     assert found[20, 20]
     assert abs(found.sum() - 40 * 40 * 65536 / (4544 * 3392 + 384 * 512)) < 4
 
 
 def test_where_nothing_is_in_step_the_slack_grows() -> None:
-    found = steps.in_step(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
+    found = lattice_alignment.aligned(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
     assert found.any()
 
 
@@ -72,11 +72,11 @@ def test_where_nothing_is_in_step_the_slack_grows() -> None:
 def test_all_of_a_picture_is_in_step_with_its_first_pixel(seed: int) -> None:
     exemplar = Exemplar.of(texture(72, 80))
     made = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30, lattice=LATTICE), seed=seed)
-    assert off(made.map).max() <= 2 * steps.SLACK + 1  # the first patch, too, may be off by its rounding
+    assert off(made.map).max() <= 2 * lattice_alignment.SLACK + 1  # the first patch, too, may be off by its rounding
     away = made.map.yx - np.moveaxis(np.indices((150, 130)), 0, 2)
     assert len(np.unique(away.reshape(-1, 2), axis=0)) > 5
     free = ia.synthesize(exemplar, (150, 130), ia.Graphcut(patch=30), seed=seed)
-    assert off(free.map).max() > 2 * steps.SLACK + 1
+    assert off(free.map).max() > 2 * lattice_alignment.SLACK + 1
 
 
 @pytest.mark.parametrize("pitch", [(0.0, 13.25), (17.5, -2.0)])
@@ -87,17 +87,21 @@ def test_patches_of_rows_lie_whole_pitches_apart_and_anywhere_along(pitch: tuple
     away -= away[0, 0].copy()
     (x, y), length = pitch, np.hypot(*pitch)
     across, along = (away @ np.array(v) / length for v in ((y, x), (-x, y)))
-    assert np.abs(across - np.rint(across / length) * length).max() <= 2 * steps.STRAIGHT + 2
+    assert np.abs(across - np.rint(across / length) * length).max() <= 2 * lattice_alignment.STRAIGHT + 2
     assert len(np.unique(np.rint(along) % 28)) > 12  # by steps of 28 px, give or take 3, it would be nine at most
 
 
 @pytest.mark.parametrize("second", [False, True])
 def test_across_rows_of_one_vector_patches_give_way_less(second: bool) -> None:
     """That a gap between boards jogs by 3 px is seen; threads that cross have nowhere else to go."""
-    lattice, slack = (((0.0, 20.0),), steps.STRAIGHT) if not second else (((0.0, 20.0), (20.0, 0.0)), steps.SLACK)
+    lattice, slack = (
+        (((0.0, 20.0),), lattice_alignment.STRAIGHT)
+        if not second
+        else (((0.0, 20.0), (20.0, 0.0)), lattice_alignment.SLACK)
+    )
     method = ia.Graphcut(patch=30, overlap=10, overreach=10, lattice=lattice)
-    growth = Growth(settings_of(method), [Exemplar.of(texture(72, 80))], Canvas(90, 90))
-    sewing = graphcut.GraphcutGrowth(growth, stitch_of(method))
+    growth = PatchSynthesis(settings_of(method), [Exemplar.of(texture(72, 80))], Canvas(90, 90))
+    sewing = graphcut_map.GraphcutMap(growth, stitch_of(method))
     sewing.first = (10, 12), (0, 0)
     (allowed,) = sewing._allowed((0, 0))
     down, across = ((np.argwhere(allowed) - (10, 12) + 10) % 20 - 10).T.tolist()
@@ -112,9 +116,9 @@ def test_every_px_of_the_canvas_leads_as_far_as_every_other(seed: int) -> None:
     first = tuple(map(tuple, dice.integers(0, 40, (2, 2)).tolist()))
     for at in dice.integers(0, 400, (20, 2)).tolist():
         exact = np.array(first[0]) + ((np.array(at) - first[1]) / shape) @ np.array(around) / 256
-        assert np.abs(steps.led(around, first, at, shape) - exact).max() <= 1
+        assert np.abs(lattice_alignment.aligned_place(around, first, at, shape) - exact).max() <= 1
     for axis, n in enumerate(shape):
-        once = steps.led(around, ((0, 0), (0, 0)), (n * (1 - axis), n * axis), shape)
+        once = lattice_alignment.aligned_place(around, ((0, 0), (0, 0)), (n * (1 - axis), n * axis), shape)
         assert np.abs(once - np.array(around[axis]) / 256).max() <= 0.5
 
 
@@ -130,7 +134,7 @@ def test_on_a_canvas_that_wraps_all_is_in_step_with_a_lattice_that_closes(wrap: 
         if known:
             stretch[axis] = np.array(lattice.once_around(vectors, shape[axis], axis)) / (256 * shape[axis])
     within = np.abs(stretch - np.eye(2)).max() * 35  # what a patch, which is not stretched, is off where it ends
-    most = 2 * steps.SLACK + 1.5 + within  # what shows the first pixel may be off, too
+    most = 2 * lattice_alignment.SLACK + 1.5 + within  # what shows the first pixel may be off, too
     stretched, plain = np.stack([[off(one, stretch=stretch), off(one)] for one in made], axis=1)
     assert stretched.max() <= most
     assert stretched.mean() < 0.9 * plain.mean()
@@ -142,10 +146,10 @@ def test_on_a_canvas_that_wraps_no_piece_goes_on_by_itself() -> None:
     for wrap in ("none", "both"):
         canvas = Canvas(150, 130, wrap=Wrap(wrap))
         method = ia.Graphcut(patch=30, lattice=LATTICE).resolved([exemplar], canvas)
-        sewn = graphcut.GraphcutGrowth(Growth(settings_of(method), [exemplar], canvas), stitch_of(method))
+        sewn = graphcut_map.GraphcutMap(PatchSynthesis(settings_of(method), [exemplar], canvas), stitch_of(method))
         fill(sewn, 3, 7, ia.Run(1))
         piece = Piece((60, 50, 80, 70), (0, 0, 0))
-        found.append((len(sewn.shown((60, 50, 30, 30))), Expanding(sewn).reach(piece)))
+        found.append((len(sewn.shown((60, 50, 30, 30))), ExpansionMove(sewn).reach(piece)))
     assert found[0][0] > 1
     assert [reach for _, reach in found] == [53, 10]
     assert found[1][0] == 0
@@ -158,7 +162,7 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
     yx[there], which[there] = np.moveaxis(np.indices((6, 6)), 0, 2) + np.array((66, 74)), 0
     start = SourceMap(yx, which, None, (exemplar.source,))
     made = ia.synthesize(exemplar, method=ia.Graphcut(patch=30, lattice=LATTICE), seed=1, start=start)
-    assert off(made.map, (64, 72)).max() <= steps.SLACK + 1
+    assert off(made.map, (64, 72)).max() <= lattice_alignment.SLACK + 1
 
 
 @pytest.mark.parametrize(

@@ -37,8 +37,8 @@ from ..search import (
     resolved_isometries,
 )
 from ..search.fourier import PatchSearch
-from . import GrowingMap, Pick, Window, fill_order, index_of, random_patch, waves
-from .repetition import Repetition, striking
+from . import MapBuilder, Pick, Window, fill_order, index_of, random_patch, window_batches
+from .repetition import Repetition, patch_saliency
 from .repetition_kernels import edge_cells, weigh_edge
 
 if TYPE_CHECKING:
@@ -149,24 +149,26 @@ class Stages:
     def __init__(self, settings: PatchSettings, exemplars: Exemplars, canvas: Canvas, blend: Blend) -> None:
         self.settings, self.exemplars, self.canvas, self.blend = settings, exemplars, canvas, blend
 
-    def __iter__(self) -> Iterator[Growth]:
+    def __iter__(self) -> Iterator[PatchSynthesis]:
         guide, settings, exemplars = self.canvas.guide, self.settings, self.exemplars
         if guide is None or not guide.is_labels:
-            yield from self._filled(Growth(settings, exemplars, self.canvas))
+            yield from self._filled(PatchSynthesis(settings, exemplars, self.canvas))
             return
         small = settings.smaller
-        yield from self._filled(Growth(settings, exemplars, self.canvas, small is not None, turn=Turn(0, 0, 3)))
+        yield from self._filled(
+            PatchSynthesis(settings, exemplars, self.canvas, small is not None, turn=PassNumber(0, 0, 3))
+        )
         if small is not None and self.map.holes.any():
             begun = replace(self.canvas, start=self.map)
-            yield from self._filled(Growth(small, exemplars, begun, turn=Turn(PASS, 1, 3)))
+            yield from self._filled(PatchSynthesis(small, exemplars, begun, turn=PassNumber(PASS, 1, 3)))
         if settings.boundaries.slack is not None and guide.weight:
             yield from self._without_strays(guide, settings.boundaries.slack)
 
-    def _filled(self, growth: Growth) -> Iterator[Growth]:
+    def _filled(self, growth: PatchSynthesis) -> Iterator[PatchSynthesis]:
         yield growth
         self.map = growth.map(self.blend)
 
-    def _without_strays(self, guide: Guide, slack: int) -> Iterator[Growth]:
+    def _without_strays(self, guide: Guide, slack: int) -> Iterator[PatchSynthesis]:
         """Replace what strayed too far over a boundary, region by region, up to the boundary of the target.
 
         Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
@@ -174,7 +176,7 @@ class Stages:
         """
         target = guiding.numbered_labels(guide.target, guide.names)
         found = shown_labels(self.map, guide)
-        stray = strays(found, target, slack, neighbours(guide))
+        stray = stray_pixels(found, target, slack, neighbours(guide))
         free = np.ones(target.shape, bool) if self.canvas.start is None else self.canvas.start.holes
         stray &= free
         settings = replace(self.settings, boundaries=self.settings.boundaries._replace(isometries="none"))
@@ -184,7 +186,9 @@ class Stages:
             start = replace(self.map, which=kept)
             plane = replace(guide.target, pixels=np.full_like(guide.target.pixels, guide.names[k]))
             inner = replace(self.canvas, start=start, guide=replace(guide, target=plane))
-            growth = Growth(settings, self.exemplars, inner, wanted=stray & here, turn=Turn(2 * PASS + k, 2, 3))
+            growth = PatchSynthesis(
+                settings, self.exemplars, inner, wanted=stray & here, turn=PassNumber(2 * PASS + k, 2, 3)
+            )
             yield growth
             taken = free & here & (stray | (found == k))
             self.map = _merged(self.map, growth.map(self.map.blend), taken)
@@ -211,7 +215,7 @@ def neighbours(guide: Guide) -> Array:
     return out
 
 
-def strays(found: Array, target: Array, slack: int, beside: Array) -> Array:
+def stray_pixels(found: Array, target: Array, slack: int, beside: Array) -> Array:
     """Return the wrong pixels of every patch of them that reaches deeper than `slack` px into a region.
 
     Where the exemplars never show two labels side by side (`beside`), there is no boundary to keep: all are strays.
@@ -249,12 +253,12 @@ AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
 KNEE = 3, 8
 
 
-def knee_of(spread: int) -> int:
+def seam_threshold(spread: int) -> int:
     """Return the threshold of the truncated quadratic seam cost `sharp`, by the variance of the features."""
     return max(math.isqrt(spread) * KNEE[0] // KNEE[1], 1)
 
 
-class Turn(NamedTuple):
+class PassNumber(NamedTuple):
     """One of several passes over a map: its offset of the stage of random numbers, its number, and their count."""
 
     stage: int = 0
@@ -262,10 +266,10 @@ class Turn(NamedTuple):
     passes: int = 1
 
 
-ONLY = Turn()
+ONLY = PassNumber()
 
 
-class Growth:
+class PatchSynthesis:
     """One pass of patch-by-patch synthesis.
 
     Windows may be left out: with `inside_only` those that hold a boundary of labels; with `wanted`, a mask of the
@@ -274,7 +278,7 @@ class Growth:
 
     def __init__(
         self, settings: PatchSettings, exemplars: Exemplars, canvas: Canvas, inside_only: bool = False,
-        wanted: Mask | None = None, turn: Turn = ONLY,
+        wanted: Mask | None = None, turn: PassNumber = ONLY,
     ) -> None:  # fmt: skip
         self.settings, self.exemplars, self.canvas, self.turn = settings, exemplars, canvas, turn
         self.layout = settings.layout(canvas)
@@ -286,16 +290,16 @@ class Growth:
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
         rule, usage, distance = settings.repeats
-        prices = striking(self.features, self.finder) if usage else None
+        prices = patch_saliency(self.features, self.finder) if usage else None
         self.repetition = rule(self.finder, self.layout, usage, distance, prices)
-        self.growing = GrowingMap.begin(self.variants, canvas, rim)
+        self.growing = MapBuilder.begin(self.variants, canvas, rim)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
         if self.guided is not None and self.guided.guidance.guide.is_labels:
             self.repetition.apart(self.guided.guidance.groups(self.finder))
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
-        self.windows, self.waves = windows, waves(self.layout, windows)
+        self.windows, self.waves = windows, window_batches(self.layout, windows)
         if rule.in_turn:
             self.waves = [[window] for window in sorted(w for wave in self.waves for w in wave)]
         if canvas.start is not None:
@@ -358,7 +362,7 @@ class Growth:
 
     def seam_price(self, seam: str) -> SeamPrice:
         """Return the seam cost of a name of the parameter `seam`."""
-        return SeamPrice(seam == "gradient", knee_of(self.variance(seen=True)) if seam == "sharp" else 0)
+        return SeamPrice(seam == "gradient", seam_threshold(self.variance(seen=True)) if seam == "sharp" else 0)
 
     def variance(self, seen: bool = False) -> int:
         """Return the sum of the channels' variances over usable pixels, of the exemplar that varies most.

@@ -30,11 +30,11 @@ from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 from ..kernels.maxflow import ABSENT, FREE, MOST, NEW, OLD, least_cut
 from .energy_kernels import TWICE, beyond, meeting, source_at, spot
-from .usage_kernels import price_usage
+from .occurrence_kernels import price_usage
 
 
 @kernel
-def look(
+def read_window(
     grown: Any, locked: Any, pieces: Any, window: Any, price: Any, step: int, old: Any, state: Any, paid: Any
 ) -> Any:
     """Read what a window of :func:`recut` shows, independent of the patch cut into it.
@@ -123,7 +123,7 @@ def _keep_edges(grown: Any, box: Any, step: int, old: Any, state: Any) -> None:
 
 
 @kernel
-def lay(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state: Any) -> None:
+def place_patch(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state: Any) -> None:
     """Write the numbers of the pixels that a patch shows into `new`, -1 where it does not reach.
 
     Writes what was `seen` (of :func:`look`) into `state`; where the patch does not reach, and beside, what is known
@@ -237,7 +237,7 @@ def _cut_in(
     """Cut a patch into what :func:`look` read of a window; see :func:`recut`. NEVER if it is given up."""
     (price, usage), (joints, old, seen, terms) = prices, read
     new, state, most = np.empty(old.shape, np.int32), np.empty(old.shape, np.uint8), np.int64(MOST)
-    lay(pieces, pick, step, old, seen, new, state)
+    place_patch(pieces, pick, step, old, seen, new, state)
     price_all(pieces, price, joints, old, new, state, terms)
     used, sure = usage.rate.size > 0, np.int64(0)
     more = np.empty(old.shape if used else (0, 0), np.int64)
@@ -273,7 +273,7 @@ def recut(
         h, w = -(-window[2] // step), -(-window[3] // step)
         old, seen, out = np.empty((h, w), np.int32), np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
         terms = np.zeros((3, 2, h, w), np.int32)
-        joints = look(grown, locked, pieces, window, prices[0], step, old, seen, terms[0])
+        joints = read_window(grown, locked, pieces, window, prices[0], step, old, seen, terms[0])
         while k < len(picks) and (windows[k] == window).all():
             number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
             limit = best[0] + (number < best[1])  # of two that cost as much the first is taken

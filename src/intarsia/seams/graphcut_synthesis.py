@@ -17,13 +17,13 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..patches.growth import Boundaries, Growth, PatchSettings, Repeats, Stages, decided
+from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages, decided
 from ..search import LEAST, free_patch
-from .graphcut import GraphcutGrowth, GraphcutSettings
-from .improve import expand, fill
-from .steps import SLACK, STRAIGHT
-from .usage import usage_of
-from .usage_kernels import SHARE
+from .graphcut_map import GraphcutMap, GraphcutSettings
+from .lattice_alignment import SLACK, STRAIGHT
+from .local_search import expand, fill
+from .occurrence_kernels import SHARE
+from .occurrences import usage_of
 
 STAGE = 2403  # keeps this method's draws apart from those of others
 SMALLER = 70  # % of the largest patches, where nothing is to be kept: at 100 and 50 people liked fewer pictures
@@ -44,9 +44,9 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
     """Fill the canvas window by window, then let pieces grow; under a guide patches are chosen as it says."""
     if canvas.guide is not None:
         return _guided(method, exemplars, canvas, seed, run)
-    growth = Growth(settings_of(method), exemplars, canvas)
+    growth = PatchSynthesis(settings_of(method), exemplars, canvas)
     with run.crew() as crew:
-        sewn = GraphcutGrowth(growth, stitch_of(method), run=crew)
+        sewn = GraphcutMap(growth, stitch_of(method), run=crew)
         fill(sewn, seed, STAGE, crew, method.refinements)
         expand(sewn, crew, method.refinements, int(growth.windows.sum()), 1)
     return growth.map(method.blend)
@@ -57,7 +57,7 @@ def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, r
     stages = Stages(settings_of(method, method.usage), exemplars, canvas, method.blend)
     in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
     for growth in stages:
-        sewn = GraphcutGrowth(growth, stitch_of(method), run=in_turn)
+        sewn = GraphcutMap(growth, stitch_of(method), run=in_turn)
         growth.fill(seed, STAGE, in_turn, choose=TOLERANCE, join=sewn.join)
     return stages.map
 

@@ -11,19 +11,19 @@ import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.patches.growth import Growth
-from intarsia.seams import border, graphcut, improve
-from intarsia.seams.graphcut import GraphcutGrowth
-from intarsia.seams.improve import Drawing, Place, fill
-from intarsia.seams.sewing import settings_of, stitch_of
+from intarsia.patches.patch_synthesis import PatchSynthesis
+from intarsia.seams import canvas_border, graphcut_map, local_search
+from intarsia.seams.graphcut_map import GraphcutMap
+from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
+from intarsia.seams.local_search import Place, PlacementMove, fill
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
 
 
-def empty(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutGrowth:
+def empty(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutMap:
     method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
-    return GraphcutGrowth(Growth(settings_of(method), exemplars, canvas), stitch_of(method))
+    return GraphcutMap(PatchSynthesis(settings_of(method), exemplars, canvas), stitch_of(method))
 
 
 @pytest.mark.parametrize(("wrap", "size"), [(Wrap.NONE, (90, 80)), (Wrap.X, (90, 80)), (Wrap.NONE, (90, 65))])
@@ -33,16 +33,16 @@ def test_ends_are_those_of_canvases_half_as_long_again(wrap: Wrap, size: tuple[i
     for y, x in product(range(size[0] - 15), range(size[1] - 15)):
         column = -1 if x == 0 else 1 if x == size[1] - 16 else 0
         want = -1 if y == 0 else 1 if y == 74 else 0, column if wrap is Wrap.NONE and size[1] >= 66 else 0
-        assert border.sides_of(sewn, (y, x, 16, 16)) == want
+        assert canvas_border.sides_of(sewn, (y, x, 16, 16)) == want
         seen.add(want)
     assert len(seen) == (9 if wrap is Wrap.NONE and size[1] == 80 else 3)
-    assert border.sides_of(sewn, (0, 20, 90, 16))[0] == 0  # all of it
+    assert canvas_border.sides_of(sewn, (0, 20, 90, 16))[0] == 0  # all of it
 
 
 @pytest.mark.parametrize("sides", list(product((-1, 0, 1), repeat=2)))
 def test_what_ends_there_is_kept_and_nothing_of_a_torus(sides: tuple[int, int]) -> None:
     valid = [np.random.default_rng(n).random((9, 7)) < 0.7 for n in (1, 2)]
-    kept, none = border.at_border(valid, np.array([False, True]), sides)
+    kept, none = canvas_border.at_border(valid, np.array([False, True]), sides)
     for y, x in product(range(9), range(7)):
         axes = zip(sides, (y, x), (8, 6), strict=True)
         ends = all(side == 0 or at == (0 if side < 0 else last) for side, at, last in axes)
@@ -55,10 +55,10 @@ def test_candidates_end_as_the_canvas_does() -> None:
     e = Exemplar.of(texture(48, 50, 3, 3))
     sewn, canvas = empty([e], Canvas(100, 110)), (100, 110)
     boxes = [(y, x, 16, 16) for y, x in product((0, 40, 84), (0, 50, 94))]
-    assert border.ending(sewn, boxes, ONE) == [None] * 9
+    assert canvas_border.border_candidates(sewn, boxes, ONE) == [None] * 9
     fill(sewn, 3, 7, ONE)
-    for box, found in zip(boxes, border.ending(sewn, boxes, ONE), strict=True):
-        sides = border.sides_of(sewn, box)
+    for box, found in zip(boxes, canvas_border.border_candidates(sewn, boxes, ONE), strict=True):
+        sides = canvas_border.sides_of(sewn, box)
         assert (found is None) <= (not any(sides) or all(sides))  # in a corner there is one, which may be barred
         if found is not None:
             assert any(sides)
@@ -72,9 +72,9 @@ def test_candidates_end_as_the_canvas_does() -> None:
 def test_a_third_of_what_is_drawn_where_the_canvas_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     sewn, tried = empty([Exemplar.of(texture(48, 50, 3, 4))], Canvas(100, 110)), list[list[tuple[int, ...]]]()
     fill(sewn, 3, 7, ONE)
-    monkeypatch.setattr(graphcut, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 1.0)
     monkeypatch.setattr(sewn, "best", lambda box, picks: tried.append(picks))
-    work, places = Drawing(sewn), [Place((0, 50, 16, 16), 9), Place((40, 50, 16, 16), 9)]
+    work, places = PlacementMove(sewn), [Place((0, 50, 16, 16), 9), Place((40, 50, 16, 16), 9)]
     work.even = True
     for place, found in zip(places, work.found(places, ONE), strict=True):
         work.best(place, found)
@@ -87,11 +87,11 @@ def test_a_third_of_what_is_drawn_where_the_canvas_ends(monkeypatch: pytest.Monk
 
 def test_only_where_use_costs_and_nothing_was_there() -> None:
     e, lattice = Exemplar.of(texture(48, 50, 3, 5)), ((14.0, 0.0), (0.0, 12.0))
-    assert Drawing(empty([e], Canvas(100, 100))).even
-    assert not Drawing(empty([e], Canvas(100, 100), evenness=0)).even
-    assert not Drawing(empty([e], Canvas(100, 100), lattice=lattice)).even
+    assert PlacementMove(empty([e], Canvas(100, 100))).even
+    assert not PlacementMove(empty([e], Canvas(100, 100), evenness=0)).even
+    assert not PlacementMove(empty([e], Canvas(100, 100), lattice=lattice)).even
     full = ia.synthesize(e, (100, 100), ia.Graphcut(patch=16), seed=1).map
-    assert not Drawing(empty([e], Canvas(100, 100, start=full))).even
+    assert not PlacementMove(empty([e], Canvas(100, 100, start=full))).even
 
 
 def test_the_exemplar_is_used_to_its_border(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,6 +102,6 @@ def test_the_exemplar_is_used_to_its_border(monkeypatch: pytest.MonkeyPatch) -> 
                   for name, seed in (("pebbles", 1), ("pebbles", 2))]  # fmt: skip
         never.append(np.mean([(c == 0).mean() for c in counts]))
         outer.append(np.mean([c[:8].mean() + c[-8:].mean() + c[:, :8].mean() + c[:, -8:].mean() for c in counts]))
-        monkeypatch.setattr(improve, "ending", lambda sewn, boxes, run: [None] * len(boxes))
+        monkeypatch.setattr(local_search, "ending", lambda sewn, boxes, run: [None] * len(boxes))
     assert never[0] < 0.09 < never[1], never
     assert outer[0] > 1.3 * outer[1], outer

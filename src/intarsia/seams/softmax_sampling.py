@@ -13,7 +13,7 @@ TINY = 1057087571  # exp(-1/64) in 2**-30
 GONE = 64 * 20  # beyond, a chance is none
 
 
-def drawn(chances: list[int], most: int, bits: int) -> list[int]:
+def sample(chances: list[int], most: int, bits: int) -> list[int]:
     """Draw up to `most` indices without replacement, in proportion to their weights; none of weight 0."""
     rest, total, out = list(chances), sum(chances), list[int]()
     while total and len(out) < most:
@@ -37,6 +37,6 @@ def _likelihoods() -> Array:
     return out
 
 
-def likelihood(x: Array) -> Array:
+def weights(x: Array) -> Array:
     """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
     return _likelihoods()[np.minimum(x, GONE)]

@@ -18,12 +18,12 @@ import numpy as np
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.run import Run
 from ..search import Candidates
-from .graphcut import Box, GraphcutGrowth
+from .graphcut_map import Box, GraphcutMap
 
 SHARE = 3  # of the placements of such a window one in so many; all: rows of the exemplar return along the border
 
 
-def ending(sewn: GraphcutGrowth, boxes: Sequence[Box], run: Run) -> list[Candidates | None]:
+def border_candidates(sewn: GraphcutMap, boxes: Sequence[Box], run: Run) -> list[Candidates | None]:
     """Return the candidates that end at the exemplar's border on the sides where the canvas ends.
 
     None for windows elsewhere, and where there are none but what shows a whole exemplar beside itself.
@@ -40,7 +40,7 @@ def ending(sewn: GraphcutGrowth, boxes: Sequence[Box], run: Run) -> list[Candida
     return out
 
 
-def sides_of(sewn: GraphcutGrowth, box: Box) -> Pair:
+def sides_of(sewn: GraphcutMap, box: Box) -> Pair:
     """Return for both axes at which end of the canvas a window lies: -1 the first, 1 the last, 0 none or both.
 
     None along an axis that wraps, or where the canvas is not half as long again as the exemplars.

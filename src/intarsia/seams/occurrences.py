@@ -11,12 +11,12 @@ from ..analysis.popout import popout, saliency
 from ..foundation.arrays import Array, Int32, Mask
 from ..foundation.run import Run
 from ..model import Exemplars
-from .usage_kernels import SHARE
+from .occurrence_kernels import SHARE
 
 RIM = 6  # px from the border count as shown already; 0: of 174 sheets 16 preferred, 38 not, 14 beside 8: alike
 
 
-def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = False) -> Int32:
+def repeat_costs(strikes: Sequence[Array], price: float, due: float, in_step: bool = False) -> Int32:
     """Return what every occurrence of each pixel adds to the cost of the next.
 
     `strikes`: of each exemplar, how far every pixel is from its likes, in 1/USUAL of the median. A pixel that occurs
@@ -29,7 +29,7 @@ def rates(strikes: Sequence[Array], price: float, due: float, in_step: bool = Fa
     return np.rint(SHARE * price * weight / due).astype(np.int32)
 
 
-def rim(usable: Mask, toroidal: bool, due: float) -> Int32:
+def border_counts(usable: Mask, toroidal: bool, due: float) -> Int32:
     """Return the initial count of every exemplar pixel: `due` at the border, falling to 0 RIM px further in.
 
     Else a cut that takes all that is shown too seldom ends at the border, in a straight line that no seam would take.
@@ -50,8 +50,10 @@ def usage_of(
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
     strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
                                              for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
-    rate = rates(strikes, price, due, in_step)
+    rate = repeat_costs(strikes, price, due, in_step)
     if in_step:  # where hardly anything costs nothing draws cuts to the border
         return rate, np.zeros_like(rate)
-    first = feats.memo(("rim", due), lambda: np.concatenate([rim(e.free, e.toroidal, due).ravel() for e in exemplars]))
+    first = feats.memo(
+        ("rim", due), lambda: np.concatenate([border_counts(e.free, e.toroidal, due).ravel() for e in exemplars])
+    )
     return rate, first.copy()  # which is counted on

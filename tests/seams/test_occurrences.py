@@ -14,22 +14,22 @@ from intarsia.analysis.popout import DEAREST, USUAL
 from intarsia.kernels.maxflow import ABSENT, FREE, NEW, OLD
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.patches.growth import Growth
-from intarsia.seams import usage as pricing
-from intarsia.seams import usage_kernels
-from intarsia.seams.graphcut import Cut, GraphcutGrowth
-from intarsia.seams.improve import expand, fill
-from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.seams.usage import RIM, rates, rim
-from intarsia.seams.usage_kernels import SHARE, Usage
+from intarsia.patches.patch_synthesis import PatchSynthesis
+from intarsia.seams import occurrence_kernels
+from intarsia.seams import occurrences as pricing
+from intarsia.seams.graphcut_map import Cut, GraphcutMap
+from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
+from intarsia.seams.local_search import expand, fill
+from intarsia.seams.occurrence_kernels import SHARE, Usage
+from intarsia.seams.occurrences import RIM, border_counts, repeat_costs
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
 
 
-def grown(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutGrowth:
+def grown(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutMap:
     method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
-    sewn = GraphcutGrowth(Growth(settings_of(method), exemplars, canvas), stitch_of(method))
+    sewn = GraphcutMap(PatchSynthesis(settings_of(method), exemplars, canvas), stitch_of(method))
     fill(sewn, 3, 7, ONE)
     expand(sewn, ONE, 1)
     return sewn
@@ -45,7 +45,7 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
     old, new = dice.integers(-1, 40, (2, 5, 6)).astype(np.int32)
     state, step = dice.integers(0, 4, (5, 6)).astype(np.uint8), int(dice.integers(1, 5))
     more = np.full((5, 6), 77, np.int64)
-    sure = usage_kernels.price_usage(usage, step, old, new, state, more)
+    sure = occurrence_kernels.price_usage(usage, step, old, new, state, more)
     told = 0
     for y, x in product(range(5), range(6)):
         cost = 0
@@ -62,20 +62,20 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
 def test_what_strikes_is_dearer_up_to_a_limit() -> None:
     common = np.full(54, USUAL)
     strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]]), common]
-    assert rates(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, DEAREST, 0, 1)]
-    assert rates(strikes, 4, 2, in_step=True)[:6].tolist() == [2 * SHARE * n for n in (0, 1, 5, DEAREST, 0, 0)]
+    assert repeat_costs(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, DEAREST, 0, 1)]
+    assert repeat_costs(strikes, 4, 2, in_step=True)[:6].tolist() == [2 * SHARE * n for n in (0, 1, 5, DEAREST, 0, 0)]
 
 
 def test_what_many_pixels_do_does_not_strike() -> None:
     """Letters on paper are all far from the median, and as common as the paper."""
     letters = np.full(20, 4 * USUAL)
     strikes = [np.concatenate([letters, np.full(79, USUAL), [8 * USUAL]])]
-    found = rates(strikes, 4, 2)
+    found = repeat_costs(strikes, 4, 2)
     assert (found[:-1] == 2 * SHARE).all()
     assert found[-1] == 2 * SHARE * 17
-    assert (rates(strikes, 4, 2, in_step=True) == 2 * SHARE * np.repeat([1, 0, 17], [20, 79, 1])).all()
+    assert (repeat_costs(strikes, 4, 2, in_step=True) == 2 * SHARE * np.repeat([1, 0, 17], [20, 79, 1])).all()
     few = [np.concatenate([letters[:9], np.full(91, USUAL)])]
-    assert (rates(few, 4, 2)[:9] == 2 * SHARE * 17).all()
+    assert (repeat_costs(few, 4, 2)[:9] == 2 * SHARE * 17).all()
 
 
 @pytest.mark.parametrize("toroidal", [False, True])
@@ -89,9 +89,9 @@ def test_the_rim_counts_as_shown(toroidal: bool) -> None:
     for y, x in np.argwhere(usable):
         far = np.abs(gone - (y, x)).max(axis=1).min()
         want[y, x] = np.rint(3.5 * max(RIM + 1 - far, 0) / RIM)
-    np.testing.assert_array_equal(rim(usable, toroidal, 3.5), want)
+    np.testing.assert_array_equal(border_counts(usable, toroidal, 3.5), want)
     assert want.max() == 4
-    assert rim(np.ones((31, 37), bool), True, 3.5).max() == 0
+    assert border_counts(np.ones((31, 37), bool), True, 3.5).max() == 0
 
 
 def test_cuts_keep_away_from_the_exemplars_border(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -108,7 +108,7 @@ def test_cuts_keep_away_from_the_exemplars_border(monkeypatch: pytest.MonkeyPatc
                 last = np.minimum(e.free.shape[axis] - 1 - here[..., axis], there[..., axis])[seam]
                 near, total = near + int((last <= 2).sum()), total + last.size
         shares.append(near / total)
-        monkeypatch.setattr(pricing, "rim", lambda usable, toroidal, due: np.zeros(usable.shape, np.int32))
+        monkeypatch.setattr(pricing, "border_counts", lambda usable, toroidal, due: np.zeros(usable.shape, np.int32))
     assert shares[1] > 1.2 * shares[0], shares
 
 
@@ -123,7 +123,7 @@ def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
     begin = 0
     for number, e in enumerate(exemplars):
         shown = sewn.usage.shown[begin : begin + e.height * e.width].reshape(e.height, e.width)
-        shown = shown - rim(e.free, e.toroidal, 90 * 80 / (40 * 44 + 30 * 36))
+        shown = shown - border_counts(e.free, e.toroidal, 90 * 80 / (40 * 44 + 30 * 36))
         assert all(shown[y, x] == seen[number, y, x] for y, x in product(range(e.height), range(e.width)))
         begin += e.height * e.width
 
@@ -133,8 +133,8 @@ def test_what_a_canvas_begins_with_counts() -> None:
     start = ia.synthesize(e, (60, 60), ia.Graphcut(patch=16, overlap=6), seed=1).map
     canvas = Canvas(60, 60, start=start)
     method = ia.Graphcut(patch=16, overlap=6).resolved([e], canvas)
-    sewn = GraphcutGrowth(Growth(settings_of(method), [e], canvas), stitch_of(method))
-    shown = sewn.usage.shown.reshape(40, 44) - rim(e.free, False, 3600 / (40 * 44))
+    sewn = GraphcutMap(PatchSynthesis(settings_of(method), [e], canvas), stitch_of(method))
+    shown = sewn.usage.shown.reshape(40, 44) - border_counts(e.free, False, 3600 / (40 * 44))
     assert shown.sum() == 3600
     np.testing.assert_array_equal(shown, start.usage()[0])
 
@@ -180,7 +180,7 @@ def test_in_step_only_what_clearly_strikes_costs() -> None:
     e, canvas, rates = Exemplar.of(pixels), Canvas(90, 90), []
     for lattice in (None, ((20.0, 0.0), (0.0, 18.0))):
         method = ia.Graphcut(patch=24, lattice=lattice, evenness=1).resolved([e], canvas)
-        rates.append(GraphcutGrowth(Growth(settings_of(method), [e], canvas), stitch_of(method)).usage.rate)
+        rates.append(GraphcutMap(PatchSynthesis(settings_of(method), [e], canvas), stitch_of(method)).usage.rate)
     free, stepped = rates
     assert free.min() > 0
     clear = free > free.min()
@@ -217,7 +217,7 @@ def test_the_recipe_tells_what_use_costs(lattice: tuple[tuple[float, float], ...
     sewn = grown(list(made.exemplars), Canvas(70, 90), lattice=lattice, evenness=0.5)
     rate, knee, begin = sewn.usage.rate, sewn.growth.seam_price("sharp").knee, [0, 40 * 44]
     due = 0 if lattice else 70 * 90 / sum(e.free.size for e in made.exemplars)
-    first = [rim(e.free, False, due) for e in made.exemplars]
+    first = [border_counts(e.free, False, due) for e in made.exemplars]
     want = sum(
         int(rate[begin[n] + y * made.exemplars[n].width + x]) / (SHARE * knee)
         * (shown * (shown - 1) / 2 + shown * first[n][y, x])

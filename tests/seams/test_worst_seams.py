@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from intarsia.seams.worst import CELL, WorstSeams
+from intarsia.seams.worst_seams import CELL, WorstSeams
 
 WRAPS = ((False, False), (True, False), (False, True), (True, True))
 

@@ -24,7 +24,7 @@ SLACK = 3
 STRAIGHT = 1  # across rows of one vector: seams of planks cost 0.86 of those with 3, of text 0.97, of boards 1.09
 
 
-def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Sequence[int]) -> Pair:
+def aligned_place(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Sequence[int]) -> Pair:
     """Return the exemplar place, possibly beyond its border, that is lattice-aligned with a canvas pixel.
 
     `first`: a px of the exemplar, and where the canvas shows it. `around`: where all rows and all columns of the canvas
@@ -36,7 +36,7 @@ def led(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Seq
     return y, x
 
 
-def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int) -> Mask:
+def aligned(valid: Mask, vectors: Vectors, place: Pair, slack: int) -> Mask:
     """Return which of the places `valid` are lattice-aligned with `place`, which may lie anywhere, within `slack` px.
 
     `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.
@@ -53,4 +53,4 @@ def in_step(valid: Mask, vectors: Vectors, place: Pair, slack: int) -> Mask:
     inside = (y >= 0) & (y < found.shape[0]) & (x >= 0) & (x < found.shape[1])
     found[y[inside], x[inside]] = True
     found = valid & (window_sums(found, (2 * slack + 1, 2 * slack + 1)) > 0)
-    return found if found.any() or not valid.any() else in_step(valid, vectors, place, 2 * slack + 1)
+    return found if found.any() or not valid.any() else aligned(valid, vectors, place, 2 * slack + 1)

@@ -30,22 +30,22 @@ from ..foundation.run import Run, draw
 from ..lattice import Vectors, once_around
 from ..model.sourcemap import HOLE
 from ..patches import Pick, Window, index_of, picked, random_patch
-from ..patches.growth import Growth
+from ..patches.patch_synthesis import PatchSynthesis
 from ..search import Candidates, Prices
 from ..search.fourier import PatchSearch
-from . import energy_kernels, placement_kernels, recut_kernels, visibilities
-from .chances import drawn, likelihood
+from . import cut_kernels, energy_kernels, placement_kernels, visibilities
+from .cut_kernels import NEVER
 from .energy_kernels import Pieces
+from .lattice_alignment import SLACK, aligned, aligned_place
+from .occurrence_kernels import Usage, count_map
+from .occurrences import usage_of
 from .placement_kernels import ONE, Look
-from .recut_kernels import NEVER
-from .steps import SLACK, in_step, led
-from .usage import usage_of
-from .usage_kernels import Usage, count_map
+from .softmax_sampling import sample, weights
 
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 
-Bar = Callable[[Box, Pick], Array]  # pixels of a box that must stay, whatever it costs; see `repair.Constraints`
+Constraint = Callable[[Box, Pick], Array]  # pixels of a box that must stay, whatever it costs; see `repair.Constraints`
 
 
 NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen together; of larger maps so much counts
@@ -55,11 +55,15 @@ RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are draw
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 6  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
-SHOWN = 3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
+NEARBY_SHARE = (
+    3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
+)
 EVERY = 4  # px from one to the next, at least, of what lies about a window
 FAR = 1 << 24  # px: no canvas or exemplar is so long
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
-ALIKE = 3  # px: as near is the same, one whole exemplar away; as a quarter of a window many a good place would go
+TORUS_TOLERANCE = (
+    3  # px: as near is the same, one whole exemplar away; as a quarter of a window many a good place would go
+)
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
 MOST = 32  # at most 1 / MOST of a window may lie beside itself
 
@@ -146,7 +150,7 @@ def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
     return tuple(windows[0, :4].tolist()), tuple(patches[0].tolist())
 
 
-class GraphcutGrowth:
+class GraphcutMap:
     """A map under synthesis whose patches are cut over existing seams.
 
     ``prices`` (H, W, 2) int32: seam costs between every pixel and its right and lower neighbour. `bar`, if given,
@@ -154,9 +158,9 @@ class GraphcutGrowth:
     """
 
     def __init__(
-        self, growth: Growth, stitch: GraphcutSettings, bar: Bar | None = None, run: Run | None = None
+        self, growth: PatchSynthesis, stitch: GraphcutSettings, bar: Constraint | None = None, run: Run | None = None
     ) -> None:
-        self.growth, self.stitch, self.variants, self.bar = growth, stitch, growth.variants, bar
+        self.growth, self.stitch, self.variants, self.constraint = growth, stitch, growth.variants, bar
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
         self.pieces = pieces_of(growth, self.price.knee)
         work, self.wraps = growth.growing, growth.layout.wraps
@@ -213,18 +217,18 @@ class GraphcutGrowth:
 
     def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
         """Return the cut of the placement that is cheapest by a coarse cut; None of none."""
-        which = self._promising(box, picks) if picks[1:] else 0  # a lone one is compared with none
+        which = self._cheapest_coarse(box, picks) if picks[1:] else 0  # a lone one is compared with none
         return self.cut(box, picks[which], self.stitch.margin) if picks else None
 
-    def _promising(self, box: Box, picks: Sequence[Pick]) -> int:
+    def _cheapest_coarse(self, box: Box, picks: Sequence[Pick]) -> int:
         """Return the number of the placement that is cheapest by a coarse cut; of equals the first."""
         step, best = max(1, min(ROUGH, min(box[2:]) // LEAST)), np.array([NEVER, len(picks)], np.int64)
         windows, patches = self.windows(box, picks, self.stitch.margin)
         order = np.lexsort(windows[:, 3::-1].T)  # equal ones in a row
-        for some in order[:, None] if self.bar else [order]:
+        for some in order[:, None] if self.constraint else [order]:
             tried, numbered = windows[some], np.column_stack([some, patches[some]])
-            with self._barred(*first_of(tried, patches[some])):
-                recut_kernels.recut(*self._map, tried, numbered, self._prices, step, NOTHING, best)
+            with self._locked_for(*first_of(tried, patches[some])):
+                cut_kernels.recut(*self._map, tried, numbered, self._prices, step, NOTHING, best)
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
@@ -238,19 +242,19 @@ class GraphcutGrowth:
             for (top, left, _, _), (v, row, column) in pieces_in(self.variant[seen], self.yx[seen])
         ]
         good = self.apart(box, np.array([(0, *shift) for shift in shifts], np.int64).reshape(-1, 4))
-        return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // SHOWN]
+        return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // NEARBY_SHARE]
 
     def apart(self, box: Box, rows: Array) -> Array:
         """Return which candidates hardly lie beside their mirror image, and repeat nothing one whole exemplar away."""
         around = np.zeros(len(rows), np.int64)
         if self.stitch.lattice is None:  # in step all of it returns
-            placement_kernels.goes_around(self.grown, self.pieces, box, rows, ALIKE, around)
+            placement_kernels.repeats_whole_exemplar(self.grown, self.pieces, box, rows, TORUS_TOLERANCE, around)
         return np.asarray(self._unmirrored(box, rows) & (around == 0))
 
     def _unmirrored(self, box: Box, rows: Array) -> Array:
         count = np.zeros(len(rows), np.int64)
         if self.variants.turns.any():
-            placement_kernels.twins(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
+            placement_kernels.mirrored_pixels(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
         return np.asarray(count * MOST <= box[2] * box[3])
 
     def placements(self, box: Box, found: Candidates, bits: int, most: int) -> list[Pick]:
@@ -262,8 +266,8 @@ class GraphcutGrowth:
             return [random_patch(self._allowed(box), draw(bits, 0))]
         price = self.priced(box, found)
         unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
-        chances = likelihood((price - price.min()) * 64 // unit)
-        return [picked(found, k) for k in drawn(chances.tolist(), most, bits)]
+        chances = weights((price - price.min()) * 64 // unit)
+        return [picked(found, k) for k in sample(chances.tolist(), most, bits)]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """Return the cost of each candidate for a window: its distance plus the price of repeats."""
@@ -323,11 +327,11 @@ class GraphcutGrowth:
         valid, lattice = self.variants.valid, self.stitch.lattice
         if lattice is None or self.first is None:
             return valid
-        place = led(self._around, self.first, (at[0], at[1]), self.variant.shape)
-        return [in_step(v, lattice, place, self.stitch.slack) for v in valid]
+        place = aligned_place(self._around, self.first, (at[0], at[1]), self.variant.shape)
+        return [aligned(v, lattice, place, self.stitch.slack) for v in valid]
 
     @contextmanager
-    def opened(self, boxes: Sequence[Box]) -> Iterator[None]:
+    def with_holes(self, boxes: Sequence[Box]) -> Iterator[None]:
         """Turn boxes into holes temporarily, locked pixels excepted."""
         holes = [self.index(box) for box in boxes]
         kept = [self.variant[hole].copy() for hole in holes]
@@ -352,11 +356,11 @@ class GraphcutGrowth:
         window, patch = first_of(windows, patches)
         take, best = np.empty([-(-n // step) for n in window[2:]], np.uint8), np.array([limit, -1], np.int64)
         one = np.array([(0, *patch)], np.int64)
-        with self._barred(window, patch):
-            recut_kernels.recut(*self._map, windows, one, self._prices, step, take, best)
+        with self._locked_for(window, patch):
+            cut_kernels.recut(*self._map, windows, one, self._prices, step, take, best)
         return Cut(NEVER if best[1] else int(best[0]), window, patch, take)
 
-    def expanded(self, piece: Piece, reach: int) -> Cut:
+    def expansion_move(self, piece: Piece, reach: int) -> Cut:
         """Return the expansion move of a piece, up to `reach` px around it, within what a coarse cut takes.
 
         Its change is 0 or more where it saves nothing.
@@ -370,14 +374,14 @@ class GraphcutGrowth:
         return self.cut((y + top, x + left, rows, columns), (v, row + top, column + left), 0, limit=0)
 
     @contextmanager
-    def _barred(self, window: Box, patch: Pick) -> Iterator[None]:
+    def _locked_for(self, window: Box, patch: Pick) -> Iterator[None]:
         """Lock the pixels barred to a patch temporarily."""
-        if self.bar is None:
+        if self.constraint is None:
             yield
             return
         index = self.index(window)
         kept = self.locked[index].copy()
-        self.locked[index] = kept | self.bar(window, patch)
+        self.locked[index] = kept | self.constraint(window, patch)
         try:
             yield
         finally:
@@ -418,11 +422,11 @@ class GraphcutGrowth:
 
     def pays(self, cut: Cut) -> bool:
         """Return whether no taken pixel is barred by now, such as one too near a copy placed since."""
-        return self.bar is None or not (self.bar(cut.box, cut.pick) & (cut.take > 0)).any()
+        return self.constraint is None or not (self.constraint(cut.box, cut.pick) & (cut.take > 0)).any()
 
     def write(self, cut: Cut) -> None:
         """Write a cut into the map and count it; :meth:`note` then updates its seam costs."""
-        recut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
+        cut_kernels.write_cut(self.grown, self.pieces, self.usage, cut.box, cut.pick, cut.take)
         self._told = None
         if self.stitch.lattice is not None and self.first is None:
             self.first = cut.pick[1:], cut.box[:2]
@@ -436,7 +440,7 @@ class GraphcutGrowth:
         energy_kernels.seam_prices(self.grown, self.pieces, box, self.price, self.prices)
 
 
-def pieces_of(growth: Growth, knee: int) -> Pieces:
+def pieces_of(growth: PatchSynthesis, knee: int) -> Pieces:
     """Return the variants of a map as seam kernels take them.
 
     By a price with a `knee` differences count as they are seen. Channels of outlines are left out: they make no seam.

@@ -29,14 +29,14 @@ from intarsia.kernels.maxflow import MOST, least_cut
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
-from intarsia.patches import growth as patches_growth
-from intarsia.patches.growth import PatchSettings
-from intarsia.seams import energy_kernels, graphcut, improve, placement_kernels, recut_kernels
-from intarsia.seams.chances import likelihood
-from intarsia.seams.recut_kernels import NEVER
-from intarsia.seams.sewing import settings_of, stitch_of
-from intarsia.seams.usage_kernels import Usage
-from intarsia.seams.worst import WorstSeams
+from intarsia.patches import patch_synthesis as patches_growth
+from intarsia.patches.patch_synthesis import PatchSettings
+from intarsia.seams import cut_kernels, energy_kernels, graphcut_map, local_search, placement_kernels
+from intarsia.seams.cut_kernels import NEVER
+from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
+from intarsia.seams.occurrence_kernels import Usage
+from intarsia.seams.softmax_sampling import weights
+from intarsia.seams.worst_seams import WorstSeams
 from intarsia.testing import texture
 
 PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(knee=11), SeamPrice(knee=1))
@@ -98,7 +98,7 @@ def recut(
     """Cut one patch into a window: by how much seams become dearer, NEVER where it is by the limit or more."""
     windows, numbered, best = np.array([window]), np.array([(0, *pick)]), np.array([limit, -1])
     where = scene.shown, scene.locked, scene.pieces, windows, numbered
-    recut_kernels.recut(*where, (scene.price, NO_USAGE), step, take, best)
+    cut_kernels.recut(*where, (scene.price, NO_USAGE), step, take, best)
     return NEVER if best[1] else int(best[0])
 
 
@@ -131,7 +131,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     change = recut(scene, (y, x, h, w, 0, 0, h, w), pick, take)
     kept = scene.variant.copy(), scene.yx.copy()
     usage = Usage(np.zeros(scene.pieces.usable.size, np.int32), NO_USAGE.rate, np.zeros(1, np.int32))
-    recut_kernels.write_cut(scene.shown, scene.pieces, usage, (y, x, h, w), pick, take)
+    cut_kernels.write_cut(scene.shown, scene.pieces, usage, (y, x, h, w), pick, take)
     for i, j in np.argwhere(take == 1).tolist():
         assert scene.naive.grown(pick[0], pick[1] + i, pick[2] + j) == scene.sources()[y + i, x + j]
     assert not (take.astype(bool) & scene.locked[y : y + h, x : x + w] & (kept[0][y : y + h, x : x + w] != HOLE)).any()
@@ -229,7 +229,7 @@ def test_placements_that_are_compared_are_those_cut_in_one_by_one(seed: int, pri
     for part in np.split(order, 3):
         numbered = np.array([(k, *picks[k]) for k in part.tolist()], np.int64)
         where = scene.shown, scene.locked, scene.pieces, np.array([wide[k] for k in part.tolist()]), numbered
-        recut_kernels.recut(*where, (price, NO_USAGE), 1, np.empty((0, 0), np.uint8), best)
+        cut_kernels.recut(*where, (price, NO_USAGE), 1, np.empty((0, 0), np.uint8), best)
     assert best.tolist() == [min(changes), changes.index(min(changes))]
 
 
@@ -256,7 +256,7 @@ def test_tiny_windows_reach_the_exhaustive_minimum(seed: int, height: int, width
     assert (out[(state == 0) | (state == 3)] == 0).all()
     none = np.zeros_like(out)
     want = energy(out, state, terms) - energy(none, state, terms)
-    assert recut_kernels.cut_change(planes(terms), out) == want
+    assert cut_kernels.cut_change(planes(terms), out) == want
 
 
 @settings(max_examples=60, deadline=None)
@@ -303,8 +303,8 @@ def test_what_lies_about_a_window_is_looked_at(wrap: Wrap) -> None:
     """All within one and a half windows of its middle, each row and column once, and nothing beyond the canvas."""
     e = Exemplar.of(texture(40, 40))
     for size in ((50, 512), (64, 200), (111, 33)):
-        growth = patches_growth.Growth(PatchSettings((16, 20), (6, 6)), [e], Canvas(*size, wrap))
-        sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
+        growth = patches_growth.PatchSynthesis(PatchSettings((16, 20), (6, 6)), [e], Canvas(*size, wrap))
+        sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
         for at in ((0, 0), (size[0] - 16, size[1] - 20), (size[0] // 2, 7)):
             look = sewing.look((*at, 16, 20))
             for axis, (first, long) in enumerate(zip(look[:2], look[2:4], strict=True)):
@@ -320,7 +320,7 @@ def test_what_lies_about_a_window_is_looked_at(wrap: Wrap) -> None:
 def test_chances_fall_off_as_published() -> None:
     """A place is drawn with a chance of exp(-C / (k sigma^2)), in whole numbers that are the same everywhere."""
     x = np.arange(0, 1400)
-    got = likelihood(x)
+    got = weights(x)
     assert got[0] == 1 << 30
     for n in range(0, 600, 7):  # k squarings of rounded numbers: 0.4 % at worst
         assert got[n] == pytest.approx(2**30 * math.exp(-n / 64), rel=5e-3)
@@ -391,12 +391,12 @@ def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
     method = ia.Graphcut(patch=12, overlap=4, seam=seam, evenness=0).resolved([e], Canvas(50, 44))
-    growth = patches_growth.Growth(settings_of(method), [e], Canvas(50, 44))
-    sewing = graphcut.GraphcutGrowth(growth, stitch_of(method))
-    improve.fill(sewing, 1, 2, ia.Run(1))
+    growth = patches_growth.PatchSynthesis(settings_of(method), [e], Canvas(50, 44))
+    sewing = graphcut_map.GraphcutMap(growth, stitch_of(method))
+    local_search.fill(sewing, 1, 2, ia.Run(1))
     assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
     before = sewing.total
-    saved = improve.expand(sewing, ia.Run(1), 2)
+    saved = local_search.expand(sewing, ia.Run(1), 2)
     assert saved
     assert min(saved) > 0
     assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
@@ -419,23 +419,23 @@ def test_a_bad_seam_is_covered() -> None:
     stripes = np.repeat((np.arange(60) % 12 < 6)[:, None] * np.uint8(200), 60, axis=1)
     grain = (texture(60, 60, 1, 4)[:, :, 0] % 8).astype(np.uint8)
     e = Exemplar.of(stripes + grain)
-    growth = patches_growth.Growth(PatchSettings((30, 30), (10, 10)), [e], Canvas(60, 60))
+    growth = patches_growth.PatchSynthesis(PatchSettings((30, 30), (10, 10)), [e], Canvas(60, 60))
     work = growth.growing
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
     work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(usage=0.0))
+    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(usage=0.0))
     before = sewing.total
-    assert sum(improve.expand(sewing, ia.Run(1), 1)) >= before * 9 // 10
+    assert sum(local_search.expand(sewing, ia.Run(1), 1)) >= before * 9 // 10
     assert sewing.total <= before // 10
 
 
 def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
-    monkeypatch.setattr(graphcut, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 1.0)
     e = Exemplar.of(texture(40, 40, 3, 9))
-    growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(margin=2))
+    growth = patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
+    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(margin=2))
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
@@ -446,25 +446,25 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     assert len(set(picks)) == len(picks) == 6
     rough = []
     for pick in picks:
-        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut.NEVER, 1])
+        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut_map.NEVER, 1])
         one = np.array([(0, *patch[0])])
-        recut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut.NOTHING, cost)
+        cut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut_map.NOTHING, cost)
         rough.append(int(cost[0]))
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.best(box, picks)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
-    fewer = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
+    fewer = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
     assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2, 2) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
-    monkeypatch.setattr(graphcut, "RANDOMNESS", 0.0)
+    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 0.0)
     e = Exemplar.of(texture(40, 40, 3, 9))
-    growth = patches_growth.Growth(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings())
+    growth = patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
+    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
@@ -483,8 +483,10 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
 def test_what_is_not_seen_makes_no_seam() -> None:
     """Channels of structure find what fits; seams are priced by what is shown, as without them."""
     e = Exemplar.of(texture(40, 48, 3, 9))
-    growths = [patches_growth.Growth(PatchSettings((16, 16), (6, 6), structure=s), [e], Canvas(30, 30)) for s in (0, 1)]
-    plain, more = (graphcut.GraphcutGrowth(growth, graphcut.GraphcutSettings(seam="sharp")) for growth in growths)
+    growths = [
+        patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6), structure=s), [e], Canvas(30, 30)) for s in (0, 1)
+    ]
+    plain, more = (graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(seam="sharp")) for growth in growths)
     assert growths[1].variants.channels == 7
     assert more.pieces.channels == plain.pieces.channels == 3
     assert np.array_equal(more.pieces.flat, plain.pieces.flat)
