@@ -62,7 +62,7 @@ def tree(path: Path) -> ast.Module:
 
 
 def name_of(path: Path) -> str:
-    """Name of a module inside the package, such as ``patches.patch_synthesis``; of a package it ends in ``__init__``."""
+    """Name of a module inside the package, such as ``patches.repetition``; that of a package ends in ``__init__``."""
     return ".".join(path.relative_to(ROOT).with_suffix("").parts)
 
 

@@ -23,7 +23,7 @@ from intarsia.cli import cli
 from intarsia.files import sample
 from intarsia.judging import score_map
 from intarsia.lattice import vectors_of
-from intarsia.lattice.verdict import Lattice
+from intarsia.lattice.decision import Lattice
 from intarsia.methods import METHODS, method_class
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity

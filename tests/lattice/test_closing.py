@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from intarsia.lattice import allowed, closing_length, misfit, once_around
+from intarsia.lattice import allowed_misfit, closing_length, closing_vector, misfit
 
 UNIT = 256
 LATTICES = {
@@ -36,8 +36,8 @@ def test_the_misfit_is_that_of_the_nearest_point(name: str, axis: int) -> None:
 
 def test_a_canvas_of_less_than_half_a_period_closes_around_one() -> None:
     """Not around none: what is shown there would not go on at all."""
-    assert once_around(LATTICES["upright"], 9, 0) == (32 * UNIT, 0)
-    assert once_around(LATTICES["upright"], 6, 1) == (0, 20 * UNIT)
+    assert closing_vector(LATTICES["upright"], 9, 0) == (32 * UNIT, 0)
+    assert closing_vector(LATTICES["upright"], 6, 1) == (0, 20 * UNIT)
 
 
 def test_of_rows_their_pitch_must_close() -> None:
@@ -53,13 +53,13 @@ def test_of_rows_their_pitch_must_close() -> None:
 def test_the_largest_length_that_closes_is_found(name: str, axis: int) -> None:
     vectors = LATTICES[name]
     for length in (150, 173, 199):
-        fits = [n for n in range(length, length // 2, -1) if naive_misfit(vectors, n, axis) <= allowed(vectors)]
+        fits = [n for n in range(length, length // 2, -1) if naive_misfit(vectors, n, axis) <= allowed_misfit(vectors)]
         found = closing_length(vectors, length, axis)
         if not fits:
             assert found is None
             continue
         assert found is not None
-        assert fits[0] - found <= 2 * allowed(vectors)
+        assert fits[0] - found <= 2 * allowed_misfit(vectors)
         assert naive_misfit(vectors, found, axis) <= naive_misfit(vectors, fits[0], axis)
 
 

@@ -13,9 +13,16 @@ from torture import LATTICES, TORTURE, byte
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
 from intarsia.lattice import find_lattice
-from intarsia.lattice.candidates import CorrelatedPictures, canonical, correlation_map, guesses, pictures, waves_of
+from intarsia.lattice.candidates import (
+    CorrelatedPictures,
+    canonical,
+    correlation_map,
+    lattice_candidates,
+    pictures,
+    waves_of,
+)
+from intarsia.lattice.decision import ALIKE, Lattice, RowPitch, _begins, one_vector, support
 from intarsia.lattice.scoring_kernels import lattice_mean
-from intarsia.lattice.verdict import ALIKE, Lattice, RowPitch, _begins, one_vector, support
 from intarsia.model import Exemplar
 
 WITHOUT = ["dots_random", "noise_white", "noise_pink", "noise_band", "jpeg_blocky", "grapes", "marbling", "fur"]
@@ -203,7 +210,7 @@ def test_reduced_pairs_span_the_same_lattice(seed):
 def test_guesses_are_reduced_and_each_lattice_is_guessed_once(name):
     """Of pairs of one lattice the shortest is kept, which has the largest angle; parallel ones go."""
     prepared = pictures(of(TORTURE[name]()).astype(np.int64), None)
-    found = guesses(correlation_map(prepared), waves_of(prepared), *prepared.edges.shape[:2])
+    found = lattice_candidates(correlation_map(prepared), waves_of(prepared), *prepared.edges.shape[:2])
     assert len(found) > 20
     v, w = found[:, 0].astype(float), found[:, 1].astype(float)
     assert ((v * v).sum(axis=1) <= (w * w).sum(axis=1)).all()

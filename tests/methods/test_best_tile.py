@@ -10,7 +10,7 @@ from regular.naive_tiles import naive_shown
 
 import intarsia as ia
 from intarsia.model.canvas import Canvas
-from intarsia.regular.tiling import STRAIN, TileLayout, Tiling, periods_along, read_offsets
+from intarsia.regular.tile_search import STRAIN, TileLayout, Tiling, periods_along, read_offsets
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 

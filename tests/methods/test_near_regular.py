@@ -84,7 +84,7 @@ def test_blocks_meet_in_the_joints_wherever_these_lie(cut: tuple[int, int], bloc
 
 def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tuple[int, int]]:
     """By how much the pixel in the middle of each block lies elsewhere in the exemplar: what the block shows."""
-    window = mosaic.on_ground(0, 0, height, width)
+    window = mosaic.continued_window(0, 0, height, width)
     down = (mosaic.laid.grid.rows[0] + mosaic.laid.grid.columns[0]) / 512
     right = (mosaic.laid.grid.rows[1] + mosaic.laid.grid.columns[1]) / 512
     found = {}
@@ -175,10 +175,10 @@ def test_a_window_is_a_crop(lattice: tuple, corner: tuple[int, int]) -> None:
     settings, (y, x) = ia.NearRegular(lattice), corner
     e = Exemplar.of(tiling(120, 140, 17.5, 22.25))
     mosaic = Mosaic.of(settings, e, Canvas(10, 10), 5)
-    whole = mosaic.on_ground(y, x, 150, 170)
+    whole = mosaic.continued_window(y, x, 150, 170)
     assert whole.any(axis=2).mean() > 0.99
     for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = mosaic.on_ground(y + top, x + left, height, width)
+        part = mosaic.continued_window(y + top, x + left, height, width)
         np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
@@ -186,7 +186,7 @@ def test_two_neighbours_never_meet_inside_a_gap() -> None:
     """They would meet along the mitre, in a seam that no cut counts."""
     settings = ia.NearRegular(lattice=((20, 0), (0, 21)), block=20)
     mosaic = Mosaic.of(settings, Exemplar.of(texture(100, 100, 3, 3)), Canvas(180, 190), 5)
-    moved = mosaic.on_ground(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
+    moved = mosaic.continued_window(0, 0, 180, 190) - np.moveaxis(np.indices((180, 190)), 0, 2)
 
     def shown_by(gap: tuple[int, int], y: int, x: int) -> set[tuple[int, int]]:
         """The neighbours of a gap that show a pixel in it, and not the gap's own block."""
@@ -213,9 +213,9 @@ def test_a_wrapped_canvas_continues_in_itself() -> None:
     canvas = Canvas(203, 290, ia.Wrap.BOTH)
     e = Exemplar.of(tiling(120, 140, 17, 24))
     mosaic = Mosaic.of(ia.NearRegular(lattice=((24, 0), (0, 17)), block=17), e, canvas, 3)
-    here = mosaic.on_ground(0, 0, 203, 290)
-    np.testing.assert_array_equal(mosaic.on_ground(203, -290, 203, 290), here)
-    np.testing.assert_array_equal(mosaic.on_ground(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
+    here = mosaic.continued_window(0, 0, 203, 290)
+    np.testing.assert_array_equal(mosaic.continued_window(203, -290, 203, 290), here)
+    np.testing.assert_array_equal(mosaic.continued_window(-100, 200, 203, 290), np.roll(here, (100, -200), (0, 1)))
 
 
 def test_sizes_that_strain_the_lattice_are_refused() -> None:
@@ -243,7 +243,7 @@ def test_wrapped_blocks_are_read_at_strained_places() -> None:
     e = Exemplar.of(tiling(120, 140, 17, 24))
     settings = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0)
     mosaic = Mosaic.of(settings, e, Canvas(200, 293, ia.Wrap.BOTH), 3)
-    shown = mosaic.on_ground(0, 0, 200, 293)
+    shown = mosaic.continued_window(0, 0, 200, 293)
     for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):
         begin = [p / 256 for p in mosaic.laid.grid.phase]
         phase = begin[axis] + mosaic.ground.before[axis]

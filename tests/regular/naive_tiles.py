@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from math import floor
 
-from intarsia.regular.tiling import TileLayout
+from intarsia.regular.tile_search import TileLayout
 
 
 def naive_shown(layout: TileLayout, y: int, x: int) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from intarsia.analysis.features import features
 from intarsia.foundation import MethodError, ParameterError
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.regular.tiling import Tile, TileLayout, best_tile
+from intarsia.regular.tile_search import Tile, TileLayout, best_tile
 
 
 def px(*vectors):

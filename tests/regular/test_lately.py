@@ -16,7 +16,7 @@ from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.regular import near_regular
-from intarsia.regular.wall import Lately, Wall
+from intarsia.regular.wall import LRUCache, Wall
 
 PLACES = [(0, 0), (0, 64), (64, 64), (-64, 64), (0, 0), (2**40, -(2**40)), (64, 0), (2**40, 64 - 2**40)]
 
@@ -35,8 +35,8 @@ def test_a_window_beside_lays_only_what_is_new(monkeypatch: pytest.MonkeyPatch) 
     pixels, lattice = CASES[0]
     wall = Wall.of(lattice, None, Exemplar.of(pixels), Canvas(10, 10), 5)
     laid: list[Any] = []
-    strip = Wall._strip
-    monkeypatch.setattr(Wall, "_strip", lambda self, course: laid.append(course[:2]) or strip(self, course))
+    strip = Wall._make_strip
+    monkeypatch.setattr(Wall, "_make_strip", lambda self, course: laid.append(course[:2]) or strip(self, course))
     for x, y in ((0, 0), (64, 0), (128, 0), (0, 64)):
         wall.window(y, x, 64, 64, Run(1))
     assert len(set(laid)) == len(laid)
@@ -61,7 +61,7 @@ def test_two_seeds_in_turn_are_laid_once_each(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_what_was_used_longest_ago_gives_way() -> None:
-    kept, made = Lately[tuple[np.ndarray]](1000), list[Any]()
+    kept, made = LRUCache[tuple[np.ndarray]](1000), list[Any]()
 
     def make(keys: Any) -> Any:
         made.extend(keys)

@@ -14,7 +14,7 @@ import intarsia as ia
 from intarsia.foundation.geometry import UNIT, Box
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.regular.grid import BlockGrid
+from intarsia.regular.block_grid import BlockGrid
 from intarsia.regular.mosaic import Mosaic
 from intarsia.testing.cases import noise
 
@@ -54,7 +54,7 @@ def test_every_tile_of_the_sample_is_shown() -> None:
 
 def ground(pixels: np.ndarray, rows: int, columns: int, phase: tuple[int, int], costs: float = 200.0) -> Any:
     """A gray exemplar continued past its edges."""
-    from intarsia.regular.places import continued
+    from intarsia.regular.continuation import continued
 
     picture = (pixels[:, :, None].astype(np.int16) * 4).copy()
     rows_, columns_ = (rows * UNIT, 0), (0, columns * UNIT)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import find_peaks
 
-from intarsia.regular.brickwork import peaks
+from intarsia.regular.masonry import peaks
 
 
 @given(st.lists(st.integers(0, 9), min_size=3, max_size=60), st.integers(0, 8), st.integers(1, 8))

@@ -15,13 +15,13 @@ from intarsia.regular import rectify
 from intarsia.regular.rectify import (
     TERMS,
     TURN,
+    Rectification,
     Rectified,
-    Straight,
     _factors,
     _moved,
     _phase,
-    improved,
     rectified_for,
+    rectified_if_better,
     straight_of,
 )
 from intarsia.regular.wall import Wall
@@ -61,7 +61,7 @@ def wall(down: np.ndarray, seed: int = 1) -> np.ndarray:
     return np.rint((130 + shade) * (1 - mortar) + 30 * mortar + grain).astype(np.uint8)
 
 
-def laid(kind: str) -> tuple[Exemplar, Straight, np.ndarray]:
+def laid(kind: str) -> tuple[Exemplar, Rectification, np.ndarray]:
     e = Exemplar.of(wall(coordinate(kind)))
     straight = straight_of(e)
     assert straight is not None
@@ -245,7 +245,7 @@ def test_a_fan_of_courses_is_grown_straight() -> None:
 def test_what_hardly_gains_stays_as_it_is() -> None:
     """A slant alone is kept by auto, as blocks follow it; on makes it level."""
     e = Exemplar.of(wall(coordinate("slanted")))
-    assert improved(e) is None
+    assert rectified_if_better(e) is None
     asked = {s: ia.NearRegular(straighten=s).resolved([e], Canvas(9, 9)) for s in ("auto", "on")}
     assert asked["auto"].straighten == "off"
     assert asked["on"].straighten == "on"
@@ -254,7 +254,7 @@ def test_what_hardly_gains_stays_as_it_is() -> None:
 def test_an_exemplar_is_laid_straight_only_for_a_clear_gain(monkeypatch: pytest.MonkeyPatch) -> None:
     """Twice what is asked of a lattice where it has none as it is, else 1.4 times the confidence that it has."""
     e = Exemplar.of(wall(coordinate("fan")))
-    found, none = rectify.levelled(e), lattices_of(e)
+    found, none = rectify.rectified_lattice(e), lattices_of(e)
     assert found is not None
     assert found[0].off >= 1
     least = found[1].confidence / found[1].share
@@ -263,14 +263,14 @@ def test_an_exemplar_is_laid_straight_only_for_a_clear_gain(monkeypatch: pytest.
         monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
         for times, better in ((0.97, False), (1.03, True)):
             one = replace(found[1], confidence=times * asked)
-            monkeypatch.setattr(rectify, "levelled", lambda e, weights=None, one=one: (found[0], one))
-            assert (improved(e) is not None) == better
+            monkeypatch.setattr(rectify, "rectified_lattice", lambda e, weights=None, one=one: (found[0], one))
+            assert (rectified_if_better(e) is not None) == better
 
 
 def test_what_has_two_vectors_or_is_not_surely_bricks_stays_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Patches in step bend as a lattice does; without one only stones that are told apart are asked for."""
     e = Exemplar.of(wall(coordinate("fan")))
-    found, none = rectify.levelled(e), lattices_of(e)
+    found, none = rectify.rectified_lattice(e), lattices_of(e)
     assert found is not None
     assert none.accepted is None
     surer = replace(found[1], vectors=((4096, 0), (0, 9728)))
@@ -278,22 +278,22 @@ def test_what_has_two_vectors_or_is_not_surely_bricks_stays_as_it_is(monkeypatch
     cases = (none, found[1], True, True), (none, found[1], False, False), (two, surer, True, False)
     for plain, one, bricks, moved in cases:
         monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
-        monkeypatch.setattr(rectify, "levelled", lambda e, weights=None, one=one: (found[0], one))
+        monkeypatch.setattr(rectify, "rectified_lattice", lambda e, weights=None, one=one: (found[0], one))
         monkeypatch.setattr(rectify, "sure_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
-        assert (improved(e) is not None) is moved
+        assert (rectified_if_better(e) is not None) is moved
 
 
 def test_courses_that_are_nearly_straight_stay_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is off by less than 3 px is not moved: patches in step give way by as much."""
     e = Exemplar.of(wall(coordinate("fan")))
-    found = rectify.levelled(e)
+    found = rectify.rectified_lattice(e)
     assert found is not None
-    assert improved(e) is not None
-    monkeypatch.setattr(rectify, "levelled", lambda e, weights=None: found)
+    assert rectified_if_better(e) is not None
+    monkeypatch.setattr(rectify, "rectified_lattice", lambda e, weights=None: found)
     for off, moved in ((2.9, False), (3.0, True)):
         one = replace(found[0], off=off)
         monkeypatch.setattr(rectify, "straight_of", lambda e, weights=None, one=one: one)
-        assert (improved(e) is not None) is moved
+        assert (rectified_if_better(e) is not None) is moved
 
 
 def test_recipes_hold_what_was_done() -> None:

@@ -17,10 +17,10 @@ from intarsia.kernels import paths
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.regular import wall_kernels
-from intarsia.regular.brickwork import bricks_of, brickwork_of
-from intarsia.regular.unequal import faces_at_joints
+from intarsia.regular.masonry import bricks_of, masonry_of_pitch
+from intarsia.regular.unequal_courses import faces_at_joints
 from intarsia.regular.wall import Wall, brick_share, courses_of
-from intarsia.regular.wall_kernels import FACE
+from intarsia.regular.wall_kernels import NO_JOINT
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 
@@ -73,7 +73,7 @@ def test_beds_and_joints_are_found(kind) -> None:
     pixels, numbers = exemplar_of(kind)
     course, _, joint = kind
     picture = features([Exemplar.of(pixels)]).pictures[0]
-    work = brickwork_of(picture, np.ones(picture.shape[:2], bool), (course * 256, 0))
+    work = masonry_of_pitch(picture, np.ones(picture.shape[:2], bool), (course * 256, 0))
     assert len(work.spans) >= len(pixels) // course - 1
     assert abs(work.thickness - joint) <= 1
     for k in work.spans:
@@ -194,7 +194,7 @@ def test_a_brick_is_cheapest_when_it_is_its_turn() -> None:
     pixels, _ = wall(200, 300, 25, (50,), 4)
     layer = Wall.of(((0, 25),), None, Exemplar.of(pixels), Canvas(10, 10), 5)
     chain = layer.layout
-    whole = [k for k, row in enumerate(chain.bricks.table) if FACE not in row[3:]]
+    whole = [k for k, row in enumerate(chain.bricks.table) if NO_JOINT not in row[3:]]
     assert len(whole) >= 8
     cost = chain._starts(whole, [], 0, round(2.5 * len(whole) * chain.bricks.usual))
     for turn in range(2 * len(whole)):
@@ -208,8 +208,8 @@ def test_bricks_that_the_border_cuts_are_left_out_where_whole_ones_are_enough(wi
     """Their straight ends and sharp corners are seen; few whole ones repeat, which is worse."""
     pixels = wall(130, width, 25, (40, 55, 70), 4)[0]
     picture = features([Exemplar.of(pixels)]).pictures[0]
-    found = bricks_of(brickwork_of(picture, np.ones(picture.shape[:2], bool), (25 * 256, 0)))
-    whole = (found.table[:, 3:] != wall_kernels.FACE).all(axis=1)
+    found = bricks_of(masonry_of_pitch(picture, np.ones(picture.shape[:2], bool), (25 * 256, 0)))
+    whole = (found.table[:, 3:] != wall_kernels.NO_JOINT).all(axis=1)
     assert (whole.sum() < 16) == shown
     assert (~whole).any() == shown
 
@@ -283,7 +283,7 @@ def test_boards_are_laid_whole_and_grown_in_step() -> None:
     grain = (noise(160, 240, 4) % np.uint64(20)).astype(int)
     pixels = np.where(y % 20 < 3, 10, tone + grain).astype(np.uint8)
     picture = features([Exemplar.of(pixels)]).pictures[0]
-    assert bricks_of(brickwork_of(picture, np.ones(picture.shape[:2], bool), (20 * 256, 0))) is None
+    assert bricks_of(masonry_of_pitch(picture, np.ones(picture.shape[:2], bool), (20 * 256, 0))) is None
     made = ia.synthesize(pixels, (200, 700), ia.NearRegular(lattice=((0, 20),)), seed=2)
     board = made.map.yx[:, :, 0] // 20
     for i in range(9):
@@ -320,7 +320,7 @@ def test_chains_are_the_best(seed: int) -> None:
     pair, closing = draws((3, 3), seed + 60, 30), draws(3, seed + 80, 30)
     rules = np.array([seed % 3, seed % 2, 2, 25, 0, -1], np.int64)
     out = np.empty((length + 2, 3), np.int64)
-    n = wall_kernels.link(length, sizes, start, joint, pair, closing, rules, out)
+    n = wall_kernels.best_chain(length, sizes, start, joint, pair, closing, rules, out)
     chain = out[:n]
     assert chain[0, 1] == 0
     assert chain[-1, 2] == length
@@ -348,12 +348,12 @@ def test_pieces_are_cut_as_their_twins(kinds: tuple[int, int]) -> None:
     right = np.array([14, 30, -2, 1, 0, kinds[1], -1, 12, 30, 0], np.int64)
     cost, gap = naive.junction_costs(scene, left, right, 1, 16, 4)
     cut = np.empty(16, np.int64)
-    wall_kernels.junction(scene, left, right, 1, cut, 4)
+    wall_kernels.cut_head_joint(scene, left, right, 1, cut, 4)
     np.testing.assert_array_equal(cut, 10 + paths.least_cut(cost, gap))
     rows = np.full(30, 1, np.int64)
     spans = np.array([[0, 1, 0], [1, 16, 4]], np.int64)
     out, wrong = np.empty((16, 30, 2), np.int32), np.empty((16, 30), np.int64)
-    wall_kernels.lay(scene, np.stack([left, right]), rows, spans, out, wrong)
+    wall_kernels.place_course(scene, np.stack([left, right]), rows, spans, out, wrong)
     for v in range(16):
         for x in range(30):
             piece = left if x < cut[v] else right
@@ -369,12 +369,12 @@ def test_beds_are_cut_and_poured_as_their_twins() -> None:
     upper = (draws((12, 9, 2), 1, 24).astype(np.int32), draws((12, 9), 2, 99))
     lower = (draws((12, 9, 2), 3, 24).astype(np.int32), draws((12, 9), 4, 99))
     shift = draws(9, 5, 3) + 3
-    for mine, theirs in zip(wall_kernels.part(scene, upper, lower, shift, 2), naive.part(scene, upper, lower, shift, 2),
-                            strict=True):  # fmt: skip
+    costs = wall_kernels.bed_costs(scene, upper, lower, shift, 2)
+    for mine, theirs in zip(costs, naive.part(scene, upper, lower, shift, 2), strict=True):
         np.testing.assert_array_equal(mine, theirs)
     out = np.zeros((14, 8, 2), np.int32)
     top, end = draws(9, 6, 3), 8 + draws(9, 7, 3)
-    wall_kernels.pour(upper[0], shift, top, end, out, -2)
+    wall_kernels.write_course(upper[0], shift, top, end, out, -2)
     for y in range(14):
         for u in range(8):
             x = u + 2

@@ -132,7 +132,7 @@ def test_on_a_canvas_that_wraps_all_is_in_step_with_a_lattice_that_closes(wrap: 
     made = [ia.synthesize(exemplar, shape, method, seed=seed, wrap=wrap).map for seed in (6, 7, 8)]
     for axis, known in enumerate((wrap != "x", wrap != "y")):
         if known:
-            stretch[axis] = np.array(lattice.once_around(vectors, shape[axis], axis)) / (256 * shape[axis])
+            stretch[axis] = np.array(lattice.closing_vector(vectors, shape[axis], axis)) / (256 * shape[axis])
     within = np.abs(stretch - np.eye(2)).max() * 35  # what a patch, which is not stretched, is off where it ends
     most = 2 * lattice_alignment.SLACK + 1.5 + within  # what shows the first pixel may be off, too
     stretched, plain = np.stack([[off(one, stretch=stretch), off(one)] for one in made], axis=1)

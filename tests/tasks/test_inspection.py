@@ -16,8 +16,8 @@ from intarsia import files
 from intarsia.analysis.features import features
 from intarsia.cli import cli
 from intarsia.foundation import OVERLAYS
-from intarsia.regular.grid import phase_of
-from intarsia.regular.tiling import unlikeness
+from intarsia.regular.block_grid import phase_of
+from intarsia.regular.tile_search import period_difference
 from intarsia.segments import segments
 from intarsia.tasks.drawings import segment_overlay
 from intarsia.testing import texture
@@ -301,7 +301,7 @@ class TestTile:
                         total += ((picture[y, x].astype(int) - picture[i, j]) ** 2).sum()
                         count += 1
         spread = 2 * picture[usable].astype(float).var(axis=0).sum()
-        found = unlikeness(picture, ((9 * 256, 2 * 256), (-3 * 256, 11 * 256)), usable)
+        found = period_difference(picture, ((9 * 256, 2 * 256), (-3 * 256, 11 * 256)), usable)
         assert found == pytest.approx(np.sqrt(total / count / spread))
 
 

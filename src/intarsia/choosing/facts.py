@@ -26,18 +26,18 @@ from ..foundation.arrays import Int16
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, run_of
 from ..lattice import cell_of, lattices_of, vectors_of
-from ..lattice.verdict import Lattice, Lattices, told_by_peaks
+from ..lattice.decision import Lattice, Lattices, lattice_by_chance_test
 from ..model import Exemplar, Exemplars, sampled
 from ..model.canvas import Canvas
 from ..model.image import Kind
-from ..regular.rectify import Straight, improved
+from ..regular.rectify import Rectification, rectified_if_better
 from ..search import elements
 
 if TYPE_CHECKING:
-    from ..regular import grid, tiling, unequal, wall
+    from ..regular import block_grid, tile_search, unequal_courses, wall
 else:  # most exemplars need some of them, few need all
-    grid, tiling = lazy("intarsia.regular.grid"), lazy("intarsia.regular.tiling")
-    unequal, wall = lazy("intarsia.regular.unequal"), lazy("intarsia.regular.wall")
+    block_grid, tile_search = lazy("intarsia.regular.block_grid"), lazy("intarsia.regular.tile_search")
+    unequal_courses, wall = lazy("intarsia.regular.unequal_courses"), lazy("intarsia.regular.wall")
 
 WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy
 COMPARED = 1024  # px: periods are compared in a square of this side in the middle, at most 8 s for a large exemplar
@@ -162,7 +162,7 @@ class Facts:
         """
         known = self.lattice or self.lattices.accepted
         if known is None:
-            return told_by_peaks(self.lattices.ranked)
+            return lattice_by_chance_test(self.lattices.ranked)
         return known if known.kind == "2-D" or self.lattice is None else None
 
     @property
@@ -173,7 +173,7 @@ class Facts:
         return self.lattice is None and loose
 
     @cached_property
-    def straight(self) -> tuple[Straight, Lattice] | None:
+    def straight(self) -> tuple[Rectification, Lattice] | None:
         """The rectification of its courses and the lattice that they then have, if its confidence is much higher.
 
         With several threads, the measurements that nearly every exemplar needs are made in parallel first.
@@ -181,7 +181,7 @@ class Facts:
         if self.run.workers > 1:
             with self.run.pool() as each:
                 each(lambda name: getattr(self, name), ("lattices", "courses", "element"))
-        return improved(self.exemplar)
+        return rectified_if_better(self.exemplar)
 
     @cached_property
     def variation(self) -> float:
@@ -194,14 +194,14 @@ class Facts:
         if not free[part].any():
             part = _middle(self.picture.shape, max(self.picture.shape))
         seen = np.ascontiguousarray(self.picture[part])
-        return tiling.unlikeness(seen, self.two.vectors, free[part].copy())
+        return tile_search.period_difference(seen, self.two.vectors, free[part].copy())
 
     @cached_property
     def joints(self) -> float:
         """Cost of cuts along joints between periods, relative to cuts anywhere, 0 to 1; 1 without a 2-D lattice."""
         if self.two is None:
             return 1.0
-        return grid.joints(self.picture, cell_of(vectors_of(self.two), self.picture.shape))
+        return block_grid.joint_contrast(self.picture, cell_of(vectors_of(self.two), self.picture.shape))
 
     @cached_property
     def element(self) -> ElementSize:
@@ -251,9 +251,9 @@ class Facts:
         return course_lines(features([self.exemplar]), self.exemplar)
 
     @cached_property
-    def masonry(self) -> unequal.Masonry | None:
+    def masonry(self) -> unequal_courses.UnequalMasonry | None:
         """Its courses of unequal heights, if their stones are clear enough to be placed one by one; else None."""
-        return unequal.sure_masonry(self.exemplar)
+        return unequal_courses.clear_masonry(self.exemplar)
 
     def _laid(self, rows: Lattice) -> bool:
         """Whether the rows of a 1-D lattice are courses of which bricks between head joints fill at least half."""

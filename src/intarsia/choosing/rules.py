@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from ..foundation import Record
 from ..foundation.geometry import Wrap
 from ..lattice import vectors_of
-from ..lattice.verdict import Lattice
+from ..lattice.decision import Lattice
 from .facts import JOINTED, ONE_PICTURE, OUTLINED, STEPPED, Facts
 
 VAST = 1 << 24  # px: 4096 x 4096 take two minutes, aligned to a lattice six, and less than a gigabyte

@@ -33,12 +33,12 @@ from .candidates import (
     CorrelationMap,
     correlation_map,
     distinct,
-    guesses,
+    lattice_candidates,
     pictures,
     waves_of,
 )
+from .decision import REFUSED, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
 from .fit import fitted, refined, relatives, score, shortlist
-from .verdict import REFUSED, SURE, Lattice, Lattices, one_vector, row_pitches, two_vectors
 
 Vector = tuple[int, int]  # (rows, columns) in 1/256 px
 Vectors = tuple[Vector, Vector]
@@ -91,7 +91,7 @@ def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | No
     return vectors[0], None
 
 
-def unfit(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
+def misfit_message(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
     """Return the message for a canvas size that does not close: why, and which sizes do."""
     remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
     return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
@@ -111,7 +111,7 @@ def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vect
     return goal, [(s * a + t * c, s * b + t * d) for s, t in steps if (s, t) != (0, 0)]
 
 
-def once_around(vectors: Vectors, length: int, axis: int) -> Vector:
+def closing_vector(vectors: Vectors, length: int, axis: int) -> Vector:
     """Return the lattice vector, (rows, columns) in 1/256 px, that goes once around `length` px of an axis.
 
     `axis`: 0 rows, 1 columns. It is the vector nearest to the exact step, relative to its own length, so that a canvas
@@ -134,7 +134,7 @@ def misfit(vectors: Sequence[Vector], length: int, axis: int) -> float:
     return abs(along - pitch * round(along / pitch)) / UNIT
 
 
-def allowed(vectors: Sequence[Vector]) -> float:
+def allowed_misfit(vectors: Sequence[Vector]) -> float:
     """Return the misfit, px, up to which a lattice counts as closed."""
     return max(LEAST, NEAR * min(math.hypot(*v) for v in vectors) / UNIT)
 
@@ -145,7 +145,7 @@ def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int 
     Of neighbouring multiples that close the one with the least misfit is returned; `length` itself if it closes, or if
     it runs along courses that nearly keep to the axis. None if no length closes.
     """
-    most = allowed(vectors)
+    most = allowed_misfit(vectors)
     if len(vectors) == 1 and length * UNIT * abs(vectors[0][axis]) < math.hypot(*vectors[0]) ** 2:
         return length
     if misfit(vectors, length, axis) <= most:
@@ -204,7 +204,7 @@ def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
     if found is None:
         return Lattices(None, (), "The exemplar is constant.")
     waves = waves_of(prepared)
-    ranked = [] if one else _two(found, guesses(found, waves, *features.shape[:2]), prepared)
+    ranked = [] if one else _two(found, lattice_candidates(found, waves, *features.shape[:2]), prepared)
     best = ranked[0].verdict if ranked else REFUSED
     if best != SURE:
         rows = [one_vector(c, prepared) for c in row_pitches(found, waves)[:SHOWN]]

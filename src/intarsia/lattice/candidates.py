@@ -247,7 +247,7 @@ def spectral_peaks(picture: Floats) -> Floats:
     return np.asarray((_refined(level, at[order] - middle) + middle - (low, 2)) / size)
 
 
-def guesses(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
+def lattice_candidates(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
     """Return the candidates: pairs of correlation peaks and of waves, reduced, each once; (n, 2, 2) in 1/256 px."""
     peaks = correlation_peaks(found)
     i, j = np.triu_indices(len(peaks), 1)

@@ -5,7 +5,7 @@ and Lopez Recas's thesis of the same year, 4.2.
 
 Each layout has its own file, with its departures from the source: the mosaic of lattice blocks
 (`regular/mosaic.py`), courses for 1-D lattices (`regular/wall.py`), and the best tile, if an exemplar is too small for
-a mosaic (`regular/tiling.py`). The blocks of the source are the method `gap-filling`.
+a mosaic (`regular/tile_search.py`). The blocks of the source are the method `gap-filling`.
 
 Courses that converge or bow are rectified first, by a map of whole pixels. The thesis names this as future work
 (chapter 6); the algorithm is this project's own.

@@ -12,7 +12,7 @@ from ..methods.best_tile import BestTile
 from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from .tiling import TileLayout, Tiling
+from .tile_search import TileLayout, Tiling
 
 
 def resolved(method: BestTile, exemplars: Exemplars, canvas: Canvas) -> BestTile:

@@ -27,20 +27,20 @@ from ..foundation import ParameterError
 from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, below, deck, draw
-from ..lattice import cell_of, unfit
+from ..lattice import cell_of, misfit_message
 from ..methods.near_regular import NearRegular
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..patches import Continuation
-from . import gap_kernels
-from .grid import BlockGrid, Places
-from .places import Continued, grid_and_places
+from . import block_kernels
+from .block_grid import BlockGrid, Places
+from .continuation import ContinuedExemplar, grid_and_places
 
 STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
 
 
 @dataclass(frozen=True, eq=False)
-class LaidBlocks:
+class CanvasBlocks:
     """The blocks of an endless canvas or one that wraps, and their windows."""
 
     grid: BlockGrid  # how they lie, strained a little where the canvas wraps
@@ -49,7 +49,7 @@ class LaidBlocks:
     half: float  # half the width of the zone in which gaps are cut, px
 
     @classmethod
-    def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> LaidBlocks:
+    def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> CanvasBlocks:
         """Strain a grid so that it closes around a canvas that wraps: an even number of upright blocks each way.
 
         Raise ParameterError above 2 % of strain, slant included.
@@ -67,7 +67,7 @@ class LaidBlocks:
             if strain > STRAIN:
                 counts = [] if slant > STRAIN else [n for n in (count - 2, count, count + 2) if n > 0]
                 fitting = [round(n * side[axis] / UNIT) for n in counts]
-                raise ParameterError(unfit(axis, length, "is no even number of blocks", strain, fitting))
+                raise ParameterError(misfit_message(axis, length, "is no even number of blocks", strain, fitting))
             straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
             sides.append((straight, 0) if axis == 0 else (0, straight))
             around.append(count)
@@ -88,10 +88,10 @@ class LaidBlocks:
         (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
         frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
         sides, core = np.empty(shape, np.int8), np.empty(shape, np.bool_)
-        gap_kernels.wedges(frame, self.half, sides, core)
+        block_kernels.wedges(frame, self.half, sides, core)
         return at, sides, core
 
-    def meeting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
+    def intersecting(self, y0: int, x0: int, height: int, width: int) -> list[Pair]:
         """Return the blocks whose windows meet a box of the canvas, row by row."""
         reach = math.ceil(self.half) + 1
         ends = [(y, x) for y in (y0 - reach, y0 + height + reach) for x in (x0 - reach, x0 + width + reach)]
@@ -112,12 +112,12 @@ class LaidBlocks:
         return at, (2 * more + 2 - (above - below) // UNIT, 2 * more + 2 - (before - after) // UNIT)
 
 
-def beside(i: int, j: int) -> tuple[Pair, ...]:
+def adjacent_blocks(i: int, j: int) -> tuple[Pair, ...]:
     """Return the blocks above, below, to the left and to the right."""
     return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
-def returning(counts: Pair, i: int, j: int) -> Pair:
+def modulo_canvas(counts: Pair, i: int, j: int) -> Pair:
     """Return the number of a block modulo the blocks around each axis; 0: the axis does not wrap."""
     rows, columns = counts
     return (i % rows if rows else i), (j % columns if columns else j)
@@ -138,8 +138,8 @@ class Mosaic:
 
     settings: NearRegular  # its parameters
     seed: int  # what the draws follow from
-    laid: LaidBlocks  # where the blocks lie
-    ground: Continued  # the exemplar with completed periods, which blocks are read from
+    laid: CanvasBlocks  # where the blocks lie
+    ground: ContinuedExemplar  # the exemplar with completed periods, which blocks are read from
     # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
     places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
@@ -154,17 +154,17 @@ class Mosaic:
         picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell)
-        laid = LaidBlocks.of(grid, canvas, settings.border / 2)
+        laid = CanvasBlocks.of(grid, canvas, settings.border / 2)
         return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """Return the exemplar pixels (height, width, 2) of a window, all upright."""
-        return self._exemplar(self.on_ground(y0, x0, height, width, run))
+        return self._exemplar(self.continued_window(y0, x0, height, width, run))
 
-    def on_ground(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
+    def continued_window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """Return the pixels of the continued exemplar (height, width, 2) in a window."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
-        fields = self.laid.meeting(y0, x0, height, width)
+        fields = self.laid.intersecting(y0, x0, height, width)
         done, draft, _ = 0, partial(self._draft, out), self.sparse  # made before threads ask for it
         with run.pool() as each:
             for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
@@ -215,7 +215,7 @@ class Mosaic:
 
     def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Mask, Array]:
         """Return which pixels of its window a gap owns, and what they show."""
-        near = beside(i, j)
+        near = adjacent_blocks(i, j)
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
@@ -225,7 +225,7 @@ class Mosaic:
             free[there[:, 0], there[:, 1]] = False
             zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.ground.before)]])
         ty, tx = self._fit(i, j, core, zone, t, at)
-        own, shown = gap_kernels.fill_gap(self.ground.picture, self.ground.usable, sides, core, t, ty, tx)
+        own, shown = block_kernels.fill_gap(self.ground.picture, self.ground.usable, sides, core, t, ty, tx)
         return own, shown
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
@@ -237,25 +237,25 @@ class Mosaic:
         found = self._best(core, zone, t, shifts)
         if not len(found):
             return int(shifts[0, 0]), int(shifts[0, 1])
-        equal = self._shifts(i, j, np.array([self._place(a, b) for a, b in beside(i, j)])) + at
+        equal = self._shifts(i, j, np.array([self._place(a, b) for a, b in adjacent_blocks(i, j)])) + at
         median = found[len(found) // 2, 0]
         near = [found[:, 0] <= found[0, 0] + share * (median - found[0, 0]) for share in (CHOICE, APART)]
         far = 2 * self.settings.slack
         new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > far for n in (t, equal))
         choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
         good = found[next(some for some in choices if some.any())]
-        row = good[below(len(good), draw(self.seed, STAGE, 1, *returning(self.laid.around, i, j)))]
+        row = good[below(len(good), draw(self.seed, STAGE, 1, *modulo_canvas(self.laid.around, i, j)))]
         return int(row[1]), int(row[2])
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
         """Return the best shifts for a gap, each refined by up to `slack` px: (n, 3) mismatch and shift, rising."""
         picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
-        found = gap_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT)
+        found = block_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT)
         return np.asarray(found[np.argsort(found[:, 0], kind="stable")])
 
     def _random(self, i: int, j: int) -> int:
         """Return the place of a random block, from a shuffled deck of all places for each square of blocks."""
-        i, j = returning(self.laid.around, i, j)
+        i, j = modulo_canvas(self.laid.around, i, j)
         count = len(self.places[i % 2, j % 2])
         side = 2 * math.ceil(math.sqrt(count / 2))
         order = shuffled(count, self.seed, STAGE, 2, i // side, j // side)

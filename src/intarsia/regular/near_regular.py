@@ -15,11 +15,11 @@ from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..patches import Continuation, drafted
+from .continuation import FewPlaces
 from .mosaic import Mosaic
-from .places import FewPlaces
 from .rectify import Rectified, rectified_for
-from .tiling import TileLayout, Tiling
-from .unequal import masonry_of
+from .tile_search import TileLayout, Tiling
+from .unequal_courses import unequal_masonry
 from .wall import Wall
 
 FEW = "the exemplar holds fewer than two places for a block, so its best tile is repeated; a larger one varies more."
@@ -73,7 +73,7 @@ def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: 
 
 def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
     if method.heights == "unequal":
-        lattice = (masonry_of(exemplar, method.channel_weights).pitch,)
+        lattice = (unequal_masonry(exemplar, method.channel_weights).pitch,)
         if method.lattice not in (AUTO, lattice):
             raise ParameterError("heights=unequal finds every course by itself; leave lattice out.")
         return Rectified(exemplar, lattice, None)

@@ -22,10 +22,10 @@ from ..foundation.arrays import Array, Int32, Int64, Mask, Pair
 from ..foundation.filters import blurred
 from ..foundation.params import Steps, Weights
 from ..lattice import check_lattice, find_lattice, lattice_of, lattices_of, vectors_of
-from ..lattice.verdict import Lattice
+from ..lattice.decision import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
-from .unequal import masonry_if_any, sure_masonry
+from .unequal_courses import clear_masonry, unequal_masonry_or_none
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
 """Powers (across, along) of the polynomial: what perspective and a bow need."""
@@ -102,7 +102,7 @@ class Rectified:
 
     exemplar: Exemplar
     lattice: Steps
-    straight: Straight | None
+    straight: Rectification | None
 
     def to_exemplar(self, yx: Int32) -> Int32:
         """Return the pixels of the given exemplar for pixels of the rectified one."""
@@ -124,13 +124,13 @@ def rectified_for(
         return Rectified(laid, lattice, straight)
     better = None
     if choice != "off":
-        better = improved(exemplar, weights) if choice == "auto" else levelled(exemplar, weights)
+        better = rectified_if_better(exemplar, weights) if choice == "auto" else rectified_lattice(exemplar, weights)
     if better is not None:
         return Rectified(better[0].exemplar, vectors_of(better[1]), better[0])
     return Rectified(exemplar, lattice_of(exemplar, slug, weights), None)
 
 
-def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
+def rectified_if_better(exemplar: Exemplar, weights: Weights = None) -> tuple[Rectification, Lattice] | None:
     """Return the rectified exemplar and its lattice, if that is much more confident than as it is; else None.
 
     None, too, if the exemplar has two vectors as it is: patches aligned to that lattice follow its bends.
@@ -138,10 +138,10 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     plain = lattices_of(exemplar, weights).accepted
     if plain is not None and plain.kind == "2-D":
         return None
-    if plain is None and sure_masonry(exemplar, weights) is None:
+    if plain is None and clear_masonry(exemplar, weights) is None:
         return None  # of 199 textures and maps 138 have no lattice; two of them gain, both of bricks
     straight = straight_of(exemplar, weights)
-    found = None if straight is None or straight.off < Gain.off else levelled(exemplar, weights)
+    found = None if straight is None or straight.off < Gain.off else rectified_lattice(exemplar, weights)
     if found is None:
         return None
     if plain is None:
@@ -149,7 +149,7 @@ def improved(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lat
     return found if found[1].confidence >= Gain.least * plain.confidence else None
 
 
-def levelled(exemplar: Exemplar, weights: Weights = None) -> tuple[Straight, Lattice] | None:
+def rectified_lattice(exemplar: Exemplar, weights: Weights = None) -> tuple[Rectification, Lattice] | None:
     """Return the rectified exemplar and its lattice; None if it is straight already, or has none."""
     straight = straight_of(exemplar, weights)
     if straight is None:
@@ -181,7 +181,7 @@ class Bending:
 
 
 @dataclass(frozen=True, eq=False)
-class Straight:
+class Rectification:
     """A rectified exemplar."""
 
     exemplar: Exemplar  # its pixels where they lie now; what lay outside is not usable
@@ -191,14 +191,14 @@ class Straight:
     off: float  # how far courses lay from straight, parallel and equal ones at most, px
 
 
-def straight_of(exemplar: Exemplar, weights: Weights = None) -> Straight | None:
+def straight_of(exemplar: Exemplar, weights: Weights = None) -> Rectification | None:
     """Rectify the courses of an exemplar; None if there are none, or they are straight already."""
     return exemplar.memo(("straight", weights), lambda: _straight(exemplar, weights))
 
 
-def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
+def _straight(exemplar: Exemplar, weights: Weights) -> Rectification | None:
     """Rectify by the beds; None if these are no smooth deformation of straight equal courses, or are straight."""
-    wall = masonry_if_any(exemplar, weights)
+    wall = unequal_masonry_or_none(exemplar, weights)
     if wall is None:
         return None
     usable = exemplar.free.T if wall.upright else exemplar.free
@@ -220,7 +220,7 @@ def _straight(exemplar: Exemplar, weights: Weights) -> Straight | None:
     if wall.upright:
         yx, inside = yx.swapaxes(0, 1)[..., ::-1], inside.T
     whole = np.ascontiguousarray(yx, np.int32)
-    return Straight(_gathered(exemplar, whole, inside), whole, slope, converging, off)
+    return Rectification(_gathered(exemplar, whole, inside), whole, slope, converging, off)
 
 
 def _flat(at: Int64) -> tuple[float, float, float]:

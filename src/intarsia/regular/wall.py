@@ -31,22 +31,22 @@ from ..lattice import Pairs, cell_of
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from . import wall_kernels
-from .brickwork import FACE, Brickwork, along_x, bricks_of, brickwork_of
-from .chains import Chains, boards_of
-from .rows import Piece, Rows
-from .unequal import Unequal, faces_at_joints, masonry_of
+from .course_layout import CourseLayout, boards_of
+from .course_rows import Piece, Rows
+from .masonry import FACE, Masonry, along_x, bricks_of, masonry_of_pitch
+from .unequal_courses import Unequal, faces_at_joints, unequal_masonry
 
 Made = TypeVar("Made", bound=tuple[Array, ...])
 
 
-class Lately(Generic[Made]):
+class LRUCache(Generic[Made]):
     """LRU cache of tuples of arrays by their places, limited in bytes."""
 
     def __init__(self, most: int) -> None:
         self._most, self._held = most, dict[Pair, Made]()  # not changed but replaced: threads share it
 
     def __reduce__(self) -> Any:
-        return Lately, (self._most,)
+        return LRUCache, (self._most,)
 
     def all(
         self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
@@ -85,14 +85,14 @@ class Reach:
 
 def courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
-) -> tuple[Brickwork, Array, Array, bool]:
+) -> tuple[Masonry, Array, Array, bool]:
     """Return the courses of an exemplar, its features, its usable pixels, and whether axes are swapped (upright)."""
 
-    def found() -> tuple[Brickwork, Array, Array, bool]:
+    def found() -> tuple[Masonry, Array, Array, bool]:
         vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
         upright = abs(vector[1]) > abs(vector[0])
         picture, level, usable = along_x(features([exemplar], weights), exemplar, upright)
-        return brickwork_of(level, usable, vector[::-1] if upright else vector), picture, usable, upright
+        return masonry_of_pitch(level, usable, vector[::-1] if upright else vector), picture, usable, upright
 
     return exemplar.latest("courses", (lattice, weights), found)
 
@@ -114,14 +114,14 @@ def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
 class Wall:
     """An endless wall of courses."""
 
-    work: Brickwork  # what the exemplar holds; its courses run along x
-    layout: Chains  # which piece lies where
+    work: Masonry  # what the exemplar holds; its courses run along x
+    layout: CourseLayout  # which piece lies where
     rows: Rows  # where the courses lie
     scene: tuple[Any, ...]  # what the kernels read: see :mod:`intarsia.regular.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
-    strips: Lately[Strip] = field(default_factory=partial(Lately, HELD), repr=False)
-    cuts: Lately[Cut] = field(default_factory=partial(Lately, CUTS_HELD), repr=False)
+    strips: LRUCache[Strip] = field(default_factory=partial(LRUCache, HELD), repr=False)
+    cuts: LRUCache[Cut] = field(default_factory=partial(LRUCache, CUTS_HELD), repr=False)
 
     @classmethod
     def of(
@@ -132,16 +132,16 @@ class Wall:
         Raise MethodError if no course is whole, ParameterError if the courses cannot close around the canvas.
         """
         if lattice is None:
-            picture, usable, upright, work, bricks, own, heights, _ = masonry_of(exemplar, weights)
-            layout = Chains(work, bricks, Rows.stacked(heights, canvas, upright, seed), seed, own)
+            picture, usable, upright, work, bricks, own, heights, _ = unequal_masonry(exemplar, weights)
+            layout = CourseLayout(work, bricks, Rows.stacked(heights, canvas, upright, seed), seed, own)
             shown = highest(work.faces, work.thickness // RIM * 2 + 1, "symmetric")
         else:
             work, picture, usable, upright = courses_of(lattice, weights, exemplar)
             rows, shown = Rows.equal(work.line, canvas, upright), work.faces
-            layout = Chains(work, bricks_of(work) or boards_of(work), rows, seed)
+            layout = CourseLayout(work, bricks_of(work) or boards_of(work), rows, seed)
         spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
         halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
-        scene = (picture, usable, _weighted(picture, work, shown), work.beds, work.joints, halves)
+        scene = (picture, usable, _misplacement_costs(picture, work, shown), work.beds, work.joints, halves)
         return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
@@ -163,11 +163,13 @@ class Wall:
                 strips = self.strips.all(names, partial(self._laid, each))
                 both = dict(zip(names, pairwise(strips), strict=False))
                 run.tick(done + 1 + len(strips), total, draft)
-                cuts = self.cuts.all(names[:-1], partial(self._parted, each, both))
+                cuts = self.cuts.all(names[:-1], partial(self._cut_beds, each, both))
                 for (strip, following), ((top,), (end,)) in zip(pairwise(strips[1:]), pairwise(cuts), strict=True):
                     inner = slice(RUN_UP, RUN_UP + len(top))
                     end = end + (following[2] - strip[2])[inner]
-                    wall_kernels.pour(strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0)
+                    wall_kernels.write_course(
+                        strip[0][:, inner], strip[2][inner] - y0, top, end, out, self._from(m) - x0
+                    )
                 done += 2 * len(courses)
         run.tick(total, total, draft)
         return self._usable(out)
@@ -203,13 +205,13 @@ class Wall:
         """Make courses of chunks. Chains depend on one another, so they are made in turn; cutting runs in parallel."""
         spare = RUN_UP + 2 * Reach.most
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
-        return each(self._strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
+        return each(self._make_strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
-    def _parted(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
+    def _cut_beds(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
         """Cut courses of chunks against those below them."""
-        return each(self._cut, [both[name] for name in names])
+        return each(self._cut_bed, [both[name] for name in names])
 
-    def _strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
+    def _make_strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
         """Make a course: its pixels (R, w, 2), the costs beyond its beds (R, w), the row of its first pixel (w,)."""
         m, i, pieces = course
         first = self._from(m) - RUN_UP
@@ -221,7 +223,7 @@ class Wall:
         table = np.array([self._row(i, p, first, y0) for p in pieces], np.int64)
         spans = np.array([self._span(i, k, pieces, y0) for k in range(len(pieces))], np.int64)
         out, wrong = np.empty((tall, wide, 2), np.int32), np.empty((tall, wide), np.int64)
-        wall_kernels.lay(self.scene, table, top - reach, spans, out, wrong)
+        wall_kernels.place_course(self.scene, table, top - reach, spans, out, wrong)
         return out, wrong, top - reach + y0
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
@@ -244,11 +246,11 @@ class Wall:
         ends = [self.rows.row(2 * (i + n), right.first + s * wander) - y0 for n in (0, 1) for s in (-1, 1)]
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
-    def _cut(self, both_strips: tuple[Strip, Strip]) -> Cut:
+    def _cut_bed(self, both_strips: tuple[Strip, Strip]) -> Cut:
         """Cut two courses along their bed: how many rows of the band the upper one keeps in each column of the chunk.
         """
         upper, lower = both_strips
-        cost, gap = wall_kernels.part(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
+        cost, gap = wall_kernels.bed_costs(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
         wide, both = len(cost), 2 * RUN_UP + 1
         pins = [paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))]
         inner = cost[RUN_UP : wide - RUN_UP].copy()
@@ -259,7 +261,7 @@ class Wall:
         return (np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64),)
 
 
-def _weighted(picture: Array, work: Brickwork, shown: Array) -> Int64:
+def _misplacement_costs(picture: Array, work: Masonry, shown: Array) -> Int64:
     """Return what a pixel out of place costs: its difference from mortar, in units of colour."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]

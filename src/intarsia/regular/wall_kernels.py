@@ -14,7 +14,7 @@ import numpy as np
 
 from ..kernels.jit import kernel
 from ..kernels.paths import least_cut
-from .gap_kernels import readable
+from .block_kernels import readable
 
 FAR = np.int64(1) << 60  # more than any chain costs
 STRETCH = 8  # a px by which joints are widened or narrowed; halved: 3.8 px on 10 walls instead of 3.0, doubled: 2.1
@@ -22,7 +22,7 @@ SLIVER = 3000  # the shortest of all pieces; at 0 six wrapped walls cut theirs t
 
 
 @kernel
-def link(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any) -> int:
+def best_chain(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any) -> int:
     """Find the cheapest chain of `length` px: `out` (n, 3): element, first column, end. Return how many elements.
 
     `sizes` (K,): lengths of the elements; `start` (K, length + 1): cost of an element by where it begins; `joint`
@@ -91,14 +91,14 @@ def _written(length: int, sizes: Any, back: Any, end: int, last: int, tail: int,
     return n
 
 
-FACE = -1  # beside the numbers of joints
+NO_JOINT = -1  # beside the numbers of joints
 UNREADABLE = 1 << 20  # more than any cut costs without it: a hundred times the largest distance of two pixels
 STEP = 8  # what a pixel beyond its joint counts at least
 BEYOND = 1 << 40  # px: beyond any exemplar
 
 
 @kernel
-def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
+def misplacement_cost(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
     """Return the cost of an exemplar pixel that may lie beyond the piece it belongs to."""
     if not readable(usable, y, x):
         return UNREADABLE
@@ -106,7 +106,7 @@ def amiss(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
 
 
 @kernel
-def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
+def colour_distance(picture: Any, a: int, b: int, y: int, x: int) -> int:
     """Return the distance of two exemplar pixels; those outside count as the nearest inside."""
     h, w = picture.shape[:2]
     a, b, y, x = min(max(a, 0), h - 1), min(max(b, 0), w - 1), min(max(y, 0), h - 1), min(max(x, 0), w - 1)
@@ -120,7 +120,7 @@ def apart(picture: Any, a: int, b: int, y: int, x: int) -> int:
 @kernel
 def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> int:
     """Return the column where a piece begins (side 0) or ends (1) in a row of the exemplar, with half its joint."""
-    if kind == FACE:
+    if kind == NO_JOINT:
         return end + half if side == 0 else end - half
     if not 0 <= y < joints.shape[1]:
         return -BEYOND if side == 0 else BEYOND
@@ -128,7 +128,7 @@ def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> in
 
 
 @kernel
-def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int) -> None:
+def cut_head_joint(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int) -> None:
     """Cut two pieces row by row from canvas row `first`: `cut` (n,) is the first column of the right one."""
     n, wide = len(cut), 2 * reach + 1
     u = right[0]
@@ -143,8 +143,11 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
         low = border(joints, halves[0], right[5], right[7], 0, y + right[3])
         for k in range(2 * reach + 2):
             a, b, c, d = y + left[3], x + k + left[2], y + right[3], x + k + right[2]
-            gap[k] = apart(picture, a, b, c, d)
-            wrong[0, k], wrong[1, k] = amiss(usable, faces, a, b, b >= high), amiss(usable, faces, c, d, d < low)
+            gap[k] = colour_distance(picture, a, b, c, d)
+            wrong[0, k], wrong[1, k] = (
+                misplacement_cost(usable, faces, a, b, b >= high),
+                misplacement_cost(usable, faces, c, d, d < low),
+            )
         gaps[r] = gap[1:-1]
         before, after = np.int64(0), wrong[1, 1:].sum()
         for k in range(wide):  # the right piece begins at column u - reach + k
@@ -156,7 +159,7 @@ def junction(scene: Any, left: Any, right: Any, first: int, cut: Any, reach: int
 
 
 @kernel
-def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) -> None:
+def place_course(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) -> None:
     """Place the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) their costs beyond its beds.
 
     `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the joint before every
@@ -168,7 +171,7 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
     _, usable, faces, beds, _, _ = scene
     cuts = np.empty((n, spans[:, 1].max()), np.int64)
     for k in range(1, n):
-        junction(scene, pieces[k - 1], pieces[k], spans[k, 0], cuts[k, : spans[k, 1]], spans[k, 2])
+        cut_head_joint(scene, pieces[k - 1], pieces[k], spans[k, 0], cuts[k, : spans[k, 1]], spans[k, 2])
     at = 0
     for x in range(wide):
         while at + 1 < n and pieces[at, 1] <= x:
@@ -184,11 +187,11 @@ def lay(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong: Any) ->
             out[v, x, 0], out[v, x, 1] = a, b
             column = min(max(b, 0), beds.shape[1] - 1)
             beyond = a < beds[course, column] or a >= beds[course + 1, column]
-            wrong[v, x] = amiss(usable, faces, a, b, beyond)
+            wrong[v, x] = misplacement_cost(usable, faces, a, b, beyond)
 
 
 @kernel
-def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
+def bed_costs(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
     """Return the cost of each cut between two courses: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
 
     Also return how much both courses differ at each pixel of the band: (w, 2 reach + 1).
@@ -205,7 +208,7 @@ def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
         after = np.int64(0)
         for k in range(band):
             a, b = upper[0][shift[x] + k, x], lower[0][k, x]
-            gap[k] = apart(scene[0], a[0], a[1], b[0], b[1])
+            gap[k] = colour_distance(scene[0], a[0], a[1], b[0], b[1])
             after += lower[1][k, x]
         before = np.int64(0)
         for k in range(band + 1):
@@ -217,7 +220,7 @@ def part(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
 
 
 @kernel
-def pour(pixels: Any, rows: Any, top: Any, end: Any, out: Any, at: Any) -> None:
+def write_course(pixels: Any, rows: Any, top: Any, end: Any, out: Any, at: Any) -> None:
     """Write the rows top .. end of a course (R, w, 2) to a window `out` whose first column is column -`at`."""
     for x in range(len(top)):
         u = x + at

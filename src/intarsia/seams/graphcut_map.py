@@ -27,7 +27,7 @@ from ..analysis.masking import ONCE
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, draw
-from ..lattice import Vectors, once_around
+from ..lattice import Vectors, closing_vector
 from ..model.sourcemap import HOLE
 from ..patches import Pick, Window, index_of, picked, random_patch
 from ..patches.patch_synthesis import PatchSynthesis
@@ -174,7 +174,7 @@ class GraphcutMap:
         self._search = growth.finder
         self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
         self._around = [
-            once_around(stitch.lattice, n, k) if stitch.lattice and wrap else (n * UNIT * (1 - k), n * UNIT * k)
+            closing_vector(stitch.lattice, n, k) if stitch.lattice and wrap else (n * UNIT * (1 - k), n * UNIT * k)
             for k, (n, wrap) in enumerate(zip(self.variant.shape, self.wraps, strict=True))
         ]
         if stitch.lattice and (self.variant == 0).any():

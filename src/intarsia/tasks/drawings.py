@@ -14,10 +14,10 @@ from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair, UInt8
 from ..foundation.geometry import UNIT, Wrap
 from ..judging import OFTEN, Often, Spot, joins_at, too_often, usage_of
-from ..lattice.verdict import Lattice
+from ..lattice.decision import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
-from ..regular.grid import phase_of
+from ..regular.block_grid import phase_of
 from ..rendering.mixing import averaged
 from ..segments import Segments, segments
 from .scoring import Outcome

@@ -24,14 +24,14 @@ from ..foundation.blend import Blend
 from ..foundation.geometry import UNIT, Wrap
 from ..foundation.run import Run
 from ..lattice import vectors_of
-from ..lattice.verdict import Lattice, Lattices
+from ..lattice.decision import Lattice, Lattices
 from ..methods import make
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..model.image import Kind, Plane
 from ..model.sourcemap import SourceMap
-from ..regular.rectify import Straight
-from ..regular.tiling import BAND, Tiling, periods_along, read_offsets
+from ..regular.rectify import Rectification
+from ..regular.tile_search import BAND, Tiling, periods_along, read_offsets
 from ..rendering.render import render
 from ..segments import Segments, segments
 from ..synthesis import ExemplarLike, as_exemplars
@@ -99,7 +99,7 @@ class Findings:
     elements: ElementSize
     light: Slope
     suggested: Suggestion
-    straight: tuple[Straight, Lattice] | None = None
+    straight: tuple[Rectification, Lattice] | None = None
 
     def __repr__(self) -> str:
         kind = "no lattice" if self.lattice is None else f"a {self.lattice.kind} lattice"
@@ -214,7 +214,7 @@ def _rounded(found: Any, **places: int) -> Record:
     return {name: round(getattr(found, name), digits) for name, digits in places.items()}
 
 
-def _bent(straight: Straight, lattice: Lattice) -> Record:
+def _bent(straight: Rectification, lattice: Lattice) -> Record:
     """Return slant, convergence and bow of courses, and the lattice after rectification, for JSON."""
     vectors = [list(v) for v in vectors_of(lattice)]
     return _rounded(straight, slant=4, converging=3, off=2) | {"vectors": vectors} | _rounded(lattice, confidence=4)

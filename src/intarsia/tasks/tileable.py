@@ -25,7 +25,7 @@ from ..foundation.blend import Blend, Levelling
 from ..foundation.geometry import UNIT, Wrap
 from ..foundation.params import AUTO, extent, values_of
 from ..foundation.run import Run, run_of
-from ..lattice import allowed, closing_length
+from ..lattice import allowed_misfit, closing_length
 from ..methods import Method, make, traits
 from ..model import Exemplar, Exemplars
 from ..model.canvas import Canvas
@@ -168,7 +168,7 @@ def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
     if lines is None or not axes.closed[lines.axis]:
         return whole
     heights, length = lines.heights, sum(lines.heights)
-    near = allowed([(min(heights) * UNIT, 0)])
+    near = allowed_misfit([(min(heights) * UNIT, 0)])
     if length < whole[lines.axis] / 2 or any(abs(whole[lines.axis] - length - high) <= near for high in heights):
         return whole
     cut = length // unit * unit

@@ -12,7 +12,7 @@ from ...analysis.features import features
 from ...foundation.arrays import Array
 from ...model import Exemplar
 from ...model.image import Plane
-from ...regular.tiling import best_tile
+from ...regular.tile_search import best_tile
 from ..figures import Figure, Panel, Way, given, grown, row, shaded
 from .goodness import lattice_by_goodness
 from .goodness_kernels import ALPHA, MILLION, significant_sum

@@ -24,13 +24,13 @@ from ...foundation.arrays import Array, Int32, Laid, Pair
 from ...foundation.geometry import UNIT, Box
 from ...foundation.params import AUTO
 from ...foundation.run import Run, below, draw
-from ...lattice import Vector, cell_of, check_lattice, lattice_of, unfit
+from ...lattice import Vector, cell_of, check_lattice, lattice_of, misfit_message
 from ...lattice.candidates import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import drafted
-from ...regular.mosaic import STRAIN, beside, returning
+from ...regular.mosaic import STRAIN, adjacent_blocks, modulo_canvas
 from . import sampling_kernels as kernels
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
@@ -111,7 +111,7 @@ class SquareBlocks:
 
     def number(self, i: int, j: int) -> Pair:
         """Return the number of a block, modulo the number of blocks on a wrapped canvas."""
-        return returning(self.around, i, j)
+        return modulo_canvas(self.around, i, j)
 
     def lattice_place(self, i: int, j: int) -> Pair:
         """Return where a block begins on the unstretched lattice, 1/256 px."""
@@ -158,7 +158,7 @@ class Sampling:
         (i0, j0), (i1, j1) = self.blocks.block_of(y0, x0), self.blocks.block_of(y0 + height - 1, x0 + width - 1)
         fields = [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
         gaps = [f for f in fields if sum(f) % 2]
-        found = {f: self._drawn(f) for f in {n for f in gaps for n in beside(*f)} | {*fields} - {*gaps}}
+        found = {f: self._drawn(f) for f in {n for f in gaps for n in adjacent_blocks(*f)} | {*fields} - {*gaps}}
         wave = TOGETHER * run.workers
 
         def draft() -> Laid:
@@ -197,7 +197,7 @@ class Sampling:
     def _filled(self, gap: Pair, drawn: dict[Pair, Pair]) -> Pair:
         """Return the patch for a gap whose border matches its four neighbours best (4.2.2)."""
         sources = [  # both begin half a border before the block
-            np.array(drawn[n]) - self.blocks.begin(*n) + self.blocks.begin(*gap) for n in beside(*gap)
+            np.array(drawn[n]) - self.blocks.begin(*n) + self.blocks.begin(*gap) for n in adjacent_blocks(*gap)
         ]
         border = self.picture[*(self.ring[:, :2] + np.array(sources)[self.ring[:, 2]]).T]
         places = self.everywhere
@@ -274,7 +274,7 @@ def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     good: list[int] = []
     for sizes in (range(length - 1, 0, -1), range(length + 1, 5 * length + 4096)):
         good += islice((n for n in sizes if nearest(n)[0] <= STRAIN * n * UNIT / 2), 1)
-    raise ParameterError(unfit(axis, length, "is no whole number of periods", off / (length * UNIT), good))
+    raise ParameterError(misfit_message(axis, length, "is no whole number of periods", off / (length * UNIT), good))
 
 
 class Transforms:

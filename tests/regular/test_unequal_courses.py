@@ -13,9 +13,9 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.regular.chains import Laying
-from intarsia.regular.rows import Rows, closing
-from intarsia.regular.unequal import Unequal, masonry_of
+from intarsia.regular.course_layout import StoneChoice
+from intarsia.regular.course_rows import Rows, closing
+from intarsia.regular.unequal_courses import Unequal, unequal_masonry
 from intarsia.regular.wall import Wall
 from intarsia.testing.cases import noise, texture
 
@@ -46,7 +46,7 @@ def rubble(heights=HEIGHTS, width: int = 300, joint: int = 6, seed: int = 2):
 
 
 def found_in(pixels: np.ndarray, **more):
-    return masonry_of(Exemplar.of(pixels, **more))
+    return unequal_masonry(Exemplar.of(pixels, **more))
 
 
 def shown_by(made: ia.Synthesis, numbers: np.ndarray) -> np.ndarray:
@@ -100,7 +100,7 @@ def test_stones_lie_in_courses_about_as_high_as_they_are() -> None:
     wall = Wall.of(None, None, Exemplar.of(pixels), Canvas(10, 10), 1)
     found = found_in(pixels)
     for height, cards in zip(found.heights, wall.layout.cards, strict=True):
-        assert cards == naive.stones_about(found.own.tolist(), height, Laying, Unequal.like)
+        assert cards == naive.stones_about(found.own.tolist(), height, StoneChoice, Unequal.like)
     for i in range(-8, 9):
         height = found.heights[wall.rows.kind(i)]
         for piece in wall.layout.pieces(i, 0, 700):

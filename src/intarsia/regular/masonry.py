@@ -18,7 +18,7 @@ from ..foundation.geometry import UNIT
 from ..kernels import paths
 from ..lattice import Vector
 from ..model import Exemplar
-from .wall_kernels import FACE as CUT
+from .wall_kernels import NO_JOINT as CUT
 
 
 def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
@@ -186,7 +186,7 @@ class Line(NamedTuple):
         return (self.places(shape)[:, None] + UNIT // 2) // UNIT + lean
 
 
-class Brickwork(NamedTuple):
+class Masonry(NamedTuple):
     """Bed joints, head joints and mortar of an exemplar."""
 
     line: Line  # where beds lie on average
@@ -214,7 +214,7 @@ def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
     return Line(found, pitch, (-aside, down))
 
 
-def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
+def masonry_of_pitch(picture: Array, usable: Mask, vector: Vector) -> Masonry:
     """Find beds, mortar and joints. Raise MethodError if no course is whole."""
     coarse = vector[0] ** 2 + vector[1] ** 2 > (Finding.coarse * UNIT) ** 2
     smooth = averages(picture.astype(np.int32), 1) if coarse else picture
@@ -228,7 +228,7 @@ def brickwork_of(picture: Array, usable: Mask, vector: Vector) -> Brickwork:
     return with_joints(line, beds, usable, faces)
 
 
-def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Brickwork:
+def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Masonry:
     """Find the joints of whole courses between known beds. Raise MethodError if no course is whole."""
     spans = _spans(usable, beds, Finding.outside * line.pitch / UNIT)
     found, of_course = list[Array](), dict[int, list[int]]()
@@ -237,7 +237,7 @@ def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Brickwor
         of_course[k] = list(range(len(found), len(found) + len(across)))
         found += across
     joints = np.array(found, np.int64).reshape(-1, len(faces))
-    return Brickwork(line, beds, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
+    return Masonry(line, beds, spans, joints, of_course, faces, _thickness(faces, joints, of_course, beds))
 
 
 def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
@@ -378,7 +378,7 @@ class Bricks(NamedTuple):
         return np.asarray(self.table[:, 2] - self.table[:, 1], np.int64)
 
 
-def bricks_of(work: Brickwork) -> Bricks | None:
+def bricks_of(work: Masonry) -> Bricks | None:
     """Return the bricks; None if the courses are not made of bricks."""
     places = {k: _places(work, k) for k in work.spans}
     if sum(len(p) for p in places.values()) < max(2, len(places) // 2):
@@ -415,7 +415,7 @@ def bricks_of(work: Brickwork) -> Bricks | None:
     return Bricks(table, usual, max(2, int(min(least, Sorting.half * usual))), beside, beyond // Bond.beyond, common)
 
 
-def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
+def _straight(work: Masonry, some: list[Brick]) -> list[Brick]:
     """Leave out bricks whose beds leave the mortar, while enough are left."""
     if len(some) <= Sorting.few:
         return some
@@ -427,7 +427,7 @@ def _straight(work: Brickwork, some: list[Brick]) -> list[Brick]:
     return [e for e, face in zip(some, off, strict=True) if face <= least]
 
 
-def _places(work: Brickwork, k: int) -> list[int]:
+def _places(work: Masonry, k: int) -> list[int]:
     """Return the columns of the joints of a course, in the middle of it."""
     x0, x1 = work.spans[k]
     y = int(np.median(work.beds[k][x0:x1] + work.beds[k + 1][x0:x1])) // 2

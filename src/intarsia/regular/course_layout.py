@@ -18,10 +18,10 @@ from ..foundation.arrays import Array, Int64, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import below, draw
 from . import wall_kernels
-from .brickwork import Bricks, Brickwork, Sorting
-from .rows import DEALT, STAGE, Piece, Rows, dealt
-from .unequal import Unequal
-from .wall_kernels import FACE
+from .course_rows import DEALT, STAGE, Piece, Rows, cached_deck
+from .masonry import Bricks, Masonry, Sorting
+from .unequal_courses import Unequal
+from .wall_kernels import NO_JOINT
 
 Around = list[tuple[int, list[Piece]]]  # chains: how many courses off, and their pieces
 
@@ -51,7 +51,7 @@ class Costs:
     drawn = 60  # up to so much by chance, at anchors; halved and doubled: other places, nothing is seen
 
 
-class Laying:
+class StoneChoice:
     """Which stones fit a course, and what pairs that are repeated cost."""
 
     near = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
@@ -63,10 +63,10 @@ class Laying:
     rounds = 6  # times at most that a chain is made while it repeats pairs; 4 and 8: a few pairs more or less
 
 
-class Chains:
+class CourseLayout:
     """The courses of an endless canvas, piece by piece; `own`: the height of each stone, if courses are unequal."""
 
-    def __init__(self, work: Brickwork, bricks: Bricks, rows: Rows, seed: int, own: Int64 | None = None) -> None:
+    def __init__(self, work: Masonry, bricks: Bricks, rows: Rows, seed: int, own: Int64 | None = None) -> None:
         self.rows, self.seed, self.bricks = rows, seed, bricks
         usual, wide = max(bricks.usual, 1.0), rows.width
         step = round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT)  # whole bricks
@@ -80,8 +80,8 @@ class Chains:
         self.give, self.cut, self.rounds = 1, Costs.cut, 0
         self.cards: list[Sequence[int]] = [range(len(bricks.table))]
         if own is not None:
-            self.give, self.cut = min(max(work.thickness // Laying.give, 1), Laying.wider), Laying.cut
-            self.rounds, self.cards = Laying.rounds, [_alike(bricks, own, height) for height in rows.heights]
+            self.give, self.cut = min(max(work.thickness // StoneChoice.give, 1), StoneChoice.wider), StoneChoice.cut
+            self.rounds, self.cards = StoneChoice.rounds, [_alike(bricks, own, height) for height in rows.heights]
 
     def pieces(self, i: int, first: int, end: int) -> list[Piece]:
         """Return the pieces of course i that touch some columns, from left to right."""
@@ -98,7 +98,7 @@ class Chains:
         if (i, s) not in self._anchors:
             whole, parts = self.pace
             place = s * whole // parts
-            self._anchors[i, s] = place + self._late(i, s, place, whole // parts // 2)
+            self._anchors[i, s] = place + self._knot_offset(i, s, place, whole // parts // 2)
         return self._anchors[i, s] + by
 
     def chain(self, i: int, s: int) -> list[Piece]:
@@ -123,7 +123,7 @@ class Chains:
         """Return the same for a knot; none if slanted courses meet others once around, as both would wait."""
         return [] if s == 0 and self.rows.turn else self._around(i, s)
 
-    def _late(self, i: int, s: int, place: int, room: int) -> int:
+    def _knot_offset(self, i: int, s: int, place: int, room: int) -> int:
         """Return how far behind its place a knot lies, less than `room`: best staggered against the courses around."""
         choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
         drawn = [below(Costs.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
@@ -140,17 +140,17 @@ class Chains:
                 total += table[np.minimum(near, len(table) - 1)]
         return total
 
-    def _hand(self, i: int, s: int) -> list[int]:
+    def _candidates(self, i: int, s: int) -> list[int]:
         """Return the bricks that a chain may use, the first one first: from a shuffled deck, so that all are used."""
         cards = self.cards[self.rows.kind(i)]
         n = len(cards)
         held = min(HAND, n)
         number, hand = divmod(i, n // held)
-        order = [cards[e] for e in dealt(n, self.seed, STAGE, DEALT, number, s)]
+        order = [cards[e] for e in cached_deck(n, self.seed, STAGE, DEALT, number, s)]
         mine = order[hand * held : (hand + 1) * held]
-        start = [e for e in mine if self.bricks.table[e, 3] != FACE]
+        start = [e for e in mine if self.bricks.table[e, 3] != NO_JOINT]
         if not start:
-            start = ([e for e in order if self.bricks.table[e, 3] != FACE] or order)[:1]
+            start = ([e for e in order if self.bricks.table[e, 3] != NO_JOINT] or order)[:1]
             mine = [*start, *mine[1:]]
         at, around = self.anchor(i, s), self._around_anchor(i, s)
         # A brick of the same kind nearby makes another one begin.
@@ -169,7 +169,7 @@ class Chains:
             for beside in (s - 1, s + 1):
                 if self.named(i, beside)[1] % 2 == 0:
                     near.update(neighbours(self.chain(i, beside)))
-        more = Counter({pair: Laying.twice * n for pair, n in near.items()})
+        more = Counter({pair: StoneChoice.twice * n for pair, n in near.items()})
         best, least = list[Piece](), math.inf
         for _ in range(self.rounds):
             chain = self._linked(i, s, more)
@@ -179,18 +179,18 @@ class Chains:
                 best, least = chain, again
             if not any(n > 1 for n in own.values()):
                 break
-            more.update({pair: Laying.twice * (n - 1) for pair, n in own.items()})
+            more.update({pair: StoneChoice.twice * (n - 1) for pair, n in own.items()})
         return best
 
     def _linked(self, i: int, s: int, more: Mapping[Pair, int]) -> list[Piece]:
         """Return the cheapest chain; `more`: additional costs of some pairs."""
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
-        hand = self._hand(i, s)
+        hand = self._candidates(i, s)
         around = self._around(i, s)
         sizes = self.bricks.sizes[hand]
         n, t, _ = self.named(i, s + 1)
-        following = self._hand(n, t)[0]
+        following = self._candidates(n, t)[0]
         turn = hand.index(following) if following in hand else -1
         pair, follow = self._pairs(hand), self._pairs([*hand, following])[:-1, -1]
         for (a, b), price in more.items():
@@ -203,7 +203,7 @@ class Chains:
         joint = self._joints(around, np.arange(length + 1) + first)
         out = np.empty((length + 2, 3), np.int64)
         start = self._starts(hand, around, first, length)
-        count = wall_kernels.link(length, sizes, start, joint, pair, np.ascontiguousarray(follow), rules, out)
+        count = wall_kernels.best_chain(length, sizes, start, joint, pair, np.ascontiguousarray(follow), rules, out)
         return [self._piece(hand[int(k)], first + int(a), first + int(b)) for k, a, b in out[:count]]
 
     def _piece(self, brick: int, first: int, end: int) -> Piece:
@@ -211,7 +211,7 @@ class Chains:
         k, low, high, left, right = (int(v) for v in self.bricks.table[brick])
         over = end - first - (high - low)
         if over < -2:
-            return Piece(first, end, low, k, left, FACE, low, low + end - first, brick)
+            return Piece(first, end, low, k, left, NO_JOINT, low, low + end - first, brick)
         return Piece(first, end, low - over // 2, k, left, right, low, high, brick)
 
     def _pairs(self, hand: list[int]) -> Int64:
@@ -219,8 +219,8 @@ class Chains:
         left, right, mean = self.bricks.table[hand, 3], self.bricks.table[hand, 4], self.mean[hand]
         apart = np.abs(mean[:, None] - mean) / self.bricks.usual
         cost = Costs.loose + np.rint(Costs.odd * np.minimum(apart, 1)).astype(np.int64)
-        cost[(right[:, None] == left) & (left != FACE)] = 0
-        cost[(right[:, None] == FACE) & (left == FACE)] = NEVER
+        cost[(right[:, None] == left) & (left != NO_JOINT)] = 0
+        cost[(right[:, None] == NO_JOINT) & (left == NO_JOINT)] = NEVER
         names = np.array(hand)
         cost[names[:, None] == names] = Costs.again
         return np.ascontiguousarray(cost, np.int64)
@@ -232,7 +232,7 @@ class Chains:
         count, usual = len(hand), self.bricks.usual
         turn = (np.arange(length + 1) / usual).astype(np.int64)
         cost = Costs.turn * ((np.arange(count)[:, None] - turn) % count) // count
-        cost += Costs.border * (self.bricks.table[hand, 3:] == FACE).any(axis=1)[:, None]
+        cost += Costs.border * (self.bricks.table[hand, 3:] == NO_JOINT).any(axis=1)[:, None]
         reach = int(NEARBY * usual)
         fall = Costs.near * (reach - np.abs(np.arange(-reach, reach + 1))) ** 2 // max(reach, 1) ** 2
         places = {brick: k for k, brick in enumerate(hand)}
@@ -245,12 +245,12 @@ class Chains:
         return np.ascontiguousarray(cost, np.int64)
 
 
-def boards_of(work: Brickwork) -> Bricks:
+def boards_of(work: Masonry) -> Bricks:
     """Return courses without joints as bricks, one each, cut by the border of the exemplar at both ends."""
     table = []
     for k, (x0, x1) in work.spans.items():
         spare = min(Sorting.margin, (x1 - x0 - 1) // 2)
-        table.append((k, x0 + spare, x1 - spare, FACE, FACE))
+        table.append((k, x0 + spare, x1 - spare, NO_JOINT, NO_JOINT))
     usual = float(np.mean([end - begin for _, begin, end, _, _ in table]))
     free = np.zeros(int(2 * usual) + 2, np.int64)  # no joint lies better than another
     least = max(2, int(Sorting.half * usual))
@@ -260,9 +260,9 @@ def boards_of(work: Brickwork) -> Bricks:
 def _alike(bricks: Bricks, own: Int64, height: int) -> list[int]:
     """Return the stones about as high as a course; those nearest in height if they are few."""
     off = np.abs(own - height)
-    beyond = np.maximum(off - int(Laying.near * height), 0)  # px too high or too low
+    beyond = np.maximum(off - int(StoneChoice.near * height), 0)  # px too high or too low
     order = np.argsort(beyond, kind="stable")
     near = int((off <= Unequal.like * height).sum())
-    whole = int(np.flatnonzero(bricks.table[order, 3] != FACE)[0]) + 1
-    count = max(int((beyond == 0).sum()), min(Laying.fewest, near), whole)
+    whole = int(np.flatnonzero(bricks.table[order, 3] != NO_JOINT)[0]) + 1
+    count = max(int((beyond == 0).sum()), min(StoneChoice.fewest, near), whole)
     return sorted(order[:count].tolist())

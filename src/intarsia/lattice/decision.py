@@ -147,7 +147,7 @@ def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
 
 Verdict = Literal["sure", "faint", "refused"]
 SURE: Verdict = "sure"
-FAINT: Verdict = "faint"
+TENTATIVE: Verdict = "faint"
 REFUSED: Verdict = "refused"
 
 PARTS = 5  # along each side of the overlap; 3: a floor and a wall of setts are lost, 10: planks at 45 degrees are rows
@@ -172,7 +172,7 @@ class Limits:
     scattered = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
     faint = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
     exact = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
-    doubted = 0.025  # least confidence for the chance test; halved: jeans get one, doubled: bamboo loses its
+    least_tentative = 0.025  # least confidence for the chance test; halved: jeans get one, doubled: bamboo loses its
     told = 4.0  # 10 to this: odds that pass the chance test; halved: the same, doubled: bamboo and lizards lose it
 
 
@@ -264,7 +264,7 @@ def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepare
         f"{points} lattice points agree with {mean:.3f}, anything else in the cell with at most {mean - contrast:.3f}.",
         f"{one.used} correlation peaks lie {one.residual:.2f} px (rms) from the lattice points.",
     ]
-    if _judge(lattice, near)[0] != REFUSED or (points >= ENOUGH and confidence >= Limits.doubted):
+    if _judge(lattice, near)[0] != REFUSED or (points >= ENOUGH and confidence >= Limits.least_tentative):
         rows = resolved(found, rows, one.residual)
         parts = min(support(prepared, (y, x)) for y, x in rows.tolist())
         says.append(f"{100 * parts:.0f} % of the exemplar repeats, or more.")
@@ -289,18 +289,18 @@ def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
     if confidence >= Limits.least:
         return SURE, f"Accepted: the confidence {confidence:.3f} reaches {Limits.least}."
     if confidence >= Limits.faint and one.odds >= Limits.exact:
-        return FAINT, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
+        return TENTATIVE, f"Accepted: the confidence is only {confidence:.3f}, but the peaks lie exactly on the points."
     return REFUSED, f"Refused: the confidence {confidence:.3f} is below {Limits.least}."
 
 
-def told_by_peaks(ranked: Sequence[Lattice]) -> Lattice | None:
+def lattice_by_chance_test(ranked: Sequence[Lattice]) -> Lattice | None:
     """Return the most confident lattice whose peaks pass the chance test, refused or not; None if there is none.
 
     Elements of different shapes and colours on a lattice agree little with each other, and only in parts; yet their
     peaks lie on the lattice, at twice as many points as are required elsewhere (with four, boards of planks get one).
     Blocks cut by such a lattice do not fit, but patches can be aligned to it.
     """
-    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= Limits.doubted)
+    enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= Limits.least_tentative)
     told = (one for one in enough if one.odds >= Limits.told)
     return max(told, key=lambda one: one.confidence, default=None)
 

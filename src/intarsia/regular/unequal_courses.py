@@ -20,20 +20,20 @@ from ..foundation.filters import averages, highest, lowest
 from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..model import Exemplar
-from .brickwork import (
+from .masonry import (
     FACE,
     Bricks,
-    Brickwork,
     Contrast,
     Finding,
     Line,
+    Masonry,
     along_x,
     bricks_of,
     levelled,
     straying,
     with_joints,
 )
-from .wall_kernels import FACE as CUT
+from .wall_kernels import NO_JOINT as CUT
 
 
 class Unequal:
@@ -55,13 +55,13 @@ class Unequal:
     joints = 96  # of 255: what joints look like faces at most; of ten 5 to 68, hexagons 130, letters 114 and 176
 
 
-class Masonry(NamedTuple):
+class UnequalMasonry(NamedTuple):
     """Courses of unequal heights along x: what the exemplar holds, whole bricks, and heights."""
 
     picture: Int16  # (H, W, C): features, axes swapped where courses stand upright
     usable: Mask
     upright: bool
-    work: Brickwork
+    work: Masonry
     bricks: Bricks
     own: Int64  # of every brick how high it is, px
     heights: tuple[int, ...]  # of the courses that some bricks are about as high as, from top to bottom, px
@@ -88,33 +88,33 @@ class Masonry(NamedTuple):
         return (step, 0.0) if self.upright else (0.0, step)
 
 
-def masonry_of(exemplar: Exemplar, weights: Weights = None) -> Masonry:
+def unequal_masonry(exemplar: Exemplar, weights: Weights = None) -> UnequalMasonry:
     """Return the courses of an exemplar by its lines. Raise MethodError if there are none, or they hold no bricks."""
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
-def masonry_if_any(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
+def unequal_masonry_or_none(exemplar: Exemplar, weights: Weights = None) -> UnequalMasonry | None:
     """Return the courses of an exemplar; None if it has none, or they hold no bricks."""
     try:
-        return masonry_of(exemplar, weights)
+        return unequal_masonry(exemplar, weights)
     except MethodError:
         return None
 
 
-def sure_masonry(exemplar: Exemplar, weights: Weights = None) -> Masonry | None:
+def clear_masonry(exemplar: Exemplar, weights: Weights = None) -> UnequalMasonry | None:
     """Return the courses of an exemplar if they are clear enough for the automatic choice; else None."""
-    found = masonry_if_any(exemplar, weights)
+    found = unequal_masonry_or_none(exemplar, weights)
     return found if found is not None and found.sure else None
 
 
-def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
+def _found(exemplar: Exemplar, weights: Weights) -> UnequalMasonry:
     feats = features([exemplar], weights)
     lines = course_lines(feats, exemplar)
     if lines is None:
         raise MethodError("no lines run across the exemplar between courses.")
     upright = lines.axis == 1
     picture, level, usable = along_x(feats, exemplar, upright)
-    work = work_of(level, usable, lines.at)
+    work = masonry_between_lines(level, usable, lines.at)
     bricks = bricks_of(work)
     if bricks is None:
         raise MethodError("the courses of the exemplar hold no whole brick.")
@@ -125,10 +125,10 @@ def _found(exemplar: Exemplar, weights: Weights) -> Masonry:
     often = [int((np.abs(own - height) <= Unequal.like * height).sum()) for height in heights]
     heights = tuple(h for h, n in zip(heights, often, strict=True) if n >= min(Unequal.some, max(often)))
     work = work._replace(line=Line(0, min(heights) * UNIT, (0, 1)))
-    return Masonry(picture, usable, upright, work, bricks, own, heights, faces_at_joints(work))
+    return UnequalMasonry(picture, usable, upright, work, bricks, own, heights, faces_at_joints(work))
 
 
-def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
+def _sorted_out(work: Masonry, bricks: Bricks) -> Bricks:
     """Leave out bricks that hold joints or lie within a wide bed, and those cut by the border if there are enough."""
     own = _heights(work, bricks)
     least = max(Unequal.low * median_high(own), 4)
@@ -141,7 +141,7 @@ def _sorted_out(work: Brickwork, bricks: Bricks) -> Bricks:
     return bricks._replace(table=table)
 
 
-def _filled(work: Brickwork, brick: list[int]) -> bool:
+def _filled(work: Masonry, brick: list[int]) -> bool:
     """Return whether a brick is one face inside, and not several with joints between."""
     k, a, b = brick[:3]
     rim = min(max(work.thickness, 2), (b - a - 1) // 2)
@@ -152,13 +152,13 @@ def _filled(work: Brickwork, brick: list[int]) -> bool:
     return int(faces.sum(dtype=np.int64)) >= Unequal.full * len(faces)
 
 
-def _heights(work: Brickwork, bricks: Bricks) -> Int64:
+def _heights(work: Masonry, bricks: Bricks) -> Int64:
     """Return the height of every brick, with half of the beds above and below."""
     between = [work.beds[k + 1, a:b] - work.beds[k, a:b] for k, a, b, _, _ in bricks.table]
     return np.array([int(high.sum()) // len(high) for high in between], np.int64)
 
 
-def faces_at_joints(work: Brickwork) -> int:
+def faces_at_joints(work: Masonry) -> int:
     """Return how much joints look like faces in the mean, 0 to 255."""
     (height, width), total, count = work.faces.shape, 0, 0
     y = np.arange(height)
@@ -170,7 +170,7 @@ def faces_at_joints(work: Brickwork) -> int:
     return total // count if count else FACE
 
 
-def work_of(picture: Array, usable: Mask, lines: Array) -> Brickwork:
+def masonry_between_lines(picture: Array, usable: Mask, lines: Array) -> Masonry:
     """Find beds, mortar and joints by lines (n, W). Raise MethodError if no course is whole."""
     reach = max(min(usable.shape) // Unequal.near, Unequal.least)
     smooth = averages(picture.astype(np.int32), Unequal.wide)

@@ -259,7 +259,7 @@ def squared_steps(features: Int16, usable: Mask, step: Vector) -> Int64:
     return out
 
 
-def unlikeness(features: Int16, vectors: Sequence[Vector], usable: Mask) -> float:
+def period_difference(features: Int16, vectors: Sequence[Vector], usable: Mask) -> float:
     """Return how much the periods of a texture differ: 0 they are equal, 1 no more alike than any two places.
 
     The root mean square of the differences over both vectors (1/256 px, rounded to px), divided by that of random

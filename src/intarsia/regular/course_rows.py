@@ -17,9 +17,9 @@ from ..foundation import ParameterError
 from ..foundation.arrays import Int64, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import below, deck, draw
-from ..lattice import unfit
+from ..lattice import misfit_message
 from ..model.canvas import Canvas
-from .brickwork import Line
+from .masonry import Line
 
 DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # levels of draws: of bricks, of courses, of where these begin
 SPARE = 64  # px above the height of a canvas up to which sums of heights are tried: far above the strain
@@ -47,7 +47,7 @@ class Rows:
 
         Raise ParameterError if they cannot close.
         """
-        down, along, height, width = turned(canvas, upright)
+        down, along, height, width = course_axes(canvas, upright)
         pitch, around, slope, turn = (line.pitch, UNIT), 0, line.slope, 0
         if down:
             around = max(1, round(height * UNIT / line.pitch))
@@ -55,7 +55,9 @@ class Rows:
             if abs(strain) > STRAIN:
                 fitting = [round(n * line.pitch / UNIT) for n in (around - 1, around, around + 1) if n > 0]
                 good = sorted(sorted(fitting, key=lambda n: abs(n - height))[:2])
-                raise ParameterError(unfit(int(upright), height, "is no whole number of courses", strain, good))
+                raise ParameterError(
+                    misfit_message(int(upright), height, "is no whole number of courses", strain, good)
+                )
             pitch = (height, around)
         if along:
             turn = round(width * line.slope[0] * pitch[1] / (line.slope[1] * pitch[0]))
@@ -65,7 +67,7 @@ class Rows:
     @classmethod
     def stacked(cls, heights: tuple[int, ...], canvas: Canvas, upright: bool, seed: int) -> Rows:
         """Stack courses of unequal heights, px, on a canvas. Raise ParameterError if they cannot close."""
-        down, along, height, width = turned(canvas, upright)
+        down, along, height, width = course_axes(canvas, upright)
         order = closing(heights, height, seed) if down else ()
         total = sum(heights[k] for k in order) if down else height
         if abs(height - total) > STRAIN * total:
@@ -80,7 +82,7 @@ class Rows:
     def _dealt(self, i: int) -> tuple[int, Sequence[int], int]:
         """Return how often all courses come before course i, their order then, and its place in that order."""
         number, k = divmod(i, len(self.order or self.heights))
-        return number, self.order or dealt(len(self.heights), self.seed, STAGE, ORDER, number, 0), k
+        return number, self.order or cached_deck(len(self.heights), self.seed, STAGE, ORDER, number, 0), k
 
     def kind(self, i: int) -> int:
         """Return which course of the exemplar has the height of course `i`."""
@@ -130,19 +132,19 @@ class Rows:
         return (0, 2, 1, 3)[name % 4]
 
 
-def turned(canvas: Canvas, upright: bool) -> tuple[bool, bool, int, int]:
+def course_axes(canvas: Canvas, upright: bool) -> tuple[bool, bool, int, int]:
     """Return whether a canvas wraps across and along its courses, then its sides so (`upright`: courses run down)."""
     wraps, sides = (canvas.wrap.y, canvas.wrap.x), (canvas.height, canvas.width)
     return (*wraps[::-1], *sides[::-1]) if upright else (*wraps, *sides)
 
 
-dealt = lru_cache(1 << 12)(deck)
+cached_deck = lru_cache(1 << 12)(deck)
 
 
 def closing(heights: tuple[int, ...], height: int, seed: int) -> tuple[int, ...]:
     """Return courses whose heights add up to a canvas as nearly as possible, all used about equally often."""
     most = max(0, height // sum(heights) - 1)
-    decks = [dealt(len(heights), seed, STAGE, ORDER, number, 0) for number in range(most + 3)]
+    decks = [cached_deck(len(heights), seed, STAGE, ORDER, number, 0) for number in range(most + 3)]
     rest = height - most * sum(heights)
     sums: dict[int, tuple[int, ...]] = {0: ()}
     for k in chain(*decks[most:]):

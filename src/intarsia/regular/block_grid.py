@@ -17,7 +17,7 @@ from ..foundation.arrays import Array, Floats, Int16, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..lattice import Vector, Vectors
 from ..lattice.candidates import lattice_points, overlap
-from . import gap_kernels
+from . import block_kernels
 
 Places = dict[Pair, Int64]
 Cell = tuple[Vector, Vector | None]
@@ -111,7 +111,7 @@ def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Flo
         here, there = overlap(picture.shape[:2], shift if axis == 0 else shift[::-1])
         cost = colour_distances(picture[here], picture[there])
         if cost.shape[0] >= band and cost.shape[1] >= 8:
-            along = gap_kernels.crossings(np.ascontiguousarray(cost.T), band)
+            along = block_kernels.crossings(np.ascontiguousarray(cost.T), band)
             phases = ((here[0].start + np.arange(len(along)) + band // 2) % period).astype(np.int64)
             np.add.at(total, phases, along)
             np.add.at(count, phases, 1)
@@ -124,7 +124,7 @@ def colour_distances(a: Array, b: Array) -> Int64:
     return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
 
-def joints(picture: Int16, cell: Cell) -> float:
+def joint_contrast(picture: Int16, cell: Cell) -> float:
     """Return how clearly joints separate blocks: the cost of cuts in them, divided by the cost of cuts anywhere.
 
     The larger one of both axes; 0: cuts cost nothing, 1: the phase makes no difference, or is unknown.
@@ -138,7 +138,7 @@ def joints(picture: Int16, cell: Cell) -> float:
     return worst
 
 
-def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tuple[float, float]]:
+def with_best_phase(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tuple[float, float]]:
     """Return the grid with the phase at which cuts are cheapest, on all axes along which it has a period.
 
     Also return what these cuts cost, 1/16 of a feature unit a px along each axis.
@@ -156,7 +156,7 @@ def phased(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tup
 
 def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
     """Return where the grid of the smallest blocks begins, (y, x) px."""
-    y, x = phased(picture, block_grid(cell, 1.0, picture.shape), BORDER)[0].phase
+    y, x = with_best_phase(picture, block_grid(cell, 1.0, picture.shape), BORDER)[0].phase
     return y / UNIT, x / UNIT
 
 
@@ -175,7 +175,7 @@ def block_places(grid: BlockGrid, valid: Mask, kind: Pair) -> Int64:
     inside &= (places + high <= np.array((height, width)) * UNIT + UNIT // 2).all(axis=1)
     places = places[inside]
     if not valid.all() and len(places):
-        ok = gap_kernels.all_usable(places, np.array((grid.rows, grid.columns), np.int64), valid)
+        ok = block_kernels.all_usable(places, np.array((grid.rows, grid.columns), np.int64), valid)
         places = places[ok]
     order = np.lexsort((places[:, 1], places[:, 0]))
     return np.asarray(places[order])

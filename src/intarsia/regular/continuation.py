@@ -20,7 +20,7 @@ from ..foundation.geometry import UNIT
 from ..kernels import paths
 from ..kernels.paths import BARRED
 from ..methods.near_regular import NearRegular
-from .grid import BlockGrid, Cell, Places, block_grid, block_places, colour_distances, phased
+from .block_grid import BlockGrid, Cell, Places, block_grid, block_places, colour_distances, with_best_phase
 
 LEAST_KNOWN = 0.5  # of a period: less of it is not completed
 WELL = 1.3  # a seam may cost so much more than the average one between blocks
@@ -32,7 +32,7 @@ TRIED = 6  # continuations of which the seam is sought
 COVERED = 0.6  # of a strip must exist
 
 
-class Continued(NamedTuple):
+class ContinuedExemplar(NamedTuple):
     """An exemplar's features with completed periods around it."""
 
     picture: Int16  # (H, W, C): the features
@@ -49,14 +49,14 @@ class Continued(NamedTuple):
 def continued(
     picture: Int16, usable: Mask, grid: BlockGrid, steps: tuple[float, float],
     costs: tuple[float, float], border: int,
-) -> Continued:  # fmt: skip
+) -> ContinuedExemplar:  # fmt: skip
     """Complete the periods at the four edges.
 
     `grid`: the blocks; `steps`: px from period to period along both axes; `costs`: what a seam between blocks costs
     across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
     """
     size = usable.shape
-    out, before = Continued(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2)), [0, 0]
+    out, before = ContinuedExemplar(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2)), [0, 0]
     times = np.indices((2 * REACH + 1, 2 * REACH + 1)).reshape(2, -1).T - REACH
     moves = np.rint(times @ np.array(grid.vectors) / UNIT).astype(np.int64)
     vectors = moves[(np.abs(moves) <= size).all(axis=1)]
@@ -74,8 +74,8 @@ def continued(
 
 
 def _longer(
-    known: Continued, axis: int, end: int, more: int, vectors: Int64, border: int, limit: float
-) -> Continued | None:
+    known: ContinuedExemplar, axis: int, end: int, more: int, vectors: Int64, border: int, limit: float
+) -> ContinuedExemplar | None:
     """Add `more` px at one end of an axis; None if no continuation joins at a cost of at most `limit`."""
     sign = 1 if end else -1  # so that what is added comes below
     picture, usable, source = (np.moveaxis(a, axis, 0)[::sign] for a in (known.picture, known.usable, known.source))
@@ -96,7 +96,7 @@ def _longer(
     parts = (picture, picture[y, x]), (usable, taken | own), (source, source[y, x])
     longer: list[Array] = [np.concatenate([a[:-border], added])[::sign] for a, added in parts]
     one, two, three = (np.ascontiguousarray(np.moveaxis(a, 0, axis)) for a in longer)
-    return Continued(one, two, three)
+    return ContinuedExemplar(one, two, three)
 
 
 def _last_step(picture: Array, move: Pair) -> Int64:
@@ -151,7 +151,7 @@ class FewPlaces(MethodError):
 
 def grid_and_places(
     settings: NearRegular, picture: Int16, usable: Mask, cell: Cell
-) -> tuple[BlockGrid, Continued, Places]:
+) -> tuple[BlockGrid, ContinuedExemplar, Places]:
     """Choose the blocks, smaller ones if there are too few places for large ones; complete the periods around them.
 
     Return the grid in the exemplar, what blocks are read from, and their places there. Raise FewPlaces if there are
@@ -160,7 +160,7 @@ def grid_and_places(
     one = block_grid(cell, 1.0, picture.shape)
     periods = one.rows[0] / UNIT, abs(one.columns[1]) / UNIT
     for wanted in (settings.block, 1.0):
-        grid, costs = phased(picture, block_grid(cell, wanted, picture.shape), settings.border)
+        grid, costs = with_best_phase(picture, block_grid(cell, wanted, picture.shape), settings.border)
         ground = continued(picture, usable, grid, periods, costs, settings.border)
         placed = ground.placed(grid)
         places = {(i, j): block_places(placed, ground.usable, (i, j)) for i in (0, 1) for j in (0, 1)}
