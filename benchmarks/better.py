@@ -35,7 +35,7 @@ from scipy.ndimage import binary_dilation, distance_transform_edt
 import intarsia as ia
 from intarsia import files
 from intarsia.analysis.features import features
-from intarsia.analysis.popout import rarity
+from intarsia.analysis.saliency import rarity
 from intarsia.foundation.geometry import ISOMETRIES
 from intarsia.patches import patch_synthesis, repetition
 

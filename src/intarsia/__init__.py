@@ -17,7 +17,7 @@ from .version import VERSION
 __version__ = VERSION
 
 _NAMES = {
-    "analysis.light": "flattened",
+    "analysis.illumination": "flattened",
     "choosing.auto": "Auto",
     "files": "read write",
     "foundation": "CancelledError InputError IntarsiaError MethodError ParameterError",

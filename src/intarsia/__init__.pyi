@@ -1,6 +1,6 @@
 """Names of the package, as type checkers read them."""
 
-from .analysis.light import flattened as flattened
+from .analysis.illumination import flattened as flattened
 from .choosing.auto import Auto as Auto
 from .files import read as read
 from .files import write as write

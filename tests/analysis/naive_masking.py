@@ -1,4 +1,4 @@
-"""The slow twin of `analysis/masking.py`: pixel by pixel, in plain Python."""
+"""The slow twin of `analysis/contrast_masking.py`: pixel by pixel, in plain Python."""
 
 from __future__ import annotations
 

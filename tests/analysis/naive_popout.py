@@ -1,4 +1,4 @@
-"""The slow twin of `analysis/popout.py`: spot by spot, in plain Python."""
+"""The slow twin of `analysis/saliency.py`: spot by spot, in plain Python."""
 
 from __future__ import annotations
 

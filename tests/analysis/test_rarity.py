@@ -7,7 +7,7 @@ import pytest
 from torture import TORTURE
 
 from intarsia.analysis.features import features
-from intarsia.analysis.popout import MOST_RARE, USUAL, likes_away, rarity
+from intarsia.analysis.saliency import MEDIAN, MOST_RARE, neighbour_distance, rarity
 from intarsia.model import Exemplar
 
 
@@ -25,15 +25,15 @@ def over(grid, step, patch, y, x):
 def test_a_red_cluster_is_striking():
     for patch in (16, 24, 32):
         grid, step = rarity(of("red_cluster"), patch)
-        assert np.median(grid) == USUAL
-        assert np.median(over(grid, step, patch, 85, 85)) >= 2 * USUAL
+        assert np.median(grid) == MEDIAN
+        assert np.median(over(grid, step, patch, 85, 85)) >= 2 * MEDIAN
         far = grid[: 40 // step, : 40 // step]
-        assert far.max() < 2 * USUAL
+        assert far.max() < 2 * MEDIAN
 
 
 def test_the_knot_is_striking():
     grid, step = rarity(of("wood_knot"), 32)
-    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * USUAL
+    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * MEDIAN
 
 
 def test_a_pair_of_equals_stays_striking():
@@ -52,21 +52,21 @@ def test_a_thing_beside_its_exact_copy_stays_striking():
     grid, step = rarity(picture, 24)
     assert 72 % step == 80 % step == 4 % step == 0
     for y, x in ((12, 12), (80, 88)):
-        assert grid[y // step, x // step] >= 2 * USUAL
+        assert grid[y // step, x // step] >= 2 * MEDIAN
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 90), (90, 1), (8, 8), (30, 40), (200, 150), (600, 700)])
 def test_a_uniform_exemplar_is_common_everywhere(shape):
     grid, step = rarity(np.full((*shape, 3), 512, np.int16), 16)
     assert grid.dtype == np.int32
-    assert (grid == USUAL).all()
+    assert (grid == MEDIAN).all()
     assert step >= 1
 
 
 def test_differences_that_nobody_sees_do_not_count():
     faint = np.full((128, 128, 3), 512, np.int16)
     faint += np.random.default_rng(0).integers(0, 2, faint.shape).astype(np.int16)
-    assert (rarity(faint, 32)[0] == USUAL).all()
+    assert (rarity(faint, 32)[0] == MEDIAN).all()
 
 
 @pytest.mark.parametrize("name", TORTURE)
@@ -96,16 +96,16 @@ def test_the_grid_has_some_hundred_patches_inside_the_exemplar(height, width, pa
 
 def test_few_patches_are_common():
     picture = np.random.default_rng(0).integers(0, 1023, (64, 64, 3)).astype(np.int16)
-    assert (rarity(picture, 62)[0] == USUAL).all()
+    assert (rarity(picture, 62)[0] == MEDIAN).all()
     assert rarity(picture, 62)[0].shape == (3, 3)
-    assert (rarity(picture, 60)[0] == USUAL).all()  # 25 patches, all of which overlap
+    assert (rarity(picture, 60)[0] == MEDIAN).all()  # 25 patches, all of which overlap
 
 
 def test_distances_are_exact_at_the_extremes():
     rng = np.random.default_rng(5)
     looks = rng.integers(-16 * 32768, 16 * 32767, (40, 16 * 64))
     looks[0], looks[1] = 16 * 32767, -16 * 32768
-    far = likes_away(looks, np.argwhere(np.ones((40, 1))), np.arange(40), 1, (0, 0), 38)
+    far = neighbour_distance(looks, np.argwhere(np.ones((40, 1))), np.arange(40), 1, (0, 0), 38)
     plain = ((looks[:, None] - looks[None]) ** 2).sum(axis=2).max(axis=1)
     assert far.tolist() == [math.isqrt(int(n)) for n in plain]
 

@@ -15,7 +15,7 @@ from intarsia.analysis.symmetry import (
     SUBGROUPS,
     _directions,
     _gradients,
-    _lot,
+    _subset,
     allowed_isometries,
     pose_distances,
 )
@@ -88,15 +88,15 @@ def test_the_answer_is_a_group_and_turns_with_the_exemplar() -> None:
 def test_lots_hold_other_patches_of_both_halves_equally_many() -> None:
     """Of small halves all hold all; at most SAMPLES each, evenly."""
     halves = (np.arange(9 * SAMPLES)[:, None] * (1, 2), np.arange(5 * SAMPLES)[:, None] * (1, 2))
-    lots = [_lot(halves, k) for k in range(LOTS)]
+    lots = [_subset(halves, k) for k in range(LOTS)]
     for side in (0, 1):
         taken = np.concatenate([lot[side][:, 0] for lot in lots])
         assert len(set(taken.tolist())) == LOTS * SAMPLES == len(taken)
         steps = np.diff(lots[1][side][:, 0])
         assert steps.max() - steps.min() <= 1
-    few = _lot((halves[0][:7], halves[1][:3]), 2)
+    few = _subset((halves[0][:7], halves[1][:3]), 2)
     assert [len(half) for half in few] == [3, 3]
-    assert all((half == _lot((half, half), 3)[0]).all() for half in few)
+    assert all((half == _subset((half, half), 3)[0]).all() for half in few)
 
 
 def test_gradients_are_those_in_the_middle_of_patches() -> None:

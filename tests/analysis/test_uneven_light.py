@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from intarsia.analysis import light as of_light
-from intarsia.analysis.light import UnevenLight
+from intarsia.analysis import illumination as of_light
+from intarsia.analysis.illumination import FittedIllumination
 
 
 def lit(size=(96, 120), seed=1):
@@ -16,11 +16,11 @@ def lit(size=(96, 120), seed=1):
     return rng.uniform(0.3, 0.6, (*size, 3)), light
 
 
-def uneven_light(picture, usable=None) -> UnevenLight:
+def uneven_light(picture, usable=None) -> FittedIllumination:
     """The light on a picture (H, W) or (H, W, C) of any depth."""
     seen = np.ones(picture.shape[:2], bool) if usable is None else usable
     colours = picture.reshape(*picture.shape[:2], -1)[..., : 3 if picture.ndim == 3 else 1].astype(np.float64)
-    return of_light.uneven_light(np.where(seen[..., None], colours, 0.0), seen)
+    return of_light.fit_illumination(np.where(seen[..., None], colours, 0.0), seen)
 
 
 def test_light_is_found_and_taken_off():

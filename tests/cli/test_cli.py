@@ -130,7 +130,7 @@ print(*mine, sep="\\n")
         assert methods == {f"intarsia.methods.{name}" for name in ("image_quilting",)}, done.stderr
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "regular", "corrections", "judging", "studio", "giant"}
-        drawing = "rendering.finish", "rendering.warped_kernels"
+        drawing = "rendering.tone", "rendering.warped_kernels"
         drawing += "seams.repair", "seams.graphcut_map"
         rare = *drawing, "tasks.completion", "search.guide", "files.netpbm"
         assert not found & {f"intarsia.{name}" for name in rare}

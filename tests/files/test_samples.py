@@ -18,7 +18,7 @@ from intarsia import read
 from intarsia.files import FOLDER, group, read_plane, sample
 from intarsia.foundation import MATERIALS, PAINTED, InputError
 from intarsia.model.image import Kind
-from intarsia.rendering.mixing import off_unit
+from intarsia.rendering.blending import off_unit
 
 SUMS = {
     "albedo": "d5c37f5a98004c64",

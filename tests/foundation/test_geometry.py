@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive import lay_down, shown_pixel
 
-from intarsia.analysis.features import pose_array
+from intarsia.analysis.features import transformed
 from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, Box, Wrap, apart, spread
 from intarsia.search import isometry_ids
 
@@ -25,27 +25,27 @@ def test_matrices_say_the_same_as_the_table_of_the_source(iso) -> None:
         for i, j in np.ndindex(laid.shape):
             y, x = np.array((y0, x0)) + np.array(iso.j) @ (i, j)
             assert (y, x) == shown_pixel(iso.id, height, width, i, j)
-        np.testing.assert_array_equal(pose_array(block, iso.id), laid)
+        np.testing.assert_array_equal(transformed(block, iso.id), laid)
         assert iso.swaps == (laid.shape != block.shape if height != width else iso.id in (3, 4, 5, 7))
 
 
 def test_isometry_5_is_rot90_and_7_is_its_inverse() -> None:
     """Multrus 2003, 4.1.1: the misprint of isometry 7 is put right."""
     block = np.arange(25).reshape(5, 5)
-    np.testing.assert_array_equal(pose_array(block, 5), np.rot90(block))
-    np.testing.assert_array_equal(pose_array(pose_array(block, 5), 7), block)
-    np.testing.assert_array_equal(pose_array(block, 7), np.rot90(block, 3))
-    np.testing.assert_array_equal(pose_array(block, 6), np.rot90(block, 2))
+    np.testing.assert_array_equal(transformed(block, 5), np.rot90(block))
+    np.testing.assert_array_equal(transformed(transformed(block, 5), 7), block)
+    np.testing.assert_array_equal(transformed(block, 7), np.rot90(block, 3))
+    np.testing.assert_array_equal(transformed(block, 6), np.rot90(block, 2))
     np.testing.assert_array_equal(np.array(ISOMETRIES[5].j) @ np.array(ISOMETRIES[7].j), np.eye(2))
 
 
 def test_the_eight_are_a_group_and_all_differ() -> None:
     """Multrus 2003, 4.1.1: closed under composition, all distinct on a generic block; matrices multiply along."""
     block = np.arange(16).reshape(4, 4)
-    looks = [pose_array(block, k).tobytes() for k in range(8)]
+    looks = [transformed(block, k).tobytes() for k in range(8)]
     assert len(set(looks)) == 8
     for a, b in product(range(8), repeat=2):
-        both = looks.index(np.ascontiguousarray(pose_array(pose_array(block, a), b)).tobytes())
+        both = looks.index(np.ascontiguousarray(transformed(transformed(block, a), b)).tobytes())
         product_of = np.array(ISOMETRIES[a].j) @ np.array(ISOMETRIES[b].j)
         np.testing.assert_array_equal(product_of, ISOMETRIES[both].j)
 

@@ -12,7 +12,7 @@ from judging.naive_windows import ORDERS, all_windows, blobs, waves
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.analysis.features import posed
+from intarsia.analysis.features import in_isometry
 from intarsia.cli import cli
 from intarsia.files import sample
 from intarsia.judging.parts import unlike
@@ -125,7 +125,7 @@ def test_poses_are_those_of_pictures() -> None:
     window = blobs(8, 8, 4)
     middle = np.array([300, 500, 700])
     flat = np.array(waves(window, middle, 1), np.float32)[None]
-    plain = {tuple(waves(posed(window, pose), middle, 1)) for pose in range(8)}
+    plain = {tuple(waves(in_isometry(window, pose), middle, 1)) for pose in range(8)}
     assert {tuple(laid[0].astype(int).tolist()) for laid in poses(flat)} == plain
     assert len(plain) == 8
 

@@ -255,12 +255,12 @@ def test_seam_costs_follow_their_formula() -> None:
         return np.floor(np.sqrt((difference**2).sum(axis=2))).astype(np.int64)
 
     apart = norm(old - new)
-    for price in (PLAIN, SeamPrice(gradient=True), SeamPrice(knee=900)):
+    for price in (PLAIN, SeamPrice(gradient=True), SeamPrice(threshold=900)):
         right, down = seam_costs(old.astype(np.int16), new.astype(np.int16), price)
         for costs, axis in ((right, 1), (down, 0)):
             n = apart.shape[axis]
             want = apart.take(range(n - 1), axis) + apart.take(range(1, n), axis)
-            if price.knee:
+            if price.threshold:
                 want = np.where(want < 3600, want * want // 900, 4 * want)
             if price.gradient:
                 change = norm(np.diff(old, axis=axis)) + norm(np.diff(new, axis=axis))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.analysis.features import pose_array
+from intarsia.analysis.features import transformed
 from intarsia.published.__main__ import DOCUMENTS, main
 from intarsia.published.correction2008.figures import varied
 from intarsia.published.figures import Figure, Panel
@@ -89,7 +89,7 @@ def test_the_distance_of_the_seam_is_that_of_the_best_pose() -> None:
     far = farness(pixels, block, poses)
     assert far.shape == (6, 6)
     for y, x in np.ndindex(far.shape):
-        laid = [pose_array(pixels[y : y + 9, x : x + 9], pose) for pose in poses]
+        laid = [transformed(pixels[y : y + 9, x : x + 9], pose) for pose in poses]
         best = min(((one - block)[known] ** 2).sum() for one in laid)
         assert far[y, x] == pytest.approx(np.sqrt(best / known.sum()))
 

@@ -13,7 +13,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.kernels import paths
+from intarsia.kernels import shortest_paths
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.regular import wall_kernels
@@ -305,10 +305,10 @@ def draws(shape, seed: int, below: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", range(8))
 def test_paths_and_cuts_are_the_cheapest(seed: int) -> None:
     cost, gap = draws((5, 4), seed, 9), draws((5, 3), seed + 90, 9)
-    path = paths.cheapest(cost)
+    path = shortest_paths.cheapest(cost)
     assert np.abs(np.diff(path)).max() <= 1
-    assert cost[np.arange(5), path].sum() == naive.cheapest_cost(cost) == paths.accumulate(cost, 0)[-1].min()
-    cut = paths.least_cut(cost, gap)
+    assert cost[np.arange(5), path].sum() == naive.cheapest_cost(cost) == shortest_paths.accumulate(cost, 0)[-1].min()
+    cut = shortest_paths.least_cut(cost, gap)
     assert naive.cut_cost(cost, gap, cut) == naive.least_cut_cost(cost, gap)
 
 
@@ -349,7 +349,7 @@ def test_pieces_are_cut_as_their_twins(kinds: tuple[int, int]) -> None:
     cost, gap = naive.junction_costs(scene, left, right, 1, 16, 4)
     cut = np.empty(16, np.int64)
     wall_kernels.cut_head_joint(scene, left, right, 1, cut, 4)
-    np.testing.assert_array_equal(cut, 10 + paths.least_cut(cost, gap))
+    np.testing.assert_array_equal(cut, 10 + shortest_paths.least_cut(cost, gap))
     rows = np.full(30, 1, np.int64)
     spans = np.array([[0, 1, 0], [1, 16, 4]], np.int64)
     out, wrong = np.empty((16, 30, 2), np.int32), np.empty((16, 30), np.int64)

@@ -13,7 +13,7 @@ from intarsia.foundation.geometry import ISOMETRIES
 from intarsia.model import Exemplar
 from intarsia.model.image import Plane
 from intarsia.model.sourcemap import SourceMap
-from intarsia.rendering.finish import potential
+from intarsia.rendering.tone import greens_function
 
 
 def weight_of(plane: Plane, code: Any) -> int:
@@ -138,7 +138,7 @@ class NaiveLeveller:
             if step is not None:
                 field[one] += step
                 field[other] -= step
-        r, out, kernel = self.radius, np.zeros(field.shape, dtype=object), potential(self.radius)
+        r, out, kernel = self.radius, np.zeros(field.shape, dtype=object), greens_function(self.radius)
         for y, x in np.ndindex(height, width):
             for dy in range(1 - r, r):
                 for dx in range(1 - r, r):

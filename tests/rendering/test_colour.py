@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from intarsia.model.image import Kind, Plane, Transfer
-from intarsia.rendering import BITS, code_shelf, code_steps, code_values, from_linear, light_table, to_linear
+from intarsia.rendering import BITS, code_lookup, code_steps, code_values, from_linear, light_table, to_linear
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "uint16"])
@@ -37,7 +37,7 @@ def test_steps_and_shelf_agree_with_the_formula(size: int) -> None:
     exact = srgb * top
     sure = np.abs(exact - np.floor(exact) - 0.5) > 1e-3  # far from where rounding turns
     assert (codes == np.floor(exact + 0.5))[sure].all()
-    shelf, shift = code_shelf(size)
+    shelf, shift = code_lookup(size)
     assert (shelf[light >> shift] <= codes).all()
     assert shelf.max() <= top
 

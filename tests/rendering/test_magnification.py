@@ -23,8 +23,8 @@ from intarsia.model import REDUCED, Exemplar
 from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import SourceMap
 from intarsia.rendering import from_linear, to_linear
+from intarsia.rendering.blending import averaged
 from intarsia.rendering.magnification import magnified, reduced
-from intarsia.rendering.mixing import averaged
 from intarsia.rendering.render import render
 from intarsia.testing import as_depth, texture
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import Kind, Plane
 from intarsia.analysis import features
-from intarsia.rendering.mixing import NormalCoding
+from intarsia.rendering.blending import NormalCoding
 
 F = NDArray[np.float64]
 
@@ -158,7 +158,7 @@ def test_broken_turning_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_compared_is_turned_as_what_is_drawn(pose: int, coding: str) -> None:
     """Features of the posed relief are those of a relief that is posed before its normals are taken."""
     alone = ia.Exemplar.of({"normal": relief(coding).planes["normal"]})
-    turned = features.pose_array(bumps(), pose)
+    turned = features.transformed(bumps(), pose)
     other = ia.Exemplar.of({"normal": coded(normals_of(np.ascontiguousarray(turned), wrap=True), coding)})
     here, there = features.features([alone]).posed(0, pose), features.features([other]).pictures[0]
     assert np.abs(here.astype(int) - there).max() <= 1

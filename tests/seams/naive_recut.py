@@ -28,7 +28,7 @@ class NaiveMap:
     size: tuple[int, int]
     wraps: tuple[bool, bool]
     gradient: bool = False
-    knee: int = 0
+    threshold: int = 0
     visible: list[NDArray[np.int16]] | None = None  # how much differences count, in 1/128; none: as what they are
 
     def grown(self, v: int, y: int, x: int) -> Source | None:
@@ -61,8 +61,8 @@ class NaiveMap:
         if over == b:
             return 0
         cost = self.apart(a, back) + self.apart(over, b)
-        if self.knee:
-            return 4 * cost if cost >= 4 * self.knee else cost * cost // self.knee
+        if self.threshold:
+            return 4 * cost if cost >= 4 * self.threshold else cost * cost // self.threshold
         return cost * 256 // (16 + self.far(a, over) + self.far(back, b)) if self.gradient else cost
 
     def neighbours(self) -> Iterator[tuple[tuple[int, int], tuple[int, int], int, int]]:

@@ -24,7 +24,7 @@ from intarsia import search
 from intarsia.analysis import features
 from intarsia.foundation.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.kernels.maxflow import MOST, least_cut
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
@@ -39,7 +39,7 @@ from intarsia.seams.softmax_sampling import weights
 from intarsia.seams.worst_seams import WorstSeams
 from intarsia.testing import texture
 
-PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(knee=11), SeamPrice(knee=1))
+PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(threshold=11), SeamPrice(threshold=1))
 WRAPS = ((False, False), (True, False), (False, True), (True, True))
 
 NO_USAGE = Usage(*np.zeros((3, 0), np.int32))
@@ -56,7 +56,7 @@ class Scene:
         usable = [rng.random(s) < 0.9 for s in shapes]
         torus = [bool(t) for t in rng.integers(0, 2, 2)]
         visible = [rng.integers(64, 400, s).astype(np.int16) for s in shapes]
-        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, price.gradient, price.knee, visible)
+        self.naive = NaiveMap(pictures, usable, torus, size, self.wraps, price.gradient, price.threshold, visible)
         self.flat = np.concatenate([p.ravel() for p in pictures])
         begins = np.cumsum([0, pictures[0].size])
         self.table = np.array([(b, h, w, w) for b, (h, w) in zip(begins, shapes, strict=True)], np.int64)
@@ -66,7 +66,7 @@ class Scene:
         self.variant = np.full(size, HOLE, np.uint8)
         self.yx = np.zeros((*size, 2), np.int32)
         self.locked = rng.random(size) < 0.05
-        self.shown = Grown(self.variant, self.yx, self.wraps)
+        self.shown = PartialMap(self.variant, self.yx, self.wraps)
         for _ in range(6):
             v, y0, x0 = int(rng.integers(2)), int(rng.integers(-3, 8)), int(rng.integers(-3, 8))
             for y, x in product(range(y0, y0 + 6), range(x0, x0 + 5)):
@@ -166,7 +166,7 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     pieces = energy_kernels.Pieces(
         np.concatenate([p.ravel() for p in parts]), places, np.concatenate(shown), torus, channels, np.concatenate(seen)
     )
-    scene.shown = Grown(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
+    scene.shown = PartialMap(larger(scene.variant), larger(scene.yx) * step, scene.wraps)
     scene.pieces, scene.locked = pieces, larger(scene.locked)
     where = tuple(n * step for n in window)
     got = recut(scene, where, (pick[0], pick[1] * step, pick[2] * step), rough, step=step)
@@ -355,8 +355,8 @@ def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -
     usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
     size = smap.height, smap.width
     wraps = smap.wrap.y, smap.wrap.x
-    visible = [visibility(picture, price.knee, exemplar.usable, exemplar.toroidal)] if price.knee else None
-    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.knee, visible)
+    visible = [visibility(picture, price.threshold, exemplar.usable, exemplar.toroidal)] if price.threshold else None
+    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.threshold, visible)
     sources = {
         (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
     }

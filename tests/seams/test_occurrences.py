@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.analysis.popout import DEAREST, USUAL
+from intarsia.analysis.saliency import MAX_WEIGHT, MEDIAN
 from intarsia.kernels.maxflow import ABSENT, FREE, NEW, OLD
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
@@ -60,21 +60,23 @@ def test_every_pixel_costs_what_its_showings_cost(seed: int) -> None:
 
 
 def test_what_strikes_is_dearer_up_to_a_limit() -> None:
-    common = np.full(54, USUAL)
-    strikes = [np.array([[USUAL, 2 * USUAL, 3 * USUAL], [16 * USUAL, 0, USUAL]]), common]
-    assert repeat_costs(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, DEAREST, 0, 1)]
-    assert repeat_costs(strikes, 4, 2, in_step=True)[:6].tolist() == [2 * SHARE * n for n in (0, 1, 5, DEAREST, 0, 0)]
+    common = np.full(54, MEDIAN)
+    strikes = [np.array([[MEDIAN, 2 * MEDIAN, 3 * MEDIAN], [16 * MEDIAN, 0, MEDIAN]]), common]
+    assert repeat_costs(strikes, 4, 2)[:6].tolist() == [2 * SHARE * n for n in (1, 1, 5, MAX_WEIGHT, 0, 1)]
+    assert repeat_costs(strikes, 4, 2, in_step=True)[:6].tolist() == [
+        2 * SHARE * n for n in (0, 1, 5, MAX_WEIGHT, 0, 0)
+    ]
 
 
 def test_what_many_pixels_do_does_not_strike() -> None:
     """Letters on paper are all far from the median, and as common as the paper."""
-    letters = np.full(20, 4 * USUAL)
-    strikes = [np.concatenate([letters, np.full(79, USUAL), [8 * USUAL]])]
+    letters = np.full(20, 4 * MEDIAN)
+    strikes = [np.concatenate([letters, np.full(79, MEDIAN), [8 * MEDIAN]])]
     found = repeat_costs(strikes, 4, 2)
     assert (found[:-1] == 2 * SHARE).all()
     assert found[-1] == 2 * SHARE * 17
     assert (repeat_costs(strikes, 4, 2, in_step=True) == 2 * SHARE * np.repeat([1, 0, 17], [20, 79, 1])).all()
-    few = [np.concatenate([letters[:9], np.full(91, USUAL)])]
+    few = [np.concatenate([letters[:9], np.full(91, MEDIAN)])]
     assert (repeat_costs(few, 4, 2)[:9] == 2 * SHARE * 17).all()
 
 
@@ -215,7 +217,7 @@ def test_the_recipe_tells_what_use_costs(lattice: tuple[tuple[float, float], ...
     made = ia.synthesize(given, (70, 90), ia.Graphcut(patch=16, overlap=6, lattice=lattice, evenness=0.5), seed=3)
     at = Counter(zip(made.map.numbers.ravel(), *(made.map.yx[..., k].ravel() for k in (0, 1)), strict=True))
     sewn = grown(list(made.exemplars), Canvas(70, 90), lattice=lattice, evenness=0.5)
-    rate, knee, begin = sewn.usage.rate, sewn.growth.seam_price("sharp").knee, [0, 40 * 44]
+    rate, knee, begin = sewn.usage.rate, sewn.growth.seam_price("sharp").threshold, [0, 40 * 44]
     due = 0 if lattice else 70 * 90 / sum(e.free.size for e in made.exemplars)
     first = [border_counts(e.free, False, due) for e in made.exemplars]
     want = sum(

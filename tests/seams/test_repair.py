@@ -46,7 +46,7 @@ def naive_total(made: Synthesis) -> int:
     smap, which = made.map, np.zeros((made.map.height, made.map.width), int)
     which = which if smap.which is None else smap.which
     naive = NaiveMap(list(pictures), usable, [e.toroidal for e in made.exemplars], (smap.height, smap.width),
-                     (smap.wrap.y, smap.wrap.x), knee=knee, visible=seen)  # fmt: skip
+                     (smap.wrap.y, smap.wrap.x), threshold=knee, visible=seen)  # fmt: skip
     return naive.total({
         (y, x): (int(which[y, x]), int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1]))
         for y, x in product(range(smap.height), range(smap.width))

@@ -12,7 +12,7 @@ import numpy as np
 
 from intarsia.analysis.features import features
 from intarsia.foundation.arrays import Array
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE
 from intarsia.search import Candidates, PosedExemplars, Prices, Search, posed_exemplars
@@ -259,7 +259,7 @@ class SearchContract:
 
     def find(self, search: Search, scene: SearchScene, at: Array, prices: Prices | None = None) -> list[Candidates]:
         """Search some windows of a scene."""
-        return search.find(Grown(*scene.map, scene.wrap), at, prices or unpriced(search))
+        return search.find(PartialMap(*scene.map, scene.wrap), at, prices or unpriced(search))
 
     def _each(self) -> list[tuple[SearchScene, Search]]:
         return [(scene, self.make(scene)) for scene in map(scene_of, self.scenes)]

@@ -12,7 +12,7 @@ from torture import TORTURE
 
 from intarsia.analysis import principal_axes
 from intarsia.analysis.features import features
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE
@@ -62,7 +62,7 @@ class Scene:
         return variant, yx
 
     def find(self, variant: NDArray[np.uint8], yx: NDArray[np.int32]) -> Candidates:
-        return self.search.find(Grown(variant, yx, (False, False)), np.zeros((1, 2), np.int64), self.free)[0]
+        return self.search.find(PartialMap(variant, yx, (False, False)), np.zeros((1, 2), np.int64), self.free)[0]
 
     def truth(self, found: Candidates) -> dict[tuple[int, int, int], int]:
         """Measure every usable patch against what the search saw in the window."""
@@ -175,7 +175,7 @@ def test_several_windows_together_give_the_same_as_one_by_one() -> None:
     at = rng.integers(0, 51, (90, 2))
 
     def find(begin: int, count: int) -> list[Candidates]:
-        return scene.search.find(Grown(variant, yx, (False, False)), at[begin : begin + count], scene.free)
+        return scene.search.find(PartialMap(variant, yx, (False, False)), at[begin : begin + count], scene.free)
 
     alone = [find(k, 1)[0] for k in range(len(at))]
     together = [f for k in range(0, len(at), 16) for f in find(k, 16)]
@@ -200,7 +200,9 @@ def test_a_price_moves_the_short_list_elsewhere() -> None:
     before = scene.find(variant, yx)
     used = np.zeros_like(scene.free.counts[0])
     used[before.rows[:, 2], before.rows[:, 3]] = 256
-    after = scene.search.find(Grown(variant, yx, (False, False)), np.zeros((1, 2), np.int64), Prices([used], 65536))[0]
+    after = scene.search.find(
+        PartialMap(variant, yx, (False, False)), np.zeros((1, 2), np.int64), Prices([used], 65536)
+    )[0]
     assert not {(y, x) for _, _, y, x in before.rows.tolist()} & {(y, x) for _, _, y, x in after.rows.tolist()}
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import intarsia as ia
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Kind, Plane
@@ -154,7 +154,7 @@ class Scene:
 
     def found(self) -> Any:
         work = self.growth.growing
-        shows, at = Grown(work.variant, work.yx, self.growth.layout.wraps), np.zeros((1, 2), np.int64)
+        shows, at = PartialMap(work.variant, work.yx, self.growth.layout.wraps), np.zeros((1, 2), np.int64)
         return self.guided.find([(0, 0)], shows, at, self.growth.repetition.search_prices)[0]
 
     def cost(self, v: int, u: int, s: int) -> float:

@@ -61,7 +61,7 @@ def reduced(features: Int16, usable: Mask | None, factor: int) -> tuple[Int64, M
     return FINE * total // np.maximum(count, 1)[..., None], 2 * count >= factor * factor
 
 
-def spreads(vectors: Array) -> list[int]:
+def scaled_variances(vectors: Array) -> list[int]:
     """Return n**2 times the variance of every channel of whole numbers (n, C): whole, so equal on every machine."""
     return [len(vectors) * int((c * c).sum()) - int(c.sum()) ** 2 for c in vectors.astype(np.int64, copy=False).T]
 
@@ -69,7 +69,7 @@ def spreads(vectors: Array) -> list[int]:
 def variance(picture: Array, usable: Array | None = None) -> int:
     """Return the sum of the variances of all channels of a picture (H, W, C) over its usable pixels, rounded down."""
     pixels = picture.reshape(-1, picture.shape[2]) if usable is None else picture[usable]
-    return sum(spreads(pixels)) // max(len(pixels), 1) ** 2
+    return sum(scaled_variances(pixels)) // max(len(pixels), 1) ** 2
 
 
 def principal_axes(covariance: Array, count: int) -> tuple[float, Array]:

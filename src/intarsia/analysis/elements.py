@@ -103,7 +103,7 @@ def element_size(features: Int16, usable: Mask | None = None) -> ElementSize:
     correlation = _autocorrelation(_band_pass(component, weight, LIGHT * side), weight, side // 2)
     if correlation is None:
         return _guess(short)
-    lags = [lag * factor for lag in _first_dips(correlation)]
+    lags = [lag * factor for lag in _first_minima(correlation)]
     sizes = np.array([2.0 * lag if lag else UNSEEN * short for lag in lags])
     limit = max(1, int(LIMIT * short))
     third = DIRECTIONS // 2
@@ -192,7 +192,7 @@ def _between(picture: Floats, y: Floats, x: Floats) -> Floats:
     return np.asarray(upper * (1 - down) + lower * down)
 
 
-def _first_dips(correlation: Floats) -> list[int]:
+def _first_minima(correlation: Floats) -> list[int]:
     """Return the lag of the first minimum below 0.1 along each of 12 directions, px; 0 for none."""
     reach = correlation.shape[0] // 2
     angle = np.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS

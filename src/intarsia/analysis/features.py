@@ -23,18 +23,18 @@ from ..foundation.geometry import ISOMETRIES
 from ..model import Exemplar, Exemplars, resized
 from ..model.image import Kind, Plane
 from ..rendering import WHITE, Unit, code_shares, code_values, enlarged, has_own_unit, inner_range
-from . import block_sums, spreads
+from . import block_sums, scaled_variances
 
 if TYPE_CHECKING:
-    from . import oriented
-    from .oriented import Lines, Outlines
+    from . import edges
+    from .edges import CourseLines, Outlines
 else:  # imported where outlines and courses are used
-    oriented = lazy("intarsia.analysis.oriented")
+    edges = lazy("intarsia.analysis.edges")
 
 MOST_SPREAD = 256  # the range of all values over that of 998 of 1000, at most; 8 bits resolve no more
 
 
-def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
+def as_integers(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
     """Return planes of one name as comparable whole numbers (H, W, C), and the whole number of the value 0.
 
     Floats are counted in units of their own size, taken from their usable pixels (masks are those of the base, and
@@ -55,7 +55,7 @@ def counted(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[lis
     return [code_values(p, unit) for p in planes], int(unit.count(np.zeros(1))[0])
 
 
-def ends(values: Sequence[Array]) -> Pair:
+def robust_range(values: Sequence[Array]) -> Pair:
     """Return least and greatest of whole numbers, clipped if there are far outliers.
 
     If they span over 256 times the range without one of a thousand at either end, that range is returned,
@@ -107,7 +107,7 @@ def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
     return enlarged(values, exemplar.height // values.shape[0])
 
 
-def stretched(
+def normalised(
     values: list[Int32], exemplars: Exemplars, plane: Plane, zero: int
 ) -> tuple[list[Int32], Int32, bool]:
     """Normalise to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
@@ -125,7 +125,7 @@ def stretched(
                 v[..., 1] *= -1
         span = 131070 if signed else 65535
         return [np.asarray(v * RANGE // (2 * span), np.int32) for v in twice], black, True
-    low, high = _extremes(usable) if plane.kind is Kind.LABEL else ends(usable)
+    low, high = _extremes(usable) if plane.kind is Kind.LABEL else robust_range(usable)
     span = max(high - low, 1)
     shifted = [np.clip(v, low, high).astype(np.int64) - low for v in values]
     if plane.kind is not Kind.LABEL:
@@ -137,7 +137,7 @@ def weighted(values: list[Int32], plane: Plane, weights: tuple[float, ...] | Non
     if plane.kind is Kind.LABEL:
         return values
     factors = [math.sqrt(share) for share in channel_shares(plane, weights, values[0].shape[2])]
-    return [np.stack([times(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
+    return [np.stack([multiplied(v[:, :, c], f) for c, f in enumerate(factors)], axis=2) for v in values]
 
 
 def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) -> list[float]:
@@ -155,7 +155,7 @@ def channel_shares(plane: Plane, weights: tuple[float, ...] | None, count: int) 
     return [w / max(weights) for w in weights]
 
 
-def times(values: Int32, factor: float) -> Int32:
+def multiplied(values: Int32, factor: float) -> Int32:
     scale = round(factor * 65536)
     return np.asarray((values.astype(np.int64) * scale + 32768) >> 16, dtype=np.int32)
 
@@ -169,7 +169,7 @@ def _usable(values: Sequence[Array], exemplars: Exemplars) -> list[Array]:
 def variance_of(values: Sequence[Array], exemplars: Exemplars) -> float:
     """Return the sum of the channels' variances; from integer sums, so equal on every machine."""
     flat = np.concatenate(_usable(values, exemplars))
-    return float(sum(spreads(flat))) / len(flat) ** 2
+    return float(sum(scaled_variances(flat))) / len(flat) ** 2
 
 
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
@@ -214,12 +214,12 @@ class Features:
 
     def posed(self, number: int, pose: int) -> Int16:
         """Return picture `number` in isometry `pose`."""
-        return posed(self.pictures[number], pose, self.normals)
+        return in_isometry(self.pictures[number], pose, self.normals)
 
 
-def posed(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
+def in_isometry(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
     """Return features (H, W, ..., C) in an isometry; `normals` as in :class:`Features`."""
-    picture = pose_array(picture, pose)
+    picture = transformed(picture, pose)
     if pose and normals:
         picture = picture.copy()
         (a, b), (c, d) = ISOMETRIES[pose].j
@@ -230,7 +230,7 @@ def posed(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
     return np.ascontiguousarray(picture)
 
 
-def pose_array(array: Array, pose: int) -> Array:
+def transformed(array: Array, pose: int) -> Array:
     """Return an array (H, W, ...) in one of the eight isometries (Multrus 2003, 4.1.1)."""
     (a, b), (c, d) = ISOMETRIES[pose].j
     return (np.swapaxes(array, 0, 1) if b else array)[:: a + c, :: b + d]
@@ -261,14 +261,14 @@ def features(
 def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
     """Return the outlines in the base planes of exemplars, cached."""
     return plain.memo("outlines", lambda: [
-        oriented.outlines_of(p[..., : plain.base], e.usable, e.toroidal)
+        edges.outlines_of(p[..., : plain.base], e.usable, e.toroidal)
         for p, e in zip(plain.pictures, exemplars, strict=True)
     ])  # fmt: skip
 
 
-def course_lines(plain: Features, exemplar: Exemplar) -> Lines | None:
+def course_lines(plain: Features, exemplar: Exemplar) -> CourseLines | None:
     """Return the lines between the courses of the single exemplar that features are of; None if it has none."""
-    return plain.memo("courses", lambda: oriented.lines_of(
+    return plain.memo("courses", lambda: edges.course_lines_of(
         outlines(plain, [exemplar])[0], plain.pictures[0].shape, exemplar.toroidal
     ))  # fmt: skip
 
@@ -277,14 +277,14 @@ def _with_structure(plain: Features, exemplars: Exemplars, weight: float) -> Fea
     """Return features with the structure channels of the base plane appended."""
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
-    far = [oriented.outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
+    far = [edges.outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
     share = min(
         weight * OUTLINES * math.sqrt(variance_of(base, exemplars) / max(variance_of(far, exemplars), 1.0)), RANGE / 8
     )
     more = []
     for distance, colour, e in zip(far, base, exemplars, strict=True):
-        slow = times(_blurred(colour, e, max(1, min(colour.shape[:2]) // SLOW_REACH)), weight * SLOW)
-        more.append(np.concatenate([times(distance, share), slow], axis=2))
+        slow = multiplied(_blurred(colour, e, max(1, min(colour.shape[:2]) // SLOW_REACH)), weight * SLOW)
+        more.append(np.concatenate([multiplied(distance, share), slow], axis=2))
     pictures = tuple(
         np.concatenate([p, np.clip(m, -2 * RANGE, 2 * RANGE).astype(np.int16)], axis=2)
         for p, m in zip(plain.pictures, more, strict=True)
@@ -323,19 +323,19 @@ def _features(exemplars: Exemplars, weights: tuple[float, ...] | None) -> Featur
     for name, own in weights_of.items():
         planes = [e.planes[name] for e in exemplars]
         labels = labels_of(planes)
-        codes, nothing = counted(planes, [e.usable for e in exemplars])
+        codes, nothing = as_integers(planes, [e.usable for e in exemplars])
         values = [at_base_size(values_of(c, p, labels), e) for c, p, e in zip(codes, planes, exemplars, strict=True)]
-        scaled, zero, signed = stretched(values, exemplars, planes[0], nothing)
+        scaled, zero, signed = normalised(values, exemplars, planes[0], nothing)
         if not stacks:
             *scaled, last = weighted([*scaled, zero], planes[0], weights)
             base_variance = variance_of(scaled, exemplars)
             if own != most:
-                *scaled, last = (times(s, own / most) for s in (*scaled, last))
+                *scaled, last = (multiplied(s, own / most) for s in (*scaled, last))
             black, base = last.ravel().tolist(), last.size
         else:
             black += [0] * scaled[0].shape[2]
             share = math.sqrt(min(1.0, OTHER_PLANES * base_variance / max(variance_of(scaled, exemplars), 1.0)))
-            scaled = [times(s, share * own / most) for s in scaled]
+            scaled = [multiplied(s, share * own / most) for s in scaled]
         if signed:
             normals.append(channels)
         channels += scaled[0].shape[2]

@@ -20,7 +20,7 @@ from ..foundation.geometry import ISOMETRIES
 from ..foundation.run import below, draw
 from ..model import Exemplar, Exemplars, sampled
 from . import block_sums, blocks, valid_windows
-from .features import Features, features, pose_array, posed
+from .features import Features, features, in_isometry, transformed
 
 STAGE = 93  # of these random numbers
 # Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).
@@ -32,7 +32,7 @@ SAMPLES = 3000  # patches of each half at most; halved: one, doubled: five
 LOTS = 4  # of other patches by which gradients are compared; 1: two of four crops of granite are turnable, it is not
 LEAST_SAMPLES = 50  # fewer have no statistics; 1 to 400: the same, it matters for small exemplars
 DIRECTIONS = 28  # random projections, beside four ramps; halved: three, doubled: one
-SLACK = (4, 3)  # so many times farther apart is still alike; 7 / 6: 13, 5 / 3: seven; 1.2 refuses noise
+TOLERANCE = (4, 3)  # so many times farther apart is still alike; 7 / 6: 13, 5 / 3: seven; 1.2 refuses noise
 SUBGROUPS: tuple[tuple[int, ...], ...] = (
     (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
 )  # fmt: skip
@@ -49,7 +49,7 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
     far = np.stack([e.memo("symmetry", partial(pose_distances, e)) for e in sampled(exemplars)])
     groups = [
         g for g in SUBGROUPS
-        if (far[..., g] * SLACK[1] <= far[..., :1] * SLACK[0]).all()
+        if (far[..., g] * TOLERANCE[1] <= far[..., :1] * TOLERANCE[0]).all()
         and (square or not any(ISOMETRIES[p].swaps for p in g))
     ]  # fmt: skip
     return min(groups, key=lambda g: (-len(g), int(far[..., g].sum())))
@@ -65,17 +65,17 @@ def pose_distances(exemplar: Exemplar) -> Int64:
     level = [c for c in range(feats.base) if c not in vectors]  # the channels that do not change with the isometry
     pose = _upright(feats.pictures[0][:, :, level].sum(axis=2, dtype=np.int64))
     for number, scale in enumerate(SCALES[:1] + SCALES):
-        picture = block_sums(posed(feats.pictures[0], pose, feats.normals), scale)
-        whole = np.asarray(blocks(pose_array(exemplar.free, pose), scale).all(axis=(1, 3)))
+        picture = block_sums(in_isometry(feats.pictures[0], pose, feats.normals), scale)
+        whole = np.asarray(blocks(transformed(exemplar.free, pose), scale).all(axis=(1, 3)))
         for squares in BLOCKS:
             halves = _halves(whole, squares)
             if min(map(len, halves)) < LEAST_SAMPLES:
                 continue
             if number == 0:
                 tone = picture[:, :, level].sum(axis=2)
-                out[0] += sum(_of_gradients([_gradients(tone, at) for at in _lot(halves, k)]) for k in range(LOTS))
+                out[0] += sum(_of_gradients([_gradients(tone, at) for at in _subset(halves, k)]) for k in range(LOTS))
             else:
-                out[number] += _of_patches([_patches(picture, at) for at in _lot(halves, 0)], feats)
+                out[number] += _of_patches([_patches(picture, at) for at in _subset(halves, 0)], feats)
     return out[:, list(MIRRORED)] if pose in (1, 2) else out
 
 
@@ -100,7 +100,7 @@ def _halves(usable: Array, squares: int) -> tuple[Array, Array]:
     return np.argwhere(free & whole & light), np.argwhere(free & whole & ~light)
 
 
-def _lot(halves: tuple[Array, Array], number: int) -> list[Array]:
+def _subset(halves: tuple[Array, Array], number: int) -> list[Array]:
     """Return equally many of both halves, evenly spaced, at most SAMPLES; lots of other numbers hold those between."""
     count = min(*(len(half) for half in halves), SAMPLES)
     return [half[(LOTS * np.arange(count) + number) * len(half) // max(LOTS * count, 1)] for half in halves]
@@ -142,7 +142,7 @@ def _directions(channels: int, normals: tuple[int, ...]) -> Array:
         out.append(np.array(drawn, np.int64).reshape(SIDE, SIDE, channels))
     level = [d * d.size - d.sum() for d in out]
     back = [0, 1, 2, 3, 4, 7, 6, 5]
-    turned = [posed(d, back[pose], normals).ravel() for pose in range(8) for d in level]
+    turned = [in_isometry(d, back[pose], normals).ravel() for pose in range(8) for d in level]
     return np.array(turned, np.float64)
 
 

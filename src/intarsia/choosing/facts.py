@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..analysis import block_sums, blocks
+from ..analysis.edges import CLEAR, CourseLines
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
-from ..analysis.light import Slope, slope_of
-from ..analysis.oriented import CLEAR, Lines
+from ..analysis.illumination import Illumination, illumination_of
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.symmetry import allowed_isometries
 from ..foundation import lazy
@@ -246,7 +246,7 @@ class Facts:
         return outlines(self._seen, [self.small])[0].share
 
     @cached_property
-    def courses(self) -> Lines | None:
+    def courses(self) -> CourseLines | None:
         """The lines between its courses (bed joints), in px of the exemplar; None if it has none."""
         return course_lines(features([self.exemplar]), self.exemplar)
 
@@ -270,13 +270,13 @@ class Facts:
         return border_of(self._seen.pictures[0], self.small.usable)
 
     @cached_property
-    def light(self) -> Slope:
+    def light(self) -> Illumination:
         """Its illumination gradient."""
         apart = float(self.element.size)
         if self.two is not None:
             (p, q), (r, s) = self.two.vectors
             apart = min(apart, math.sqrt(abs(p * s - q * r)) / UNIT)
-        return slope_of(self.small, apart / self.reduction)
+        return illumination_of(self.small, apart / self.reduction)
 
     @property
     def enlargement(self) -> float:

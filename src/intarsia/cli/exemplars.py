@@ -18,7 +18,7 @@ from ..foundation.geometry import Wrap
 from ..model import Exemplar
 from ..model.canvas import Guide, numbered
 from ..model.image import Kind, Plane
-from ..rendering.mixing import off_unit
+from ..rendering.blending import off_unit
 from ..request import Request, inputs_of
 from ..synthesis import Plan, Scene
 from ..tasks import plan_of, scene_of
@@ -42,7 +42,7 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
         said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
         exemplar = reduced(exemplar, asked.scale, *said)
     if asked.flatten:
-        from ..analysis.light import clipped, flattened
+        from ..analysis.illumination import clipped, flattened
 
         lit, exemplar = exemplar, flattened(exemplar)
         share = clipped(lit.base, exemplar.base)

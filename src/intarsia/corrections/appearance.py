@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis import nearest, principal_axes, spreads
+from ..analysis import nearest, principal_axes, scaled_variances
+from ..analysis.edges import outline_distance, outlines_of
 from ..analysis.features import RANGE
-from ..analysis.oriented import outline_distance, outlines_of
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array
 from ..foundation.field import Field
@@ -65,7 +65,7 @@ class Outlines:
             inside = marked(self.drawn, exemplar)
             far = outline_distances(~inside, torus) - outline_distances(inside, torus)
         centred = far - int(far.sum()) // far.size
-        own, much = (sum(spreads(p.reshape(far.size, -1))) / float(far.size**2) for p in (centred, picture))
+        own, much = (sum(scaled_variances(p.reshape(far.size, -1))) / float(far.size**2) for p in (centred, picture))
         share = round(65536 * math.sqrt(self.weight * much / max(own, 1.0)))
         return np.asarray(np.clip((centred * share + 32768) >> 16, -RANGE, RANGE)[:, :, None], np.int16)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..foundation.arrays import Int16, Int64, Mask
 from ..kernels.jit import kernel
-from ..kernels.kd_tree import FAR, ask_apart, asking_room, pixels_apart
+from ..kernels.kd_tree import FAR, asking_room, pixels_apart, query_apart
 
 BESIDE = np.int64(1) << 40  # added to the distance of what lies too near another jump
 KEPT = 4  # places that a pixel passes to its neighbours, for each jump; doubled: 1 % nearer, 1.25 times as long
@@ -92,7 +92,7 @@ def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
         y, x = q // columns, q % columns
         if y % 2 == 0 and x % 2 == 0:
             at = known.places[q, 0], known.places[q, 1]
-            n = ask_apart(tree, queries[q], targets, at, known.limits, near, number, room)
+            n = query_apart(tree, queries[q], targets, at, known.limits, near, number, room)
             for c in range(n):
                 number[c] = own[number[c]]
             choose(known, q, number, n, exact, count, cells, y // 2 * wide + x // 2)

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..foundation.arrays import Int32, Int64
-from ..kernels.draws import STEP, mixed
 from ..kernels.jit import kernel
+from ..kernels.random_numbers import STEP, mixed
 
 UNIT = 12  # fractional bits of a frame
 UPRIGHT = 1 << UNIT

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..foundation.arrays import Int16, Int32, Int64, UInt8
-from ..kernels.draws import STEP, below, mixed
 from ..kernels.jit import kernel
+from ..kernels.random_numbers import STEP, below, mixed
 from .correction_kernels import snapped
 
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis import nearest, principal_axes, spreads
+from ..analysis import nearest, principal_axes, scaled_variances
 from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Int32, Int64, UInt8
@@ -201,7 +201,7 @@ def _cloudy(exemplar: Exemplar) -> bool:
         return False
     picture = without_gaps(features([exemplar], None).pictures[0], exemplar)
     first, *_, last = stack_of(picture, CLOUDS.bit_length(), (exemplar.toroidal, exemplar.toroidal))
-    fine, coarse = (sum(spreads(level.reshape(-1, picture.shape[2]))) for level in (first, last))
+    fine, coarse = (sum(scaled_variances(level.reshape(-1, picture.shape[2]))) for level in (first, last))
     return CLOUDY[1] * coarse >= CLOUDY[0] * fine > 0
 
 

@@ -30,7 +30,7 @@ from ..foundation import InputError, ParameterError, ResourceError, printable
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from ..model.image import Kind, Plane
-from ..rendering.mixing import averaged
+from ..rendering.blending import averaged
 from .picture import SIDE, Cell, Cut, Grid, Picture, Results, Store, check_side, extra
 
 _N = "(0|[1-9][0-9]*)"

@@ -17,8 +17,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..analysis import spreads
-from ..analysis.popout import popout, saliency
+from ..analysis import scaled_variances
+from ..analysis.saliency import saliency_map, saliency_weights
 from ..foundation.arrays import Array, Int16, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import draw
@@ -167,8 +167,8 @@ class Reference:
     @cached_property
     def salient(self) -> tuple[Array, ...]:
         """The saliency of every pixel of the exemplars; 0 where it is not salient."""
-        strikes = [popout(p, free) for p, free in zip(self.pictures, self.usable, strict=True)]
-        flat = np.split(saliency(strikes, 0.0), np.cumsum([s.size for s in strikes])[:-1])
+        strikes = [saliency_map(p, free) for p, free in zip(self.pictures, self.usable, strict=True)]
+        flat = np.split(saliency_weights(strikes, 0.0), np.cumsum([s.size for s in strikes])[:-1])
         return tuple(part.reshape(s.shape) for part, s in zip(flat, strikes, strict=True))
 
     @cached_property
@@ -211,7 +211,7 @@ def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
     if usable is not None:
         step, there = step[usable[after] & usable[before]], there[usable.ravel()]
     pairs, n = step.size // step.shape[-1], len(there)
-    spread = sum(spreads(there))
+    spread = sum(scaled_variances(there))
     return int((step * step).sum()) * n * n / (2 * pairs * spread) if pairs and spread else None
 
 

@@ -235,14 +235,14 @@ class SeamPrice(NamedTuple):
     """Variant of the seam cost."""
 
     gradient: bool = False  # cheaper where there is detail (Kwatra et al. 2003, eq. 3)
-    knee: int = 0  # threshold of the truncated quadratic cost; 0: the cost is the distance of colours
+    threshold: int = 0  # threshold of the truncated quadratic cost; 0: the cost is the distance of colours
 
 
 PLAIN = SeamPrice()
 
 
 @kernel
-def sharpened(cost: int, knee: int) -> int:
+def truncated_quadratic(cost: int, knee: int) -> int:
     """Return the truncated quadratic of a cost: its square over the threshold, linear from STEEPEST thresholds on.
 
     So one visible step counts more than many invisible ones. The triangle inequality does not hold for it.
@@ -283,8 +283,8 @@ def seam_costs(
     for y in range(height):
         for x in range(width - 1):
             cost = apart[y, x] + apart[y, x + 1]
-            if price.knee > 0:
-                cost = sharpened(cost, price.knee)
+            if price.threshold > 0:
+                cost = truncated_quadratic(cost, price.threshold)
             elif price.gradient:
                 change = _distance(old, y, x, old, y, x + 1) + _distance(new, y, x, new, y, x + 1)
                 cost = cost * GRADIENT_UNIT // (FLAT + change)
@@ -292,8 +292,8 @@ def seam_costs(
     for y in range(height - 1):
         for x in range(width):
             cost = apart[y, x] + apart[y + 1, x]
-            if price.knee > 0:
-                cost = sharpened(cost, price.knee)
+            if price.threshold > 0:
+                cost = truncated_quadratic(cost, price.threshold)
             elif price.gradient:
                 change = _distance(old, y, x, old, y + 1, x) + _distance(new, y, x, new, y + 1, x)
                 cost = cost * GRADIENT_UNIT // (FLAT + change)

@@ -125,11 +125,11 @@ def ask(tree: Any, point: Any, leaves: int, near: Any, number: Any, room: Any) -
 
     `near` (k,) int64 squared distances, rising; `number` (k,) the points' numbers. Equal ones: the lower number.
     """
-    return ask_apart(tree, point, NOWHERE, (0, 0), (0, 0, 0, 0, leaves), near, number, room)
+    return query_apart(tree, point, NOWHERE, (0, 0), (0, 0, 0, 0, leaves), near, number, room)
 
 
 @kernel
-def ask_apart(
+def query_apart(
     tree: Any, point: Any, place: Any, own: Any, limits: Any, near: Any, number: Any, room: Any
 ) -> int:
     """Find the nearest points of a tree, as :func:`ask`, at a least distance from the pixel `own`; return how many.

@@ -19,7 +19,7 @@ HOLE = 255  # the variant of a pixel that is not filled: the last name of a uint
 OLD, FREE, NEW = 0, 1, 2
 
 
-class Grown(NamedTuple):
+class PartialMap(NamedTuple):
     """A partial map."""
 
     variant: UInt8  # (H, W): number of the exemplar in an isometry, HOLE where nothing is known
@@ -27,7 +27,7 @@ class Grown(NamedTuple):
     wrap: tuple[bool, bool]  # whether rows and columns wrap
 
 
-class Posed(NamedTuple):
+class OrientedExemplars(NamedTuple):
     """The exemplars in their isometries, end to end; a toroidal one is followed by its own beginning."""
 
     flat: Int16  # (numbers,): features, channel by channel of each pixel
@@ -92,7 +92,7 @@ def known_beside(variant: Any, y0: int, x0: int, wrap: Any, i: int, j: int, h: i
 
 
 @kernel
-def mark(grown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> None:
+def write_constraints(grown: Any, locked: Any, y0: int, x0: int, known: Any, state: Any) -> None:
     """Write the constraint of every pixel of a window: OLD, FREE or NEW.
 
     OLD if it is locked, or lies on the window's edge next to a known pixel outside: the cut then
@@ -197,7 +197,7 @@ def paste(
     h, w, channels = feats.shape
     take = np.ones((h, w), np.uint8)
     state = np.empty((h, w), np.uint8)
-    mark(grown, locked, y0, x0, known, state)
+    write_constraints(grown, locked, y0, x0, known, state)
     if known.any():
         new = np.empty((h, w, channels), np.int16)
         for i in range(h):

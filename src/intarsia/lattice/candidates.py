@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..analysis import spreads
+from ..analysis import scaled_variances
 from ..analysis.elements import autocorrelation
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Floats, Int32, Int64, Mask, Pair
@@ -73,7 +73,7 @@ def pictures(features: Int64, usable: Mask | None) -> CorrelatedPictures:
 def _evened(features: Int64, usable: Mask | None) -> Floats:
     """Return the features with all channels scaled to the contrast of the strongest, at most fourfold."""
     chosen = features.reshape(-1, features.shape[2]) if usable is None else features[usable]
-    deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in spreads(chosen)]))
+    deviation = np.sqrt(np.array([s / max(len(chosen), 1) ** 2 for s in scaled_variances(chosen)]))
     top = deviation.max()
     return np.rint(features * (top / np.maximum(deviation, top / 4))) if top > 0 else features.astype(np.float64)
 

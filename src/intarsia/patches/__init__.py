@@ -28,7 +28,7 @@ from ..foundation.geometry import Wrap, apart, spread
 from ..foundation.run import below
 from ..kernels import maps
 from ..kernels.cuts import PLAIN, SeamPrice, min_cut, seam_costs
-from ..kernels.maps import Grown
+from ..kernels.maps import PartialMap
 from ..kernels.maxflow import FREE, NEW, OLD
 from ..model import Exemplars
 from ..model.canvas import Canvas
@@ -287,9 +287,9 @@ class MapBuilder:
         return cls(variants, variant, yx, depth_of(variant != HOLE, canvas.wrap, rim) > rim, wraps)
 
     @cached_property
-    def grown(self) -> Grown:
+    def grown(self) -> PartialMap:
         """The map as kernels take it."""
-        return Grown(self.variant, self.yx, self.wraps)
+        return PartialMap(self.variant, self.yx, self.wraps)
 
     def open_windows(self, layout: WindowGrid, wanted: Mask | None = None) -> Mask:
         """Return which windows hold an unknown pixel, or one that is `wanted`."""

@@ -26,7 +26,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..analysis.features import Features
-from ..analysis.popout import rarity
+from ..analysis.saliency import rarity
 from ..foundation.arrays import Array, Int32, Pair, UInt8
 from ..model.sourcemap import HOLE
 from ..search import (

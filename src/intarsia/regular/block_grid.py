@@ -24,7 +24,7 @@ Cell = tuple[Vector, Vector | None]
 
 LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered
 UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
-COMBINATIONS = 6
+COMBINATIONS = 6  # of lattice vectors up to so many times each, those nearest to the axes span a block
 BORDER = 14  # px: the band of a cut, as near-regular has it by default
 PAIRS = 10  # shifted copies that the cost of a phase is averaged over
 

@@ -10,7 +10,7 @@ from ..foundation.geometry import UNIT
 from ..kernels.cuts import PLAIN, min_cut, seam_costs
 from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW, OLD
-from ..kernels.paths import accumulate
+from ..kernels.shortest_paths import accumulate
 
 FAR = np.int64(1) << 60
 LIMIT = np.int64(1) << 32  # above any mismatch

@@ -17,8 +17,8 @@ import numpy as np
 from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
-from ..kernels import paths
-from ..kernels.paths import BARRED
+from ..kernels import shortest_paths
+from ..kernels.shortest_paths import BARRED
 from ..methods.near_regular import NearRegular
 from .block_grid import BlockGrid, Cell, Places, block_grid, block_places, colour_distances, with_best_phase
 
@@ -139,7 +139,7 @@ def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, st
         before[-1] = False
     apart[before] = BARRED
     known = there[:border] & (apart < BARRED)
-    path = paths.cheapest(np.ascontiguousarray(apart.T))
+    path = shortest_paths.cheapest(np.ascontiguousarray(apart.T))
     seam = path, np.arange(width)
     mismatch, cost = (int(apart[at].sum()) / max(int(there[:border][at].sum()), 1) for at in (known, seam))
     return Strip(y, x, there, path, not there.all(), mismatch, cost)

@@ -15,7 +15,7 @@ from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int64, Mask, Pair
 from ..foundation.filters import averages, blurred, moving_sums
 from ..foundation.geometry import UNIT
-from ..kernels import paths
+from ..kernels import shortest_paths
 from ..lattice import Vector
 from ..model import Exemplar
 from .wall_kernels import NO_JOINT as CUT
@@ -277,7 +277,7 @@ def _beds(faces: Array, line: Line) -> Int64:
     """Return the cheapest paths through mortar near the lines of the beds."""
     reach = max(1, int(Finding.stray * line.pitch / UNIT))
     rows = line.rows(faces.shape)
-    return np.stack([row + paths.cheapest(straying(faces, row, reach, FACE // 2)) - reach for row in rows])
+    return np.stack([row + shortest_paths.cheapest(straying(faces, row, reach, FACE // 2)) - reach for row in rows])
 
 
 def _readable(usable: Array, above: Array, below: Array) -> Mask:
@@ -301,13 +301,13 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
     y = middle[x0:x1] + v[:, None]
     x = np.broadcast_to(np.arange(x0, x1), y.shape)
     cost = faces[np.clip(y, 0, height - 1), x].astype(np.int64)
-    up, down = paths.accumulate(cost[: half + 1], 0), paths.accumulate(cost[half:][::-1].copy(), 0)
+    up, down = shortest_paths.accumulate(cost[: half + 1], 0), shortest_paths.accumulate(cost[half:][::-1].copy(), 0)
     profile = (up[-1] + down[-1] - cost[half]) // len(v)
     padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)  # valleys between walls of faces
     joints = []
     for valley in peaks(FACE - padded, FACE - Finding.low, Finding.depth, max(1, tall // Finding.apart)):
         at = valley - 1
-        path = np.concatenate([paths.trace(up, at, 0), paths.trace(down, at, 0)[::-1][1:]]) + x0
+        path = np.concatenate([shortest_paths.trace(up, at, 0), shortest_paths.trace(down, at, 0)[::-1][1:]]) + x0
         rows = middle[at + x0] + v
         inner = slice(len(v) // 4, len(v) - len(v) // 4)
         path += int(np.median([(a + b) // 2 - x for a, b, x in _mortar(faces, rows[inner], path[inner])] or [0]))

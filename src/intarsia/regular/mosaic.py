@@ -123,7 +123,7 @@ def modulo_canvas(counts: Pair, i: int, j: int) -> Pair:
     return (i % rows if rows else i), (j % columns if columns else j)
 
 
-STAGE = 2011
+STAGE = 2011  # keeps the draws of mosaics apart from those of others
 KEPT = 12  # best shifts for a gap among which one is drawn
 CHOICE = 0.15  # those within this share of the way from the best to the median
 APART = 0.5  # the same, where all of them repeat a neighbour

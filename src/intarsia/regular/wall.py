@@ -26,7 +26,7 @@ from ..foundation.filters import highest
 from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run
-from ..kernels import paths
+from ..kernels import shortest_paths
 from ..lattice import Pairs, cell_of
 from ..model import Exemplar
 from ..model.canvas import Canvas
@@ -252,13 +252,15 @@ class Wall:
         upper, lower = both_strips
         cost, gap = wall_kernels.bed_costs(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
         wide, both = len(cost), 2 * RUN_UP + 1
-        pins = [paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))]
+        pins = [
+            shortest_paths.least_cut(cost[part], gap[part])[RUN_UP] for part in (slice(both), slice(wide - both, wide))
+        ]
         inner = cost[RUN_UP : wide - RUN_UP].copy()
         for end, pin in zip((0, -1), pins, strict=True):
             kept = inner[end, pin]
-            inner[end] = paths.BARRED
+            inner[end] = shortest_paths.BARRED
             inner[end, pin] = kept
-        return (np.asarray(paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64),)
+        return (np.asarray(shortest_paths.least_cut(inner, gap[RUN_UP : wide - RUN_UP])[:-1], np.int64),)
 
 
 def _misplacement_costs(picture: Array, work: Masonry, shown: Array) -> Int64:

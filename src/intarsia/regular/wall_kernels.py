@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..kernels.jit import kernel
-from ..kernels.paths import least_cut
+from ..kernels.shortest_paths import least_cut
 from .block_kernels import readable
 
 FAR = np.int64(1) << 60  # more than any chain costs

@@ -22,13 +22,13 @@ from ..kernels.maps import HOLE
 from ..model import Exemplar, Exemplars
 from ..model.image import Kind, Plane, Transfer, from_srgb
 from ..model.sourcemap import SourceMap
-from .vote_kernels import Map, Reach, cut_window, settle_light
+from .vote_kernels import Map, Reach, cut_window, encode_light
 
 OUTSIDE = "the map points outside its exemplars; it belongs to others, or is damaged."
 
 
 @dataclass(frozen=True)
-class Ground:
+class SourceAtlas:
     """A map and one plane of its exemplars end to end (the source atlas), all in px of the plane."""
 
     samples: Array  # (N, C) codes of all exemplars
@@ -38,7 +38,7 @@ class Ground:
     scale: int  # how many times larger than the map
 
     @classmethod
-    def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, feather: int) -> Ground:
+    def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, feather: int) -> SourceAtlas:
         """Place the planes end to end, those that are smaller than the map (-`scale` times) enlarged.
 
         Without a `feather`, in px of the plane, there are no votes, and no distance is measured.
@@ -190,9 +190,9 @@ class Curve:
         """
         codes, size = np.zeros(total.shape, self.dtype), self.dtype.itemsize
         none = np.zeros(0, np.int32)
-        coding = (code_steps(size), *code_shelf(size)) if self.srgb else (none, none, 0)
+        coding = (code_steps(size), *code_lookup(size)) if self.srgb else (none, none, 0)
         first, light, samples = base or (None, None, None)
-        settle_light(total, weight, coding, first, light, samples, codes)
+        encode_light(total, weight, coding, first, light, samples, codes)
         return codes
 
     def _stored(self, values: Array) -> Array:
@@ -232,7 +232,7 @@ def code_steps(size: int) -> Int32:
 
 
 @cache
-def code_shelf(size: int) -> tuple[Int32, int]:
+def code_lookup(size: int) -> tuple[Int32, int]:
     """Return (codes, shift): the search for the code of a light starts at ``codes[light >> shift]``."""
     shift = BITS - 8 * size - 4 * (size == 1)
     starts = np.arange((1 << BITS - shift) + 1, dtype=np.int64) << shift

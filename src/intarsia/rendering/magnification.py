@@ -20,7 +20,7 @@ import numpy as np
 from ..foundation import TIMES, InputError, ParameterError, expect, whole_within
 from ..foundation.arrays import Array
 from ..model import REDUCED, Exemplar
-from .mixing import averaged, blocks
+from .blending import averaged, blocks
 
 
 def magnified(exemplar: Exemplar, times: int) -> Exemplar:

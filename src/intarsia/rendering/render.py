@@ -25,14 +25,14 @@ from ..foundation.run import Run
 from ..model import Exemplars
 from ..model.image import Kind, Plane
 from ..model.sourcemap import SourceMap, check_stretch
-from . import Ground
-from .mixing import Mixer, Normals, mixer_of
-from .vote_kernels import copy_cell, make_plan
+from . import SourceAtlas
+from .blending import Mixer, Normals, mixer_of
+from .vote_kernels import copy_cell, group_votes
 
 if TYPE_CHECKING:
-    from . import finish, warped_kernels
+    from . import tone, warped_kernels
 else:  # what few pictures use
-    finish, warped_kernels = lazy("intarsia.rendering.finish"), lazy("intarsia.rendering.warped_kernels")
+    tone, warped_kernels = lazy("intarsia.rendering.tone"), lazy("intarsia.rendering.warped_kernels")
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -87,7 +87,7 @@ def render(
         check_spread(blend.feather, grow, f"on a {grow}x larger plane")
     else:
         check_blend(blend, grow, planes[0].kind)
-    ground = Ground.of(exemplars, planes, scale, smap, blend.feather * grow)
+    ground = SourceAtlas.of(exemplars, planes, scale, smap, blend.feather * grow)
     job = _Job(ground, blend.feather * grow, mixer_of(planes, ground.samples, blend, ground.usable))
     shrink = max(-scale, 1)
     check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
@@ -98,7 +98,9 @@ def render(
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
         return planes[0].like(_draw_box(job, box, shrink, run))
-    codes = finish.finished(lambda wide: _draw_box(job, wide, 1, run), ground, planes[0].alpha, box, blend.finish, run)
+    codes = tone.tone_corrected(
+        lambda wide: _draw_box(job, wide, 1, run), ground, planes[0].alpha, box, blend.finish, run
+    )
     if shrink > 1:
         step = _ROWS * shrink
         bands = [job.mixer.average(codes[y : y + step], shrink) for y in range(0, box.height, step)]
@@ -136,7 +138,7 @@ def _draw_box(job: _Job, box: Box, shrink: int, run: Run) -> Array:
 class _Job:
     """The source atlas, the feather and the mixer that cells are rendered with."""
 
-    ground: Ground
+    ground: SourceAtlas
     feather: int  # in px of the plane
     mixer: Mixer
 
@@ -155,7 +157,7 @@ class _Job:
         if f == 0:
             return self._own(part)
         if ground.smap.exact:
-            codes, weight = self.mixer.vote(make_plan(part, origin, ground.reach.table, f), ground.reach)
+            codes, weight = self.mixer.vote(group_votes(part, origin, ground.reach.table, f), ground.reach)
         else:
             codes, weight = self.mixer.read(warped_kernels.Part(*part), ground.reach, f)
         lost = weight == 0  # no votes: the pixel's own source is shown

@@ -36,7 +36,7 @@ class Reach(NamedTuple):
     near: NDArray[np.uint16]  # (N,): distance to the nearest that must not be, capped; empty without a feather
 
 
-class Voters(NamedTuple):
+class VoteGroups(NamedTuple):
     """The groups of pieces that vote in one cell."""
 
     labels: Int32  # (height + feather, width + feather): number of the group, -1 for no vote
@@ -106,7 +106,7 @@ def cut_window(
     return True
 
 
-def make_plan(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: int) -> Voters:
+def group_votes(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: int) -> VoteGroups:
     """Return the groups that vote in a cell: pieces of one key are one group if both vote for one pixel.
 
     Groups are sorted by key: sums of floating point numbers follow that order, so it must be the same at a pixel in
@@ -133,7 +133,7 @@ def make_plan(part: tuple[Array, ...], origin: Pair, exemplars: Int64, feather: 
     groups[:, [BOTTOM, RIGHT]] = np.maximum.reduceat(pieces[:, [BOTTOM, RIGHT]], first)
     group_of = np.full(len(table), -1, np.int32)
     group_of[known[order]] = np.cumsum(begins) - 1
-    return Voters(group_of.take(labels), groups, feather)
+    return VoteGroups(group_of.take(labels), groups, feather)
 
 
 @kernel
@@ -146,14 +146,14 @@ def _add_row(
 
 
 @kernel
-def scratch(plan: Voters) -> tuple[Int32, Int64]:
+def scratch(plan: VoteGroups) -> tuple[Int32, Int64]:
     """Return arrays for the column sums of a group, and for the votes of one row: column, weight, pixel read."""
     width = plan.labels.shape[1]
     return np.zeros(width + 2 * plan.feather + 2, np.int32), np.empty((3, width), np.int64)
 
 
 @kernel
-def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> Pair:
+def open_group(plan: VoteGroups, g: int, begin: int, end: int, columns: Int32) -> Pair:
     """Start the column sums of a group for rows begin .. end - 1; return the first and last + 1 that it votes in."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0
@@ -166,7 +166,7 @@ def open_group(plan: Voters, g: int, begin: int, end: int, columns: Int32) -> Pa
 
 @kernel
 def weigh_row(
-    plan: Voters, reach: Reach, g: int, y: int, first: int, columns: Int32,
+    plan: VoteGroups, reach: Reach, g: int, y: int, first: int, columns: Int32,
     hits: Int64,
 ) -> int:  # fmt: skip
     """List the votes of group `g` in row `y` (rows must come in turn from `first`); return how many."""
@@ -234,7 +234,7 @@ def copy_cell(
 
 @kernel
 def add_votes(
-    heard: tuple[Voters, Reach], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
+    heard: tuple[VoteGroups, Reach], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
     first: Int64 | None, sums: tuple[Array, Array], squares: Floats | None,
 ) -> None:  # fmt: skip
     """Add up w * value for every pixel and channel, and w, which is the number of votes for what is read.
@@ -275,7 +275,7 @@ def add_votes(
 
 
 @kernel
-def settle_light(
+def encode_light(
     total: Array, weight: Array, coding: tuple[Int32, Int32, int], first: Int64 | None, light: Any, samples: Any,
     out: Array,
 ) -> None:  # fmt: skip
@@ -311,7 +311,7 @@ def settle_light(
 
 @kernel
 def vote_label(
-    plan: Voters, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
+    plan: VoteGroups, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
 ) -> bool:
     """Add up the weight of every label voted for in rows begin .. end - 1; return False if slots run out.
 
@@ -346,7 +346,7 @@ def _decoded(v: Any, top: Any, signed: bool) -> float:
 
 
 @kernel
-def settle_vectors(
+def encode_vectors(
     samples: Array, turn: Turn, first: Int64, top: Any, signed: bool, total: Floats | None, weight: Floats | None,
     out: Array,
 ) -> None:  # fmt: skip

@@ -154,7 +154,7 @@ class Part(NamedTuple):
 
 
 @kernel
-def hear(
+def collect_votes(
     part: Part, reach: Reach, feather: int, y: int, x: int, places: Floats, votes: Int64
 ) -> int:
     """List the positions that the entries around pixel (y, x) of a cell read, in raster order; return how many.
@@ -215,7 +215,7 @@ def read_light(
             base, opaque = -1, 0.0
             added[:] = 0.0
             if feather > 0:
-                heard = hear(part, reach, feather, y, x, places, votes)
+                heard = collect_votes(part, reach, feather, y, x, places, votes)
             else:  # the pixel itself, or no vote: the same as above, faster
                 heard = 1 if part.which[y, x] != HOLE else 0
                 places[0, 0], places[0, 1] = part.at[y, x, 0], part.at[y, x, 1]
@@ -345,7 +345,7 @@ def read_vectors(
     for y in range(first.shape[0]):
         for x in range(first.shape[1]):
             first[y, x] = 0
-            for k in range(hear(part, reach, feather, y, x, places, votes)):
+            for k in range(collect_votes(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[k]
                 row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
                 j, u = part.j[qy, qx], (places[k, 0], places[k, 1])
@@ -373,7 +373,7 @@ def read_labels(
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):
             n, most = 0, 0
-            for i in range(hear(part, reach, feather, y, x, places, votes)):
+            for i in range(collect_votes(part, reach, feather, y, x, places, votes)):
                 qy, qx, vote = votes[i]
                 row, own = exemplar_of(reach.table, part.which[qy, qx]), (part.yx[qy, qx, 0], part.yx[qy, qx, 1])
                 rank = ranks[nearest_pixel(row, reach.free, places[i, 0], places[i, 1], own)]

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..analysis import variance
-from ..analysis.features import features, pose_array
-from ..analysis.masking import ONCE, visibility
+from ..analysis.contrast_masking import FULL, visibility
+from ..analysis.features import features, transformed
 from ..foundation.arrays import Array, Int16, Pair
 from ..foundation.geometry import Box
 from ..kernels.cuts import STEEPEST
@@ -42,7 +42,7 @@ def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     knee = max(seam_threshold(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
     poses = (smap.poses if feats.normals else ()) or (0,)
     looks = [
-        {p: np.dstack([pose_array(feats.posed(n, p), BACK[p]), seen]) for p in poses}
+        {p: np.dstack([transformed(feats.posed(n, p), BACK[p]), seen]) for p in poses}
         for n, seen in enumerate(visibilities(feats.pictures, exemplars, knee))
     ]
     total = 0
@@ -119,4 +119,4 @@ def _distance(a: Array, b: Array) -> Array:
     """Return feature distances, rounded up and weighed by visibility, the last channel of `a` and `b` (n, C + 1)."""
     squares = ((a[:, :-1] - b[:, :-1]) ** 2).sum(axis=1)
     root = np.sqrt(squares).astype(np.int64)
-    return np.asarray((root + (root * root < squares)) * (a[:, -1] + b[:, -1]) // (2 * ONCE))
+    return np.asarray((root + (root * root < squares)) * (a[:, -1] + b[:, -1]) // (2 * FULL))

@@ -164,16 +164,16 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
     h, w = old.shape
     gap = np.zeros((h + 1, w + 1), np.int32)
     _measure_gaps(pieces, old, new, gap)
-    knee, none = np.float64(max(price.knee, 1)), np.int32(0)
+    knee, none = np.float64(max(price.threshold, 1)), np.int32(0)
     for k in range(2):
         for i in range(h):
             one, two, first, second = gap[i], gap[i + k][1 - k :], terms[1, k, i], terms[2, k, i]
             end = w - 1 + k if i + k < h else 0
             for j in range(np.uint64(w)):
                 cost = np.int32(one[j] + two[j]) if j < end else none
-                if price.knee > 0:  # as :func:`sharpened` does
+                if price.threshold > 0:  # as :func:`sharpened` does
                     square = np.float64(cost) * np.float64(cost) / knee
-                    cost = np.int32(STEEPEST * cost) if cost >= STEEPEST * price.knee else np.int32(square)
+                    cost = np.int32(STEEPEST * cost) if cost >= STEEPEST * price.threshold else np.int32(square)
                 first[j] = cost
                 second[j] = cost
     for number in range(len(joints)):

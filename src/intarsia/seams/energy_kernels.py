@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..foundation.arrays import Int16, Int64, Mask, UInt8
-from ..kernels.cuts import FLAT, GRADIENT_UNIT, sharpened
+from ..kernels.cuts import FLAT, GRADIENT_UNIT, truncated_quadratic
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 
@@ -43,7 +43,7 @@ def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
 
 @kernel
 def seen_distance(pieces: Any, a: int, b: int) -> int:
-    """Return the feature distance of two pixels, weighed by their visibility (`analysis/masking.py`)."""
+    """Return the feature distance of two pixels, weighed by their visibility (`analysis/contrast_masking.py`)."""
     visible = np.int64(pieces.visible[a]) + np.int64(pieces.visible[b])
     return int(feature_distance(pieces.flat, pieces.channels, a, b) * visible >> TWICE)
 
@@ -74,8 +74,8 @@ def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
     """
     flat, channels = pieces.flat, pieces.channels
     cost = seen_distance(pieces, a[0], b[0]) + seen_distance(pieces, a[1], b[1])
-    if price.knee > 0:
-        return int(sharpened(cost, price.knee))
+    if price.threshold > 0:
+        return int(truncated_quadratic(cost, price.threshold))
     if price.gradient and cost > 0:
         change = feature_distance(flat, channels, a[0], a[1]) + feature_distance(flat, channels, b[0], b[1])
         cost = cost * GRADIENT_UNIT // (FLAT + change)

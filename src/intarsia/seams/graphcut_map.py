@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis import block_sums, window_sums
-from ..analysis.masking import ONCE
+from ..analysis.contrast_masking import FULL
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, draw
@@ -162,7 +162,7 @@ class GraphcutMap:
     ) -> None:
         self.growth, self.stitch, self.variants, self.constraint = growth, stitch, growth.variants, bar
         self._variance, self.price = growth.variance(), growth.seam_price(stitch.seam)
-        self.pieces = pieces_of(growth, self.price.knee)
+        self.pieces = pieces_of(growth, self.price.threshold)
         work, self.wraps = growth.growing, growth.layout.wraps
         self.variant, self.yx, self.locked = work.variant, work.yx, work.locked
         self.grown = work.grown
@@ -192,7 +192,7 @@ class GraphcutMap:
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
         rate, shown = np.empty(0, np.int32), np.zeros(begins[-1], np.int32)
         if price:
-            price *= self.growth.seam_price("sharp").knee
+            price *= self.growth.seam_price("sharp").threshold
             rate, shown = usage_of(feats, exemplars, self.variant.size, price, stepped, run)
         usage = Usage(self.variants.laid_out(numbers).astype(np.int32), rate, shown)
         count_map(self.grown, self.pieces, usage)
@@ -451,7 +451,7 @@ def pieces_of(growth: PatchSynthesis, knee: int) -> Pieces:
         pictures = tuple(p[..., :seen] for p in pictures)
         variants = variants.showing(pictures)
     usable = variants.laid_out([e.free for e in exemplars]).astype(np.uint8)
-    visible = np.full(usable.size, ONCE, np.int16)
+    visible = np.full(usable.size, FULL, np.int16)
     if knee:
         visible = variants.laid_out(visibilities(pictures, exemplars, knee))
     return Pieces(*variants.posed, usable, variants.toroidal, seen, visible)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..analysis.features import Features
-from ..analysis.popout import popout, saliency
+from ..analysis.saliency import saliency_map, saliency_weights
 from ..foundation.arrays import Array, Int32, Mask
 from ..foundation.run import Run
 from ..model import Exemplars
@@ -25,7 +25,7 @@ def repeat_costs(strikes: Sequence[Array], price: float, due: float, in_step: bo
     at once. Bare ground (0) costs nothing, as nobody sees that it returns. Nor does, in step, what does not strike: all
     of it returns anyway, and misses are seen at once.
     """
-    weight = saliency(strikes, 0.0 if in_step else 1.0)
+    weight = saliency_weights(strikes, 0.0 if in_step else 1.0)
     return np.rint(SHARE * price * weight / due).astype(np.int32)
 
 
@@ -48,7 +48,7 @@ def usage_of(
 ) -> tuple[Int32, Int32]:
     """Return :func:`rates` and :func:`rim` of all exemplar pixels for a canvas of `area` px."""
     due = max(area / max(sum(int(e.free.sum()) for e in exemplars), 1), 1)
-    strikes = feats.memo("strikes", lambda: [popout(p[:, :, : feats.base], e.usable, e.toroidal, run)
+    strikes = feats.memo("strikes", lambda: [saliency_map(p[:, :, : feats.base], e.usable, e.toroidal, run)
                                              for p, e in zip(feats.pictures, exemplars, strict=True)])  # fmt: skip
     rate = repeat_costs(strikes, price, due, in_step)
     if in_step:  # where hardly anything costs nothing draws cuts to the border

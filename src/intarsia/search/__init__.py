@@ -12,12 +12,12 @@ import numpy as np
 
 from ..analysis import valid_windows, without_patch
 from ..analysis.elements import ElementSize, element_size
-from ..analysis.features import Features, features, pose_array
+from ..analysis.features import Features, features, transformed
 from ..foundation import ParameterError, lazy
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask, Pair, UInt8
 from ..foundation.geometry import ISOMETRIES, ISOMETRY_SETS
 from ..foundation.params import extent, words
-from ..kernels.maps import Grown, Posed, gather_all
+from ..kernels.maps import OrientedExemplars, PartialMap, gather_all
 from ..model import Exemplar, Exemplars, sampled
 from ..model.sourcemap import HOLE
 from .fourier_kernels import Correlated
@@ -54,9 +54,9 @@ class PosedExemplars:
         return len(self.table)
 
     @cached_property
-    def posed(self) -> Posed:
+    def posed(self) -> OrientedExemplars:
         """The features and their table, as kernels take them."""
-        return Posed(self.flat, self.table)
+        return OrientedExemplars(self.flat, self.table)
 
     def picture(self, v: int) -> Int16:
         """Return a view of the features of a variant, (rows, stride, channels)."""
@@ -68,7 +68,7 @@ class PosedExemplars:
         """Return one picture of each exemplar, (H, W) or (H, W, C), posed and flattened like the features."""
         rows = []
         for v, (number, pose) in enumerate(zip(self.exemplar.tolist(), self.pose.tolist(), strict=True)):
-            posed = pose_array(pictures[number], pose)
+            posed = transformed(pictures[number], pose)
             beyond = [(0, n - m) for n, m in zip(self.picture(v).shape[:2], posed.shape, strict=False)]
             rows.append(np.pad(posed, beyond + [(0, 0)] * (posed.ndim - 2), "wrap").ravel())
         return np.concatenate(rows)
@@ -79,7 +79,7 @@ class PosedExemplars:
         table[:, 0] = table[:, 0] // self.channels * channels
         return replace(self, flat=self.laid_out(pictures), table=table, channels=channels)
 
-    def windows(self, grown: Grown, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
+    def windows(self, grown: PartialMap, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
         """Return the features (n, h, w, C) int16 of windows of a map that begin at `at`, and their known pixels."""
         feats, known = np.empty((len(at), *patch, self.channels), np.int16), np.empty((len(at), *patch), np.uint8)
         gather_all(grown, self.posed, at, feats, known)
@@ -151,7 +151,7 @@ def posed_exemplars(
             height, width = picture.shape[:2]
             if exemplar.toroidal:
                 picture = np.pad(picture, ((0, patch[0] - 1), (0, patch[1] - 1), (0, 0)), mode="wrap")
-            usable = None if exemplar.usable is None else pose_array(exemplar.usable, p)
+            usable = None if exemplar.usable is None else transformed(exemplar.usable, p)
             allowed = valid_windows(picture.shape, usable, exemplar.toroidal, patch)
             valid.append(allowed if p in poses else np.zeros_like(allowed))
             blocks.append(picture.ravel())
@@ -312,7 +312,7 @@ class Search(Protocol):
     def batch(self) -> int:
         """How many windows are best searched together."""
 
-    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
 
 

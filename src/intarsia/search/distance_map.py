@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..analysis.features import RANGE, channel_shares, pose_array
+from ..analysis.features import RANGE, channel_shares, transformed
 from ..foundation.arrays import Float32, Pair
 from ..foundation.geometry import ISOMETRIES
 from ..model import Exemplar
@@ -43,7 +43,7 @@ def best_of_poses(
     best: dict[int, Float32] = {}
     for v, one in enumerate(maps):
         pose = int(variants.pose[v])
-        upright = pose_array(one, {5: 7, 7: 5}.get(pose, pose))
+        upright = transformed(one, {5: 7, 7: 5}.get(pose, pose))
         if variants.toroidal[v]:  # blocks that lie upside down begin at their other end
             turned = [min(row) < 0 for row in ISOMETRIES[pose].j]
             upright = np.roll(upright, [-t * (side - 1) for t, side in zip(turned, patch, strict=True)], (0, 1))

@@ -20,7 +20,7 @@ from ..analysis import principal_axes
 from ..foundation import ParameterError
 from ..foundation.arrays import Array, Pair
 from ..foundation.filters import fast_length
-from ..kernels.maps import Grown
+from ..kernels.maps import PartialMap
 from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_kernels, in_one_row
 from .fourier_kernels import Listed
 
@@ -142,7 +142,7 @@ class PatchSearch:
         size = max(a * (b // 2 + 1) for a, b in self.padded) * 16 * (len(self.axes) + 1)
         return max(1, min(32, (BATCH_BYTES << self.exact) // size))
 
-    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
         return self.search(*self.variants.windows(grown, at, self.patch), prices)
 

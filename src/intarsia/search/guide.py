@@ -12,12 +12,12 @@ import numpy as np
 
 from ..analysis import running_sums, valid_windows, window_sums
 from ..analysis.elements import element_size
-from ..analysis.features import counted, ends, features, pose_array
+from ..analysis.features import as_integers, features, robust_range, transformed
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array, Pair
 from ..foundation.geometry import Wrap
 from ..foundation.params import extent
-from ..kernels.maps import Grown
+from ..kernels.maps import PartialMap
 from ..model import Exemplar, Exemplars
 from ..model.canvas import MAX_LABELS, Guide
 from ..model.image import Plane
@@ -73,7 +73,7 @@ class GuidedSearch:
         """Return, for every variant, where patches begin that a window may take."""
         return self.allowed[int(self.guidance.windows[window])]
 
-    def find(self, windows: list[Pair], grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def find(self, windows: list[Pair], grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for `windows`, which begin at `at` (n, 2) of a growing map."""
         labels = [int(self.guidance.windows[w]) for w in windows]
         found: list[Any] = [None] * len(windows)
@@ -87,7 +87,7 @@ class GuidedSearch:
                 found[k] = candidates
         return found
 
-    def _weighed(self, search: Any, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def _weighed(self, search: Any, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return candidates by the sum of seam and guide distances, both correlated."""
         feats, known = search.variants.windows(grown, at, search.patch)
         wanted, inside = self.guidance.wanted(at)
@@ -188,7 +188,7 @@ class WindowGuide:
         if guide.is_labels:
             ids = [numbered_labels(s, guide.names) for s in guide.sources]
             for v in range(len(variants)):
-                posed = pose_array(ids[variants.exemplar[v]], int(variants.pose[v]))
+                posed = transformed(ids[variants.exemplar[v]], int(variants.pose[v]))
                 self._held.append(label_sets(_padded(posed, variants.toroidal[v], layout.patch), layout.patch))
             self.windows = layout.of_windows(
                 label_sets(layout.widened(numbered_labels(guide.target, guide.names), -1), layout.patch)
@@ -356,8 +356,8 @@ def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
         if len(guide.names) == 2 and not any((i == 2).any() for i in ids):
             codes = [c[:, :, 1:] for c in codes]  # of two labels the one says what the other would
     else:
-        values, _ = counted(planes, [None] * len(planes))
-        low, high = ends(values)
+        values, _ = as_integers(planes, [None] * len(planes))
+        low, high = robust_range(values)
         codes = [
             ((np.clip(v, low, high).astype(np.int64) - low) * ONE // max(high - low, 1)).astype(np.int16)
             for v in values

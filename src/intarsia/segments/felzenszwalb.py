@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from ..analysis import spreads
+from ..analysis import scaled_variances
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int32, Mask
 from .felzenszwalb_kernels import join_edges
@@ -29,7 +29,7 @@ def even_colours(colours: Array, usable: Mask | None) -> Int32 | None:
     Pixels that do not count become 0, the mean. None where all colours are equal.
     """
     chosen = colours.reshape(-1, colours.shape[2]) if usable is None else colours[usable]
-    n, total, spread = len(chosen), chosen.sum(axis=0, dtype=np.int64), spreads(chosen)
+    n, total, spread = len(chosen), chosen.sum(axis=0, dtype=np.int64), scaled_variances(chosen)
     if not n or max(spread) == 0:
         return None
     deviation = np.array([math.sqrt(v) for v in spread])  # n times the standard deviation

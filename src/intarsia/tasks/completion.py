@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.defect_rim import defect_rim
 from ..analysis.features import features
-from ..analysis.rim import rim_of
 from ..choosing.auto import Auto
 from ..foundation import (
     AUTO_METHOD,
@@ -299,7 +299,7 @@ def rim_around(scene: Scene) -> int:
     """Return by how many px the hole must grow to cover a rim of the defect; 0 if none is detected."""
     holes, feats = holes_of(scene), features(scene.exemplars)
     asked = "rim", np.packbits(holes).tobytes()  # asked again when they are filled
-    return feats.memo(asked, lambda: rim_of(feats.pictures[0], holes, scene.exemplars[0].usable))
+    return feats.memo(asked, lambda: defect_rim(feats.pictures[0], holes, scene.exemplars[0].usable))
 
 
 def exacting(slug: str, values: Record) -> Method:

@@ -18,7 +18,7 @@ from ..lattice.decision import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
 from ..regular.block_grid import phase_of
-from ..rendering.mixing import averaged
+from ..rendering.blending import averaged
 from ..segments import Segments, segments
 from .scoring import Outcome
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.elements import ElementSize
-from ..analysis.light import Slope
+from ..analysis.illumination import Illumination
 from ..choosing.auto import Auto
 from ..choosing.facts import Facts
 from ..foundation import OVERLAYS, MethodError, ParameterError, Record, said
@@ -97,7 +97,7 @@ class Findings:
     exemplar: Exemplar
     lattices: Lattices
     elements: ElementSize
-    light: Slope
+    light: Illumination
     suggested: Suggestion
     straight: tuple[Rectification, Lattice] | None = None
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..analysis import block_sums, spreads
+from ..analysis import block_sums, scaled_variances
 from ..analysis.features import features
 from ..analysis.structure import SEAMLESS, border_of
 from ..choosing.auto import Auto
@@ -208,7 +208,9 @@ def _of_single_elements(facts: Facts) -> bool:
 def _fine_grained(picture: Int16) -> bool:
     """Whether averaging over small squares removes much of the variance of features (H, W, C)."""
     squares = block_sums(picture, SQUARE)
-    kept, all_of_it = (sum(spreads(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture))
+    kept, all_of_it = (
+        sum(scaled_variances(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture)
+    )
     return kept <= (GRAIN * SQUARE**2) ** 2 * all_of_it
 
 

@@ -15,7 +15,7 @@ from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
 from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, laid
 from intarsia.foundation.run import Probe
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
@@ -285,7 +285,7 @@ def test_any_of_the_n_best_is_chosen_and_no_other(n: int) -> None:
     growth = grown(bytes_of(25, 25), (20, 20), patch=4, overlap=3, **PLAIN)
     at = np.array([growth.at((1, 1))], np.int64)
     work = growth.growing
-    found = growth.finder.find(Grown(work.variant, work.yx, (False, False)), at, growth.repetition.search_prices)
+    found = growth.finder.find(PartialMap(work.variant, work.yx, (False, False)), at, growth.repetition.search_prices)
     picks = [choose(method, growth, (1, 1), found[0], k << 32, []) for k in range(0, 1 << 32, 1 << 25)]
     assert set(picks) == {tuple(row[1:]) for row in found[0].rows[:n].tolist()}
     counts = [picks.count(p) for p in set(picks)]

@@ -12,7 +12,7 @@ from torture import TORTURE
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE
 from intarsia.published.multrus2003.pyramid import FILTERS, LEVELS, PyramidSearch, level_size
@@ -60,7 +60,7 @@ def test_a_patch_of_the_exemplar_is_found_from_any_place(patch: int, seam: int) 
         missed = 0
         for y, x in places:
             variant, yx = corner(search, seam, (0, y, x))
-            found = search.find(Grown(variant, yx, (False, False)), np.array([[8, 8]]), free(search))[0]
+            found = search.find(PartialMap(variant, yx, (False, False)), np.array([[8, 8]]), free(search))[0]
             missed += found.rows[0, 0] != 0
         assert missed <= (patch + seam == 8)  # the smallest size keeps an L of 5 px at the coarsest level
 
@@ -79,7 +79,7 @@ def test_candidates_are_allowed_patches_with_exact_distances(smoothing: str, iso
     yx = np.stack([rng.integers(0, 50, (60, 60)), rng.integers(0, 47, (60, 60))], axis=2).astype(np.int32)
     variant[:20, :20] = HOLE
     at = np.array([[0, 0], [20, 20], [-3, 30], [50, 44]])
-    together = search.find(Grown(variant, yx, (False, False)), at, free(search))
+    together = search.find(PartialMap(variant, yx, (False, False)), at, free(search))
     assert together[0].free
     for k, found in enumerate(together[1:], 1):
         truth = {(v, y, x): d for d, v, y, x in all_distances(found.feats, found.known.astype(bool), naive)}
@@ -87,7 +87,7 @@ def test_candidates_are_allowed_patches_with_exact_distances(smoothing: str, iso
         assert rows
         assert rows == sorted(set(rows))
         assert [truth[v, y, x] for _, v, y, x in rows] == [d for d, *_ in rows]
-        alone = search.find(Grown(variant, yx, (False, False)), at[k : k + 1], free(search))[0]
+        alone = search.find(PartialMap(variant, yx, (False, False)), at[k : k + 1], free(search))[0]
         np.testing.assert_array_equal(alone.rows, found.rows)
 
 
@@ -97,7 +97,7 @@ def test_a_tiny_known_part_is_not_lost_at_the_coarse_levels() -> None:
     search = search_of(e, 8, 4, kept=8)
     variant, yx = np.full((16, 16), HOLE, np.uint8), np.zeros((16, 16, 2), np.int32)
     variant[5, 7], yx[5, 7] = 0, (20, 21)
-    found = search.find(Grown(variant, yx, (False, False)), np.array([[0, 0]]), free(search))[0]
+    found = search.find(PartialMap(variant, yx, (False, False)), np.array([[0, 0]]), free(search))[0]
     every = [d for d, *_ in all_distances(found.feats, found.known > 0, posed([e], (0,)))]
     assert found.rows[0, 0] <= np.quantile(every, 0.1)
 
@@ -116,7 +116,7 @@ def test_seams_keep_floor_of_their_width_at_every_level() -> None:
     for seam in (4, 5, 6, 7, 8, 9):
         search = search_of(Exemplar.of(smooth(60, 60)), 16, seam)
         variant, yx = corner(search, seam, (0, 5, 5))
-        stack = search.stack(Grown(variant, yx, (False, False)), np.array([[8, 8]]))
+        stack = search.stack(PartialMap(variant, yx, (False, False)), np.array([[8, 8]]))
         for level, (_, known) in enumerate(stack):
             ell = np.zeros(known.shape[1:], bool)
             ell[: seam >> level] = ell[:, : seam >> level] = True
@@ -135,7 +135,7 @@ def test_counters_move_the_search_elsewhere_at_all_levels() -> None:
     e = Exemplar.of(smooth(80, 80))
     search = search_of(e, 8, 4, kept=1)
     variant, yx = corner(search, 4, (0, 30, 30))
-    args = (Grown(variant, yx, (False, False)), np.array([[8, 8]]))
+    args = (PartialMap(variant, yx, (False, False)), np.array([[8, 8]]))
     before = search.find(*args, free(search))[0]
     used = free(search).counts[0]
     y, x = before.rows[0, 2:]
@@ -149,7 +149,7 @@ def test_counters_count_at_the_coarsest_level() -> None:
     e = Exemplar.of(smooth(88, 88))
     search = search_of(e, 8, 4, kept=1)
     variant, yx = corner(search, 4, (0, 36, 36))
-    args = (Grown(variant, yx, (False, False)), np.array([[8, 8]]))
+    args = (PartialMap(variant, yx, (False, False)), np.array([[8, 8]]))
     used = free(search).counts[0]
     reach = sum(int(level.reach[0]) << number for number, level in enumerate(search.levels[:2]))
     y, x = search.find(*args, free(search))[0].rows[0, 2:]
@@ -170,7 +170,7 @@ def test_more_kept_places_find_better_patches_on_regular_textures() -> None:
         y, x, b, a = rng.integers(0, 80, 4)
         variant, yx = corner(one, 5, (0, y, x))
         yx[:, :13] = corner(one, 5, (0, b, a))[1][:, :13]
-        found = [s.find(Grown(variant, yx, (False, False)), np.array([[8, 8]]), free(s))[0] for s in (one, many)]
+        found = [s.find(PartialMap(variant, yx, (False, False)), np.array([[8, 8]]), free(s))[0] for s in (one, many)]
         least = min(all_distances(found[0].feats, found[0].known > 0, naive))[0]
         total += np.sqrt([found[0].rows[0, 0], found[1].rows[0, 0], least])
     assert total[2] <= total[1] <= total[0]

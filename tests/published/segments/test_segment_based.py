@@ -8,7 +8,7 @@ from segments.naive_segments import naive_histogram, naive_zone_counts
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.kernels.maps import Grown
+from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.published.segments.laying import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, some
 from intarsia.search import Candidates, Prices, posed_exemplars
@@ -108,7 +108,7 @@ def test_candidates_are_measured_exactly_and_sorted():
     variant[:8, :5] = 0
     yx[:8, :5] = np.stack(np.mgrid[3:11, 4:9], axis=-1)
     counts = np.zeros(search.valid[0].shape, np.int32)
-    free, found = search.find(Grown(variant, yx, (False, False)), np.array([[4, 8], [4, 2]]), Prices([counts], 0))
+    free, found = search.find(PartialMap(variant, yx, (False, False)), np.array([[4, 8], [4, 2]]), Prices([counts], 0))
     assert free.free
     assert len(free.rows) == 0
     assert not found.free

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import minimum_filter
 from scipy.signal import fftconvolve
 
-from ...analysis.features import pose_array
+from ...analysis.features import transformed
 from ...foundation.arrays import Array
 from ...model import Exemplar
 from ...model.canvas import Guide
@@ -91,7 +91,7 @@ def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:
     known[5:, 5:] = 0
     squares, maps = (pixels**2).sum(axis=2), []
     for pose in poses:
-        mask, part = pose_array(known, pose), pose_array(block * known, pose)
+        mask, part = transformed(known, pose), transformed(block * known, pose)
         across = fftconvolve(pixels, part[::-1, ::-1], "valid", axes=(0, 1)).sum(axis=2)
         maps.append(fftconvolve(squares, mask[::-1, ::-1, 0], "valid") - 2 * across + (part**2).sum())
     return np.sqrt(np.maximum(np.min(maps, axis=0), 0) / known.sum())

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...foundation import ParameterError, ndimage
 from ...foundation.arrays import Array, Int64, Mask, Pair
-from ...kernels.maps import Grown, Posed
+from ...kernels.maps import OrientedExemplars, PartialMap
 from ...search import SHORT_LIST, Candidates, PosedExemplars, Prices, fourier_kernels, nearest
 from ...search.fourier_kernels import FAR
 from .guided import GuidedByRoots
@@ -46,7 +46,7 @@ class PyramidLevel:
     patch can be reached; ``reach``: how far around a projected position is searched.
     """
 
-    posed: Posed
+    posed: OrientedExemplars
     allowed: list[Mask]
     window: Pair
     reach: Int64
@@ -101,7 +101,7 @@ class PyramidSearch:
             table = [(b, *p.shape[:2], p.shape[1]) for b, p in zip(begins.tolist(), pictures, strict=False)]
             flat = np.concatenate([p.ravel() for p in pictures]) if level else self.variants.flat
             reach = np.array((high, wide), np.int64) // 2 + 1  # a square of twice the side, and 1 px of slack
-            out.append(PyramidLevel(Posed(flat, np.array(table, np.int64)), [], (high, wide), reach))
+            out.append(PyramidLevel(OrientedExemplars(flat, np.array(table, np.int64)), [], (high, wide), reach))
         return out
 
     @staticmethod
@@ -122,7 +122,7 @@ class PyramidSearch:
         """How many windows are best searched together."""
         return BATCH
 
-    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a partial map, as PatchSearch does."""
         stack = self.stack(grown, at)
         return [self.followed(of_window(stack, k), place, prices) for k, place in enumerate(at.tolist())]
@@ -178,7 +178,7 @@ class PyramidSearch:
         fourier_kernels.measure(feats, known, level.posed, rows)
         return rows
 
-    def stack(self, grown: Grown, at: Array) -> Stack:
+    def stack(self, grown: PartialMap, at: Array) -> Stack:
         """Return features and known pixels of the windows at all levels."""
         feats, state = self.variants.windows(grown, at - MARGIN, [side + 2 * MARGIN for side in self.patch])
         inner = tuple(slice(MARGIN, MARGIN + side) for side in self.patch)
@@ -220,7 +220,7 @@ class GuidedPyramid(GuidedByRoots):
     def _beside(self, search: PyramidSearch) -> PyramidSearch:
         return PyramidSearch(self.guidance.pictures, search.patch, search.seam, search.smoothing)
 
-    def _weighed(self, search: PyramidSearch, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def _weighed(self, search: PyramidSearch, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         stack, beside = search.stack(grown, at), self.guide.whole_stack(*self.guidance.wanted(at))
         shares = [self.shares(known, inside) for (_, known), (_, inside) in zip(stack, beside, strict=True)]
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.draws import below, draw
 from ...kernels.jit import kernel
 from ...kernels.maps import HOLE, canvas_place
+from ...kernels.random_numbers import below, draw
 from .neighbourhood_kernels import (
     NONE,
     find_nearest,

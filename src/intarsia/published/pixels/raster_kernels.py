@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...foundation.arrays import Int16, Int32, Int64, Mask, UInt8
-from ...kernels.draws import below, draw
 from ...kernels.jit import kernel
 from ...kernels.kd_tree import FAR, ask, asking_room
+from ...kernels.random_numbers import below, draw
 from .neighbourhood_kernels import (
     CLOSED,
     NONE,

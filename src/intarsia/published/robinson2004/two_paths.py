@@ -15,7 +15,7 @@ from ...analysis.features import features
 from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below, draw
-from ...kernels import paths
+from ...kernels import shortest_paths
 from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
@@ -108,11 +108,11 @@ def cut(norms: Int64, overlap: Pair, text: bool = False) -> Mask:
 
 def accumulated(error: Array) -> Int64:
     """Return cumulative path costs of a strip from its last row up: each pixel and the least of three predecessors."""
-    total: Int64 = paths.accumulate(np.ascontiguousarray(error[::-1]), 0)
+    total: Int64 = shortest_paths.accumulate(np.ascontiguousarray(error[::-1]), 0)
     return total[::-1]
 
 
 def traced(total: Array, row: int, column: int) -> list[int]:
     """Return the cheapest path to the last row of a strip, the column in each row; ties go straight on, then left."""
-    columns: list[int] = paths.trace(np.ascontiguousarray(total[row:][::-1]), column, 0)[::-1].tolist()
+    columns: list[int] = shortest_paths.trace(np.ascontiguousarray(total[row:][::-1]), column, 0)[::-1].tolist()
     return columns

@@ -18,7 +18,7 @@ from ...analysis.features import contrast, features
 from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent
 from ...foundation.run import Run, below, draw_many
-from ...kernels.maps import Grown
+from ...kernels.maps import PartialMap
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
@@ -150,7 +150,7 @@ class SegmentSearch:
         """Return how many windows are searched together."""
         return 32
 
-    def find(self, grown: Grown, at: Array, prices: Prices) -> list[Candidates]:
+    def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the patches drawn for the windows that begin at `at` (n, 2), best first; repeats are priced later."""
         (h, w), variant = self.patch, grown.variant
         feats, known = self.variants.windows(grown, at, self.patch)

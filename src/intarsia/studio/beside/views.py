@@ -11,8 +11,8 @@ from scipy.ndimage import uniform_filter
 
 from ... import files
 from ...analysis.features import features
-from ...analysis.light import flattened
-from ...analysis.popout import USUAL, popout
+from ...analysis.illumination import flattened
+from ...analysis.saliency import MEDIAN, saliency_map
 from ...choosing.facts import Facts
 from ...cli import Report
 from ...cli.exemplars import Shelf, cropped, sets_of
@@ -155,8 +155,8 @@ def _draw_joints(out: Array, work: Any) -> None:
 def _striking(found: Findings) -> Pixels | None:
     """Return the most salient regions, tinted and outlined."""
     exemplar, made, out = found.exemplar, features([found.exemplar]), _clear(found.exemplar)
-    strikes = lambda: popout(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)  # noqa: E731
-    most = exemplar.memo("strikes", strikes) > STRONG * USUAL
+    strikes = lambda: saliency_map(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)  # noqa: E731
+    most = exemplar.memo("strikes", strikes) > STRONG * MEDIAN
     out[most] = (*RED[:3], FILL)
     out[borders(most)] = RED
     return out if most.any() else None

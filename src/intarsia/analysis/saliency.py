@@ -26,25 +26,25 @@ from ..foundation.filters import Mode, highest, lowest, moving_sums
 from ..foundation.run import Run, draw_many, run_of
 from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
-USUAL = 256  # saliency of the median spot
+MEDIAN = 256  # saliency of the median spot
 FAR = 1 << 12  # beyond all features
-MOST = 16 * USUAL  # and no spot more
+MOST = 16 * MEDIAN  # and no spot more
 WORK_SIDE = 192  # px: larger exemplars are measured on reduced copies
 RADII = 2, 5, 9  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
 ROOM = 8  # a scale needs an exemplar so many times as large
 ROWS = 1024  # spots that are compared at a time
 REFERENCES = 500  # spots with which all are compared
-LIKES = 3, 200  # the rank of the neighbour whose distance counts: three in two hundred,
-LEAST_LIKES = 3  # but no lower
+NEIGHBOUR_RANK = 3, 200  # the rank of the neighbour whose distance counts: three in two hundred,
+LEAST_RANK = 3  # but no lower
 BARE, SEEN = 3, 16  # px of a square that is uniform if colours vary by less, of 2046
 APART = 3  # radii: least distance of compared spots, which otherwise overlap
-NARROW = 50  # directions with less than 1 / 50 of the total variance are amplified no further
+LEAST_VARIANCE = 50  # directions with less than 1 / 50 of the total variance are amplified no further
 FIXED = 64  # distances are kept in 1/64 of a spread
 NOWHERE = 1 << 30  # distance of spots that are not compared
 STAGE = 1999  # of the random numbers that choose the references
 
 
-def popout(
+def saliency_map(
     picture: Int16, usable: Mask | None = None, toroidal: bool = False, run: Run | None = None
 ) -> Int32:
     """Return the saliency of every pixel of an exemplar: how far its local statistics are from those elsewhere.
@@ -68,34 +68,34 @@ def popout(
     """
     factor = factor_for(picture.shape, WORK_SIDE)
     small, mask = reduced(picture, usable, factor)
-    out = np.full(small.shape[:2], USUAL, np.int32)
+    out = np.full(small.shape[:2], MEDIAN, np.int32)
     with run_of(run).pool() as each:
         scales = [radius for radius in RADII if ROOM * radius <= min(out.shape)]
         out = np.maximum.reduce([out, *each(lambda radius: _at_scale(small, mask, radius, toroidal), scales)])
-    out[_bare(small, mask, toroidal)] = 0
+    out[_uniform(small, mask, toroidal)] = 0
     return enlarged(out, picture.shape, factor)
 
 
-STRIKING = 2.0  # times the median: more is salient,
+SALIENT = 2.0  # times the median: more is salient,
 RARE = 0.9  # if such a share of pixels is below; 0: of 48 sheets one preferred, six not (docs/design/passes.md)
-DEAREST = 64  # greatest weight (docs/design/passes.md)
+MAX_WEIGHT = 64  # greatest weight (docs/design/passes.md)
 
 
-def saliency(strikes: Sequence[Array], plain: float) -> Array:
+def saliency_weights(strikes: Sequence[Array], plain: float) -> Array:
     """Return the weights of all pixels of exemplars, end to end, from their :func:`popout`.
 
     1 and more where they are salient, growing with the square of the relative excess over the threshold, at most
     DEAREST; `plain` where they are not; 0 in uniform areas.
     """
-    far = np.concatenate([s.ravel() for s in strikes]) / USUAL
-    bar = max(np.quantile(far, RARE, method="lower"), STRIKING)
-    out: Array = np.minimum(1 + (4 * np.maximum(far / bar - 1, 0)) ** 2, DEAREST)
+    far = np.concatenate([s.ravel() for s in strikes]) / MEDIAN
+    bar = max(np.quantile(far, RARE, method="lower"), SALIENT)
+    out: Array = np.minimum(1 + (4 * np.maximum(far / bar - 1, 0)) ** 2, MAX_WEIGHT)
     out[far < bar] = plain
     out[far < 0.5] = 0
     return out
 
 
-def _bare(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
+def _uniform(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
     """Return which pixels lie in uniform areas."""
     counts = np.ones(picture.shape[:2], bool) if usable is None else usable
     mode: Mode = "wrap" if toroidal else "edge"
@@ -104,7 +104,7 @@ def _bare(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
     return np.asarray((high - low < SEEN).all(axis=2))
 
 
-def looks(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
+def local_statistics(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
     """Return mean features and deviation around every pixel (H, W, C + 1), and the usable share of it, of 4096.
 
     Whole numbers below 2**53, in float64.
@@ -140,24 +140,24 @@ def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) 
     """Return the saliency at one scale, measured on a grid; every pixel has that of the nearest spot."""
     step, begin = max(2, radius * 4 // 5), radius // 2
     height, width = picture.shape[:2]
-    every, share = looks(picture, usable, radius, toroidal)
+    every, share = local_statistics(picture, usable, radius, toroidal)
     y, x = np.arange(begin, height - begin, step), np.arange(begin, width - begin, step)
     at = np.stack(np.meshgrid(y, x, indexing="ij"), axis=2).reshape(-1, 2)
     counts = share[at[:, 0], at[:, 1]] >= 2048
-    spots = np.full(len(at), USUAL, np.int64)
-    if counts.sum() > LEAST_LIKES:
+    spots = np.full(len(at), MEDIAN, np.int64)
+    if counts.sum() > LEAST_RANK:
         size = (height, width) if toroidal else (0, 0)
         at = at[counts]
         chosen = np.argsort(np.array(draw_many(0, STAGE, 0, at), np.uint64), kind="stable")[:REFERENCES]
-        rank = max(LEAST_LIKES, len(chosen) * LIKES[0] // LIKES[1])
-        wide = _widened(every[at[:, 0], at[:, 1]].astype(np.int64))
-        spots[counts] = _relative(wide, at, chosen, APART * radius, size, rank, FIXED // 8)
+        rank = max(LEAST_RANK, len(chosen) * NEIGHBOUR_RANK[0] // NEIGHBOUR_RANK[1])
+        wide = _whitened(every[at[:, 0], at[:, 1]].astype(np.int64))
+        spots[counts] = _relative_distance(wide, at, chosen, APART * radius, size, rank, FIXED // 8)
     rows, columns = (np.clip((2 * (np.arange(n) - begin) + step) // (2 * step), 0, m - 1)
                      for n, m in ((height, len(y)), (width, len(x))))  # fmt: skip
     return spots.reshape(len(y), len(x))[rows[:, None], columns].astype(np.int32)
 
 
-def _widened(spots: Array) -> Array:
+def _whitened(spots: Array) -> Array:
     """Return spots (n, C) whitened, in 1/FIXED, rounded.
 
     By the Cholesky factor of their covariance, in single IEEE operations: equal on every machine.
@@ -165,7 +165,7 @@ def _widened(spots: Array) -> Array:
     n, count = len(spots), spots.shape[1]
     around = spots - spots.sum(axis=0) // n
     total = [[int((around[:, a] * around[:, b]).sum()) / n for b in range(count)] for a in range(count)]
-    least = sum(total[a][a] for a in range(count)) / NARROW + FINE * FINE
+    least = sum(total[a][a] for a in range(count)) / LEAST_VARIANCE + FINE * FINE
     out = np.zeros((n, count))
     factor = [[0.0] * count for _ in range(count)]
     for a in range(count):
@@ -181,7 +181,7 @@ def _widened(spots: Array) -> Array:
     return np.rint(out * FIXED).astype(np.int64)
 
 
-def _relative(
+def _relative_distance(
     spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int, least: int, few: int = 1
 ) -> Array:
     """Return the distance of every spot (n, C) to its neighbour of a rank, from 0, among `others`, 256 = the median.
@@ -189,16 +189,16 @@ def _relative(
     Neighbours lie at least `apart` px away (on a torus of `size`), distances are at least `least`, and all are 256 if
     fewer than `few` have a neighbour.
     """
-    far = likes_away(spots, at, others, apart, size, rank)
+    far = neighbour_distance(spots, at, others, apart, size, rank)
     known = far >= 0
     if known.sum() < few:
-        return np.full(len(spots), USUAL, np.int64)
+        return np.full(len(spots), MEDIAN, np.int64)
     far = np.maximum(far, least)
     usual = int(np.sort(far[known])[known.sum() // 2])
-    return np.where(known, np.minimum((USUAL * far + usual // 2) // usual, MOST), USUAL)
+    return np.where(known, np.minimum((MEDIAN * far + usual // 2) // usual, MOST), MEDIAN)
 
 
-def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int) -> Int64:
+def neighbour_distance(spots: Array, at: Array, others: Array, apart: int, size: Pair, rank: int) -> Int64:
     """Return the distance of every spot (n, C) to its neighbour of this rank, from 0, rounded down; -1 where none.
 
     All numbers are whole and below 2**53, so that products of float64 are exact.
@@ -225,7 +225,7 @@ def likes_away(spots: Array, at: Array, others: Array, apart: int, size: Pair, r
     return out
 
 
-MOST_RARE = 4 * USUAL  # greatest rarity: 4 times the median is unique
+MOST_RARE = 4 * MEDIAN  # greatest rarity: 4 times the median is unique
 NEIGHBOURS = 3  # k: the copy beside a repeat, or a pair of knots, must not make either common
 CELLS = 4  # a patch is described by 4 x 4 mean colours
 PATCH_SIDE = 512  # px: patches of larger exemplars are measured on reduced copies
@@ -261,7 +261,7 @@ def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
         step += factor
     shape = -(-room[0] // step), -(-room[1] // step)
     if shape[0] * shape[1] < FEW:
-        return np.full(shape, USUAL, np.int32), step
+        return np.full(shape, MEDIAN, np.int32), step
     side, count = patch // factor, min(CELLS, patch // factor)
     edges = np.arange(count + 1) * side // count
     rows, columns = (np.arange(n)[:, None] * (step // factor) + edges for n in shape)
@@ -270,7 +270,7 @@ def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
     area = factor * factor * np.multiply.outer(np.diff(edges), np.diff(edges))[:, :, None]
     seen = (FINE * sums // area).reshape(shape[0] * shape[1], -1)  # the mean colours of their cells, in 1/FINE
     # Others, half a patch away or more along an axis: nearer ones overlap.
-    found = _relative(
+    found = _relative_distance(
         seen, 2 * step * np.argwhere(np.ones(shape)), np.arange(len(seen)), patch, (0, 0), NEIGHBOURS - 1,
         int(FINE * VISIBLE * seen.shape[1] ** 0.5), FEW,
     )  # fmt: skip

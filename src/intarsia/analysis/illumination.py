@@ -34,7 +34,7 @@ GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms 
 
 
 @dataclass(frozen=True)
-class Slope:
+class Illumination:
     """Strength of uneven illumination.
 
     Attributes
@@ -54,18 +54,18 @@ class Slope:
         return self.share >= LEAST_SHARE and self.factor >= LEAST_FACTOR
 
 
-def slope_of(exemplar: Exemplar, element: float) -> Slope:
+def illumination_of(exemplar: Exemplar, element: float) -> Illumination:
     """Return the illumination of an exemplar with elements of `element` px; none if it has no colours."""
     if exemplar.base.kind is not Kind.COLOUR:
-        return Slope(0.0, 1.0)
-    light, visible = _seen_light(exemplar)
+        return Illumination(0.0, 1.0)
+    light, visible = _visible_light(exemplar)
     apart = min(PARTS * PARTS, visible.sum() / max(element, 1.0) ** 2)  # elements, or parts, that are lit apart
     if apart <= TERMS + 1:
-        return Slope(0.0, 1.0)
-    found = uneven_light(light, visible)
+        return Illumination(0.0, 1.0)
+    found = fit_illumination(light, visible)
     low, high = np.percentile(found.gain[visible], EXTREMES)
     share = 1.0 - (1.0 - found.strength) * (apart - 1) / (apart - 1 - TERMS)
-    return Slope(max(0.0, float(share)), float(high / low))
+    return Illumination(max(0.0, float(share)), float(high / low))
 
 
 def flattened(exemplar: Exemplar) -> Exemplar:
@@ -86,10 +86,10 @@ def flattened(exemplar: Exemplar) -> Exemplar:
         raise ParameterError(f"flatten: the plane {name} holds {base.kind.value}, not colours; only those have light.")
     if exemplar.toroidal:
         raise ParameterError("flatten: the exemplar continues across its borders, so its light does, too; drop one.")
-    light, visible = _seen_light(exemplar)
+    light, visible = _visible_light(exemplar)
     if not visible.any():
         return exemplar
-    gain = uneven_light(light, visible).gain[..., None]
+    gain = fit_illumination(light, visible).gain[..., None]
     even = to_linear(base).astype(np.float64)
     with np.errstate(all="ignore"):  # what is masked out may hold anything
         even[..., : base.channels - base.alpha] /= gain
@@ -107,7 +107,7 @@ def clipped(before: Plane, after: Plane) -> float:
     return float((white[1] & ~white[0]).mean())
 
 
-def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
+def _visible_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
     """Return the linear light of the colours (H, W, 1 or 3), and which px are usable, finite and not transparent."""
     base = exemplar.base
     samples = to_linear(base)
@@ -121,14 +121,14 @@ def _seen_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
     return np.where(visible[..., None], light, 0.0), visible
 
 
-class UnevenLight(NamedTuple):
+class FittedIllumination(NamedTuple):
     """Illumination: divided by the gain, a picture is even; multiplied by it, it is as it was."""
 
     gain: Floats  # (H, W), 1 on average
     strength: float  # R^2, 0 to 1: share of the variance of log luminance; below 0.1 negligible
 
 
-def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
+def fit_illumination(light: Floats, visible: Mask) -> FittedIllumination:
     """Return the illumination of scene-linear colours (H, W, 1 or 3), which are 0 where not visible.
 
     The surface is fitted to the mean luminance of PARTS parts along each side, at most one a px: so the dark px of
@@ -137,12 +137,12 @@ def uneven_light(light: Floats, visible: Mask) -> UnevenLight:
     """
     luminance = light @ np.array(LUMINANCE if light.shape[2] == 3 else (1.0,))
     if luminance.max() <= 0:
-        return UnevenLight(np.ones(luminance.shape), 0.0)
+        return FittedIllumination(np.ones(luminance.shape), 0.0)
     surface, strength = _surface(luminance, visible)
     gain = np.exp(surface)
     gain /= gain[visible].mean()
     gain = np.maximum(np.rint(gain * GAIN_STEPS), 1.0) / GAIN_STEPS
-    return UnevenLight(gain, strength)
+    return FittedIllumination(gain, strength)
 
 
 def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:

@@ -28,7 +28,7 @@ from ..foundation.blend import Blend, Mixing
 from ..foundation.geometry import ISOMETRIES
 from ..model.image import Kind, Plane
 from . import Curve
-from .vote_kernels import LIMB, Reach, Voters, add_votes, settle_vectors, vote_label
+from .vote_kernels import LIMB, Reach, VoteGroups, add_votes, encode_vectors, vote_label
 
 if TYPE_CHECKING:
     from . import warped_kernels
@@ -96,7 +96,7 @@ class NormalCoding:
         samples = samples.astype(np.float32) if half else samples
         out = np.empty((*first.shape, 3), np.float64 if half else samples.dtype)
         top = samples.dtype.type(self.top)
-        settle_vectors(samples, self.turn(), first, top, self.signed, total, weight, out)
+        encode_vectors(samples, self.turn(), first, top, self.signed, total, weight, out)
         return out.astype(self.dtype, copy=False)
 
     def turned(self, codes: Array, pose: NDArray[np.integer[Any]]) -> Array:
@@ -186,7 +186,7 @@ class Colours:
         """Channels without opacity."""
         return int(self.samples.shape[-1]) - self.curve.alpha
 
-    def squares(self, plan: Voters) -> Float64 | None:
+    def squares(self, plan: VoteGroups) -> Float64 | None:
         """Return zeros for sums of squared weights; None where they are not needed."""
         return np.zeros(plan.shape) if self.spread else None
 
@@ -224,7 +224,7 @@ class Integers(Colours):
         """The light of the colours, in two limbs."""
         return limbs_of(self.light[:, :-1])
 
-    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+    def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         plain, squares = room_for(plan.shape, self.colours, np.int64), self.squares(plan)
         add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, plain, squares)
         codes = self._rounded(*plain, squares)
@@ -272,14 +272,14 @@ class Integers(Colours):
 class Floats(Colours):
     """Blending in float64; where all votes agree, an exact copy."""
 
-    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+    def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         codes, weight = self._mixed(plan, reach, None)
         if self.curve.alpha:
             seen, opaque = self._mixed(plan, reach, self.light[:, -1])
             codes[..., :-1] = np.where((opaque > 0)[..., None], seen[..., :-1], codes[..., :-1])
         return codes, weight
 
-    def _mixed(self, plan: Voters, reach: Reach, opacity: Array | None) -> tuple[Array, Array]:
+    def _mixed(self, plan: VoteGroups, reach: Reach, opacity: Array | None) -> tuple[Array, Array]:
         first = np.full(plan.shape, -1)
         total, weight = sums = room_for(plan.shape, self.samples.shape[1], np.float64)
         squares = self.squares(plan)
@@ -316,7 +316,7 @@ class Normals:
     light: Array  # (N, 3) vectors
     coding: NormalCoding
 
-    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+    def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         first = np.full(plan.shape, -1)
         total, weight = sums = room_for(plan.shape, 3, np.float64)
         add_votes((plan, reach), self.light, None, None, self.coding.turn(), first, sums, None)
@@ -355,7 +355,7 @@ class Labels:
         names, ranks = np.unique(samples[:, 0] if samples.shape[1] == 1 else samples, axis=0, return_inverse=True)
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
-    def vote(self, plan: Voters, reach: Reach) -> tuple[Array, Array]:
+    def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         out, weight = np.zeros(plan.shape, np.int32), np.zeros(plan.shape, np.int64)
         todo = [(0, plan.shape[0], 4)]
         while todo:  # few pixels have votes for more than four labels; there, take fewer rows with more slots

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..foundation.arrays import Array, Int16, Int32, Int64, Mask
 from ..foundation.filters import fast_length, lowest
-from ..kernels import paths
+from ..kernels import shortest_paths
 from . import block_sums, enlarged, factor_for
 
 DIRECTIONS = 12
@@ -63,7 +63,7 @@ def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines
     """Return the outlines of features (H, W, C), those of large exemplars from a reduced copy."""
     factor = factor_for(picture.shape)
     small = picture if factor == 1 else np.asarray(block_sums(picture, factor) // factor**2, np.int16)
-    most, along, mean = _answers(small, toroidal)
+    most, along, mean = _filter_responses(small, toroidal)
     if usable is not None:
         # Only pixels without unusable ones within 3 px: the edge of the mask is no outline.
         whole = block_sums(usable, factor) == factor * factor
@@ -82,7 +82,7 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
     return np.asarray(enlarged(far * found.factor, shape, found.factor), np.int32)
 
 
-def _answers(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
+def _filter_responses(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
     """Return the responses of the filters in every pixel: the most, those along axes, and the mean of all; int64."""
     scale = max(min(picture.shape[:2]) / USUAL, LEAST)
     filters = [_filter(k, scale) for k in range(DIRECTIONS)]
@@ -154,7 +154,7 @@ WIDEST = 3  # no course is higher than this part of the exemplar
 CLEAR = 4.3  # times as sure on lines as halfway between. Of seven walls 4.7 to 21; of ripples 4.0, bark 2.8, cloth 2.3
 
 
-class Lines(NamedTuple):
+class CourseLines(NamedTuple):
     """Lines between courses, in order.
 
     ``axis``: 0 where they run along rows, 1 where along columns; ``at`` (K, n) int32: of every line the row in each
@@ -178,7 +178,7 @@ class Lines(NamedTuple):
         return f"{len(self.at)} lines run across it between courses {size} px {('high', 'wide')[self.axis]}"
 
 
-def lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Lines | None:
+def course_lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> CourseLines | None:
     """Return the lines between the courses of a picture of this shape, from its outlines; None if it has none."""
     both = [_along(axis, found.sure(found.along[axis]), toroidal) for axis in (0, 1)]
     courses = [lines for lines in both if lines is not None]
@@ -209,12 +209,12 @@ def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
     From column to column it keeps its row, or goes one up or down, which costs `bend`. Of equal
     paths it is the one that ends uppermost, and keeps its row longest before its end.
     """
-    total = paths.accumulate(np.ascontiguousarray(-sure.T), bend)
+    total = shortest_paths.accumulate(np.ascontiguousarray(-sure.T), bend)
     end = int(total[-1].argmin())
-    return paths.trace(total, end, bend), -int(total[-1, end])
+    return shortest_paths.trace(total, end, bend), -int(total[-1, end])
 
 
-def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
+def _along(axis: int, sure: Array, toroidal: bool) -> CourseLines | None:
     """Return the lines between courses along one axis, found in the order of their sureness; None if there are none."""
     sure = np.ascontiguousarray(sure if axis == 0 else sure.T)
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
@@ -235,7 +235,7 @@ def _along(axis: int, sure: Array, toroidal: bool) -> Lines | None:
     clear = _clear(sure, at, toroidal)
     if int(gaps.max()) * WIDEST > h * w or clear < CLEAR:
         return None
-    return Lines(axis, at, clear)
+    return CourseLines(axis, at, clear)
 
 
 def _goes_through(sure: Array) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import files
-from intarsia.analysis.light import Slope, clipped, slope_of
+from intarsia.analysis.illumination import Illumination, clipped, illumination_of
 from intarsia.cli import cli
 from intarsia.lattice import lattice_of
 from intarsia.model.image import Transfer
@@ -51,22 +51,22 @@ def sides(plane: ia.Plane) -> float:
 
 def test_a_slope_is_found_and_taken_off() -> None:
     lit = ia.Exemplar.of(light_on(brick()))
-    assert slope_of(lit, 20).strong
-    assert slope_of(lit, 20).factor == pytest.approx(2.4, abs=0.35)
+    assert illumination_of(lit, 20).strong
+    assert illumination_of(lit, 20).factor == pytest.approx(2.4, abs=0.35)
     even = ia.flattened(lit)
     assert sides(lit.base) > 1.7
     assert sides(even.base) == pytest.approx(1, abs=0.06)
-    assert not slope_of(even, 20).strong
+    assert not illumination_of(even, 20).strong
 
 
 def test_light_is_told_of_only_where_it_is_most_of_what_parts_differ_by() -> None:
     """At least 30 % of their differences are one slope, which is half a stop or more."""
     for share, factor, strong in ((0.29, 3, False), (0.31, 1.5, True), (0.9, 1.39, False), (0.9, 1.41, True)):
-        assert Slope(share, factor).strong == strong
+        assert Illumination(share, factor).strong == strong
     patchy = brick().samples.astype(float)
     y, x = np.mgrid[:256, :256] // 32
     patchy *= np.where((5 * y + 3 * x + y * x) % 7 < 3, 0.35, 1)[..., None]  # parts that are dark of themselves
-    found = slope_of(ia.Exemplar.of(light_on(brick().like(patchy.astype(np.uint8)), 4.0)), 20)
+    found = illumination_of(ia.Exemplar.of(light_on(brick().like(patchy.astype(np.uint8)), 4.0)), 20)
     assert 0.05 < found.share < 0.3
     assert found.factor > 1.4
     assert not found.strong
@@ -75,13 +75,13 @@ def test_light_is_told_of_only_where_it_is_most_of_what_parts_differ_by() -> Non
 @pytest.mark.parametrize("name", ["brick", "gravel", "pebbles", "stones", "tiles"])
 def test_even_exemplars_have_no_strong_slope(name: str) -> None:
     e = ia.read(f"sample:{name}")
-    assert not slope_of(e, elements(e).size).strong
+    assert not illumination_of(e, elements(e).size).strong
 
 
 def test_too_few_elements_say_nothing() -> None:
     lit = ia.Exemplar.of(light_on(brick(64)))
-    assert slope_of(lit, 30).factor == 1
-    assert slope_of(ia.Exemplar.of(np.full((3, 3), 9, np.uint8)), 1).factor == 1
+    assert illumination_of(lit, 30).factor == 1
+    assert illumination_of(ia.Exemplar.of(np.full((3, 3), 9, np.uint8)), 1).factor == 1
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "float16", "float32", "float64"])
@@ -134,7 +134,7 @@ def test_what_has_no_light_is_refused() -> None:
         ia.flattened(height)
     with pytest.raises(ia.ParameterError, match="continues across its borders"):
         ia.flattened(ia.Exemplar.of(texture(20, 20), toroidal=True))
-    assert slope_of(height, 5).factor == 1
+    assert illumination_of(height, 5).factor == 1
 
 
 @pytest.mark.parametrize("name", ["brick", "tiles"])

@@ -28,8 +28,8 @@ from ..foundation.blend import Finish, Levelling
 from ..foundation.filters import fast_length, moving_sums
 from ..foundation.geometry import Box
 from ..foundation.run import Run
-from . import Ground
-from .steps_kernels import Surroundings, seam_steps
+from . import SourceAtlas
+from .tone_kernels import Surroundings, seam_steps
 
 MAX_RADIUS = 1024
 """The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
@@ -44,8 +44,8 @@ _BITS, _OPACITY = 16, 8  # of a value, of a weight
 _SIDE = 512  # px of a cell, at least: several threads share those of a picture
 
 
-def finished(
-    draw: Callable[[Box], Array], ground: Ground, alpha: bool, box: Box, finishes: tuple[Finish, ...], run: Run
+def tone_corrected(
+    draw: Callable[[Box], Array], ground: SourceAtlas, alpha: bool, box: Box, finishes: tuple[Finish, ...], run: Run
 ) -> Array:
     """Draw a box of the map, in px of the map, and apply the tone corrections; `draw` draws a box of the canvas.
 
@@ -62,7 +62,7 @@ def finished(
     return codes
 
 
-def _levelled(codes: Array, ground: Ground, alpha: bool, box: Box, how: Levelling, run: Run) -> Array:
+def _levelled(codes: Array, ground: SourceAtlas, alpha: bool, box: Box, how: Levelling, run: Run) -> Array:
     """Return the codes (h, w, C) of a box after one tone correction."""
     s = ground.scale
     out, radius = codes.copy(), how.radius * s
@@ -74,7 +74,7 @@ def _levelled(codes: Array, ground: Ground, alpha: bool, box: Box, how: Levellin
     ]
     colours = _Colours.of(ground, alpha)
     size = [fast_length(min(n, side) + 2 * radius) for n in out.shape[:2]]
-    spread = fft.rfft2(potential(radius), size)
+    spread = fft.rfft2(greens_function(radius), size)
     with run.pool() as each:
 
         def level(cell: Box) -> None:
@@ -95,7 +95,7 @@ def _levelled(codes: Array, ground: Ground, alpha: bool, box: Box, how: Levellin
     return out
 
 
-def _steps_around(ground: Ground, around: Surroundings, cell: Box, radius: int) -> Int32:
+def _steps_around(ground: SourceAtlas, around: Surroundings, cell: Box, radius: int) -> Int32:
     """Return the divergence of the steps in a cell, in px of the plane, and `radius` px to all sides of it.
 
     Beyond the border of the canvas it is mirrored: otherwise a seam that ends there would be corrected less.
@@ -123,7 +123,7 @@ class _Colours:
     spread: Floats  # (C, 2): least and greatest code of the exemplars
 
     @classmethod
-    def of(cls, ground: Ground, alpha: bool) -> _Colours:
+    def of(cls, ground: SourceAtlas, alpha: bool) -> _Colours:
         codes, usable = ground.samples[:, : ground.samples.shape[1] - alpha], ground.usable
         weights = _opacity(ground.samples[:, -1]) if alpha else None
         if usable is not None:
@@ -182,7 +182,7 @@ def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> I
 
 
 @lru_cache(maxsize=8)
-def potential(radius: int) -> Int64:
+def greens_function(radius: int) -> Int64:
     """Return the lattice Green's function up to `radius` px from a point: (2 radius - 1, 2 radius - 1), in 2**-FINE.
 
     Its discrete Laplacian is 1 at the point, and about 0 elsewhere near it: convolved with the

@@ -26,7 +26,7 @@ MARGIN = 2  # px that are covered besides; halved: 166, doubled: 167, by 8 px to
 FAR_UP = 1 << 20  # above any feature
 
 
-def rim_of(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
+def defect_rim(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
     """Return by how many px a hole must grow to cover a rim of the defect; 0 if none is found.
 
     `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): pixels to compare with.

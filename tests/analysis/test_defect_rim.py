@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 import intarsia as ia
-from intarsia.analysis import features, rim
+from intarsia.analysis import defect_rim, features
 from intarsia.cli import cli
 from intarsia.foundation.run import draw
 from intarsia.tasks.completion import grown_hole
@@ -32,7 +32,7 @@ def stained(colour: tuple[int, int, int] = (200, 20, 160)) -> NDArray[np.uint8]:
 
 
 def rim_of(pixels: NDArray[np.uint8], hole: Mask) -> int:
-    return rim.rim_of(features.features([ia.Exemplar.of(pixels)]).pictures[0], hole)
+    return defect_rim.defect_rim(features.features([ia.Exemplar.of(pixels)]).pictures[0], hole)
 
 
 @pytest.mark.parametrize("left", [2, 5, 9])
@@ -82,7 +82,7 @@ def round_holes(height: int, width: int, count: int) -> list[Mask]:
 def test_round_holes_in_built_in_textures_have_no_rim(name: str) -> None:
     picture = features.features([ia.read(f"sample:{name}")]).pictures[0]
     for hole in round_holes(*picture.shape[:2], 12):
-        assert rim.rim_of(picture, hole) == 0
+        assert defect_rim.defect_rim(picture, hole) == 0
 
 
 def test_round_holes_in_photographs_have_hardly_ever_a_rim(textures: dict[str, Path], thorough: bool) -> None:
@@ -93,7 +93,7 @@ def test_round_holes_in_photographs_have_hardly_ever_a_rim(textures: dict[str, P
             picture = features.features([ia.read(path)]).pictures[0]
             for hole in round_holes(*picture.shape[:2], 6):
                 asked += 1
-                seen += rim.rim_of(picture, hole) > 0
+                seen += defect_rim.defect_rim(picture, hole) > 0
     assert asked > (200 if thorough else 50)
     assert seen <= asked // 200
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from analysis import naive_masking
 
+from intarsia.analysis.contrast_masking import FULL, MOST, visibility
 from intarsia.analysis.features import features
-from intarsia.analysis.masking import MOST, ONCE, visibility
 from intarsia.model import Exemplar
 from intarsia.testing import noise, texture
 
@@ -36,8 +36,8 @@ def test_a_step_is_seen_where_nothing_changes_and_hidden_by_grain() -> None:
     seen = np.full((40, 60, 1), 500, np.int16)
     seen[:, 30:, 0] += (noise(40, 30, 1) >> np.uint64(55)).astype(np.int16)
     found = visibility(seen, KNEE)
-    assert (found[:, :27] == ONCE * MOST).all()
-    assert ONCE // MOST < found[:, 34:].mean() < ONCE
+    assert (found[:, :27] == FULL * MOST).all()
+    assert FULL // MOST < found[:, 34:].mean() < FULL
     assert (visibility(seen, 4 * KNEE) >= found).all()
 
 

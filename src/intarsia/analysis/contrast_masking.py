@@ -11,7 +11,7 @@ import numpy as np
 from ..foundation.arrays import Int16, Mask
 from ..foundation.filters import moving_sums
 
-ONCE = 128  # the factor is 1 where neighbours differ by the threshold (knee) of seam costs on average,
+FULL = 128  # the factor is 1 where neighbours differ by the threshold (knee) of seam costs on average,
 MOST = 2  # factors are limited to this and its inverse; they follow the root of that difference
 RADIUS = 2  # px around every pixel in which contrast hides a step
 
@@ -20,7 +20,7 @@ def visibility(picture: Int16, knee: int, usable: Mask | None = None, toroidal: 
     """Return the weight of a difference at every pixel of an exemplar, from the differences of neighbours around it.
 
     `knee`: threshold of the truncated quadratic seam cost, in units of the features. Other arguments as for
-    :func:`intarsia.analysis.popout.popout`.
+    :func:`intarsia.analysis.saliency.saliency_map`.
 
     Returns
     -------
@@ -40,4 +40,4 @@ def visibility(picture: Int16, knee: int, usable: Mask | None = None, toroidal: 
     for axis in (1, 2):
         found = moving_sums(found, axis, RADIUS, "wrap" if toroidal else "constant")
     times = np.clip(np.sqrt(knee * found[1] / np.maximum(found[0], 1)), 1 / MOST, MOST)
-    return np.asarray(ONCE * times, np.int16)
+    return np.asarray(FULL * times, np.int16)
