@@ -147,7 +147,7 @@ WEIGHED = tuple(part for part in PARTS if part is not TEXTURE)  # what others ar
 
 def faults(one: Score) -> NDArray[np.float64]:
     """What each part takes away, before its weight."""
-    return np.array([(one.grain if p.grainy else 1.0) * (1 - one.parts[p.name].worth) ** 0.5 for p in PARTS])
+    return np.array([(one.grain if p.grainy else 1.0) * (1 - one.parts[p.name].normalised) ** 0.5 for p in PARTS])
 
 
 def fitted(steps: NDArray[np.float64], counts: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -429,9 +429,9 @@ def case_best_tile() -> list[Result]:
 
 def case_parallel() -> list[Result]:
     """From a ready analysis, rendering included; then the finest level of a map that is known down to it."""
-    from intarsia.corrections.descent import Corrections, Descent
+    from intarsia.corrections.pyramid import CorrectionParameters, PyramidSynthesis
     from intarsia.corrections.span import Span
-    from intarsia.corrections.stack import Look, exemplar_stack
+    from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
     from intarsia.model.canvas import Canvas
 
     exemplar, method = ia.Exemplar.of(pixels()), ia.ParallelControllable()
@@ -440,19 +440,21 @@ def case_parallel() -> list[Result]:
     large = np.asarray(ia.synthesize(pixels(), 512, ia.ImageQuilting(patch=64), seed=1, run=ONE).render(run=ONE))
 
     def analysed(picture: Any = None) -> None:
-        exemplar_stack(ia.Exemplar.of(pixels() if picture is None else picture), Look.of(method))
+        exemplar_stack(ia.Exemplar.of(pixels() if picture is None else picture), ComparisonSettings.of(method))
 
-    descent = Descent(exemplar_stack(exemplar, Look.of(method)), Corrections.of(method), 1)
+    descent = PyramidSynthesis(
+        exemplar_stack(exemplar, ComparisonSettings.of(method)), CorrectionParameters.of(method), 1
+    )
     spans = descent._spans(Span(0, 1024, 0), Span(0, 1024, 0))
     coords = descent._first(spans, None)
     for level in range(len(spans) - 1, 0, -1):
         if level < len(spans) - 1:
-            coords = descent._handed_down(coords, level, spans, None)
-        if level < descent._mended:
+            coords = descent._upsampled(coords, level, spans, None)
+        if level < descent._corrected_levels:
             coords = descent._corrected(coords, level, spans[level], ONE)
         elif edge := descent._margin(level):
             coords = coords[edge:-edge, edge:-edge]
-    finest = descent._handed_down(coords, 0, spans, None)
+    finest = descent._upsampled(coords, 0, spans, None)
     box = ia.Box(10**6, -(10**6), 10**6 + 64, 64 - 10**6)
     return [
         timed("parallel-controllable, 1024x1024 from a ready analysis", 7,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from intarsia.analysis.features import Features, features
 from intarsia.foundation.geometry import Wrap
-from intarsia.judging import drawn, known_of
+from intarsia.judging import reference_scales, render_features
 from intarsia.judging.parts import mean_step, sources_of
 from intarsia.judging.sources import ASKED, STEP, Level
 from intarsia.judging.windows import nearest
@@ -44,7 +44,10 @@ def beside(exemplars: Sequence[Exemplar], smap: SourceMap) -> dict[str, float]:
     seams = seam_total(feats, exemplars, smap) / (smap.height * smap.width) / max(usual, 1e-9) / 2
     counts = [c if e.usable is None else c[e.usable] for c, e in zip(smap.usage(), exemplars, strict=True)]
     unshown = sum(int((c == 0).sum()) for c in counts) / max(sum(c.size for c in counts), 1)
-    return far_off(pictures, exemplars, drawn(pictures, smap)) | {"seams": 100 * seams, "unshown": 100 * unshown}
+    return far_off(pictures, exemplars, render_features(pictures, smap)) | {
+        "seams": 100 * seams,
+        "unshown": 100 * unshown,
+    }
 
 
 def seam_total(feats: Features, exemplars: Sequence[Exemplar], smap: SourceMap) -> int:
@@ -67,7 +70,7 @@ def of_picture(exemplar: Exemplar, output: Exemplar) -> dict[str, float]:
 
 def far_off(pictures: Sequence[Picture], exemplars: Sequence[Exemplar], output: Picture) -> dict[str, float]:
     """How many windows are farther from the exemplar than nine of ten of its own, and of it from the output."""
-    known = known_of(pictures, exemplars)
+    known = reference_scales(pictures, exemplars)
     held = known.reduced(output)
     strange, lost = list[float](), list[float]()
     for found in sources_of(known.reference, held)[:SIZES]:

@@ -31,7 +31,7 @@ FLOORS = (
     {"request", "synthesis"},
     {"giant", "tasks"},
     {"cli", "published", "testing"},
-    {"studio.beside"},
+    {"studio.workers"},
     {"studio"},
     {"cli.commands"},
     {"__init__"},

@@ -50,12 +50,12 @@ _NAMES = {
     "synthesis": "Synthesis synthesize",
     "tasks.advection": "advect",
     "tasks.completion": "Margins extend heal",
-    "tasks.inspection": "Findings analyze",
+    "tasks.exemplar_analysis": "Findings analyze",
     "tasks.repair": "repair",
     "tasks.report": "report",
     "tasks.scoring": "score",
     "tasks.tileable": "tile",
-    "tasks.warming": "warm",
+    "tasks.precompile": "warm",
 }
 """Module -> its public names; __init__.pyi repeats them for type checkers."""
 

@@ -47,13 +47,13 @@ from .tasks.advection import advect as advect
 from .tasks.completion import Margins as Margins
 from .tasks.completion import extend as extend
 from .tasks.completion import heal as heal
-from .tasks.inspection import Findings as Findings
-from .tasks.inspection import analyze as analyze
+from .tasks.exemplar_analysis import Findings as Findings
+from .tasks.exemplar_analysis import analyze as analyze
+from .tasks.precompile import warm as warm
 from .tasks.repair import repair as repair
 from .tasks.report import report as report
 from .tasks.scoring import score as score
 from .tasks.tileable import tile as tile
-from .tasks.warming import warm as warm
 
 __version__: str
 __all__: list[str]

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from .foundation import AUTO_METHOD, InputError, MethodError, ParameterError, chosen, expect, lazy, size_of
 from .foundation.arrays import Array, Pair
 from .foundation.blend import Blend, Finish
-from .foundation.geometry import Box, Wrap, laid, shared
+from .foundation.geometry import Box, Wrap, overlap_range, patch_starts
 from .foundation.run import Run, check_seed, run_of
 from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .model import Exemplar
@@ -189,13 +189,17 @@ class Plan:
     @property
     def patches(self) -> int | None:
         """The number of patches that will be placed; None for methods that place none, and around a start."""
-        return math.prod(len(laid(*axis)[0]) for axis in self._axes) if self._axes else None
+        return math.prod(len(patch_starts(*axis)[0]) for axis in self._axes) if self._axes else None
 
     @property
     def overlaps(self) -> dict[str, list[int]]:
         """Least and most overlap of neighbours in px along rows and columns; empty if they do not overlap."""
         its = traits(self.method)
-        return {} if its.pitch == its.footprint else {k: [*shared(*a)] for k, a in zip("yx", self._axes, strict=False)}
+        return (
+            {}
+            if its.pitch == its.footprint
+            else {k: [*overlap_range(*a)] for k, a in zip("yx", self._axes, strict=False)}
+        )
 
     @property
     def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:

@@ -14,7 +14,7 @@ import intarsia as ia
 from intarsia.analysis import defect_rim, features
 from intarsia.cli import cli
 from intarsia.foundation.run import draw
-from intarsia.tasks.completion import grown_hole
+from intarsia.tasks.completion import dilated_hole
 
 Mask = NDArray[np.bool_]
 
@@ -42,8 +42,8 @@ def test_a_rim_is_seen_and_what_is_told_covers_it(left: int) -> None:
     more = rim_of(pixels, hole)
     defect = disc(*pixels.shape[:2], 90, 150, 40)
     assert left <= more <= left + 6
-    assert not (defect & ~grown_hole(hole, more)).any()
-    assert rim_of(pixels, grown_hole(hole, more)) == 0
+    assert not (defect & ~dilated_hole(hole, more)).any()
+    assert rim_of(pixels, dilated_hole(hole, more)) == 0
 
 
 def test_a_part_of_a_rim_is_seen() -> None:

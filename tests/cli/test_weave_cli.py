@@ -19,7 +19,7 @@ import intarsia as ia
 from intarsia import disk
 from intarsia.cli import Interrupted, cli
 from intarsia.files import read_plane, read_recipe
-from intarsia.giant.exports import HeldStore, TiffStore, TileStore
+from intarsia.giant.exports import BufferedStore, TiffStore, TileStore
 from intarsia.testing import as_depth, texture
 
 LAID = ["--method", "near-regular", "--lattice", "20,0 0,17", "--block", "16", "--border", "4"]
@@ -114,10 +114,10 @@ def test_a_picture_that_is_stopped_leaves_nothing(out: str, name: str, here: Pat
 @pytest.mark.parametrize("out", ["o.png", "o.tif", "o"])
 def test_of_planes_that_are_stopped_none_is_left(out: str, here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The first is whole by then."""
-    before, kind = sorted(os.listdir(here)), {"o.png": HeldStore, "o.tif": TiffStore, "o": TileStore}[out]
+    before, kind = sorted(os.listdir(here)), {"o.png": BufferedStore, "o.tif": TiffStore, "o": TileStore}[out]
     fill = kind.fill
 
-    def filled(store: HeldStore, *given: Any) -> None:
+    def filled(store: BufferedStore, *given: Any) -> None:
         if "_height" in store.path.name:
             raise Interrupted
         fill(store, *given)

@@ -39,7 +39,7 @@ class NaiveFlow:
         y, x = u[0] % self.size[0], u[1] % self.size[1]
         return divmod(int(self.nearest[y * self.size[1] + x]), self.size[1]) if len(self.nearest) else (y, x)
 
-    def carried(self, s: Map, steps: Any, lot: tuple[int, int]) -> tuple[Map, set[Pixel]]:
+    def moved(self, s: Map, steps: Any, lot: tuple[int, int]) -> tuple[Map, set[Pixel]]:
         """Return the moved map, and which pixels are torn."""
         out, away = {}, {}
         for p in self.pixels():

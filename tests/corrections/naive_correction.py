@@ -181,7 +181,9 @@ class NaiveGuide:
         assert best is not None
         return best[1]
 
-    def led(self, p: Pixel, s: Callable[[int, int], Pixel], toroidal: bool, drawn: Callable[[int], int]) -> Pixel:
+    def placed_by_guide(
+        self, p: Pixel, s: Callable[[int, int], Pixel], toroidal: bool, drawn: Callable[[int], int]
+    ) -> Pixel:
         """Begin again at the best of eight places, where what is wanted is neither here nor offered around."""
         least, (height, width) = self.apart(s(*p), p), self.open.shape
         if least <= self.enough:
@@ -217,7 +219,7 @@ class NaiveSynthesis:
     seed: int
     stage: int
     drawn: int = 1  # places for each of the large pieces
-    lie: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
+    orientation: Callable[[int, int, int], Matrix] = lambda level, y, x: UPRIGHT
     share: Callable[[Pixel, Pixel], float] | None = None  # of the jitter, at an output place and an exemplar pixel
     guides: list[NaiveGuide] = field(default_factory=list)  # of all levels, or none
     known: dict[tuple[int, int, int, int], Pixel] = field(default_factory=dict)
@@ -234,22 +236,26 @@ class NaiveSynthesis:
         return self.pixel(0, self._subpasses(0), y, x)
 
     def _subpasses(self, level: int) -> int:
-        return self.passes * self.side**2 if level < self._mended() else 0
+        return self.passes * self.side**2 if level < self._corrected_levels() else 0
 
-    def _mended(self) -> int:
+    def _corrected_levels(self) -> int:
         """Corrected are the three finest levels, and all up to the coarsest on which pixels were moved."""
         moved = [level + 1 for level in range(len(self.levels)) if self.jitter(level)]
         return max([min(3, len(self.levels)), *moved])
 
     def _next(self, level: int, after: int, y: int, x: int) -> Pixel:
         turn = divmod((after - 1) % self.side**2, self.side)
-        if (y % self.side, x % self.side) != turn or self._still(level, y, x):
+        if (y % self.side, x % self.side) != turn or self._without_jitter(level, y, x):
             return self.pixel(level, after - 1, y, x)
         return self.levels[level].corrected(
-            (y, x), lambda a, b: self.pixel(level, after - 1, a, b), self.rule, self.factor, self.lie(level, y, x)
+            (y, x),
+            lambda a, b: self.pixel(level, after - 1, a, b),
+            self.rule,
+            self.factor,
+            self.orientation(level, y, x),
         )
 
-    def _still(self, level: int, y: int, x: int) -> bool:
+    def _without_jitter(self, level: int, y: int, x: int) -> bool:
         """What none of the jitter holds for is corrected on the three finest levels alone, as without jitter."""
         if self.share is None or level < 3:
             return False
@@ -267,10 +273,12 @@ class NaiveSynthesis:
             return draw(self.seed, self.stage + 1, 8 * level + n, y, x)
 
         toroidal = self.levels[0].toroidal
-        return self.guides[level].led((y, x), lambda a, b: self.pixel(level, DESCENDED, a, b), toroidal, drawn)
+        return self.guides[level].placed_by_guide(
+            (y, x), lambda a, b: self.pixel(level, DESCENDED, a, b), toroidal, drawn
+        )
 
     def _fresh(self, level: int, after: int, y: int, x: int) -> Pixel:
-        if level != self.count - 2 or level < self._mended() or not self.jitter(level):
+        if level != self.count - 2 or level < self._corrected_levels() or not self.jitter(level):
             return self._moved(level, y, x, 0)
         places, around = [self._moved(level, y, x, n) for n in range(self.drawn)], []
         for dy in range(-2, 3):
@@ -293,10 +301,10 @@ class NaiveSynthesis:
     def _moved(self, level: int, y: int, x: int, number: int) -> Pixel:
         h = 1 << level
         if level == self.count - 1:
-            u = list(stepped(self.lie(level, y, x), h * y + h // 2, h * x + h // 2))
+            u = list(stepped(self.orientation(level, y, x), h * y + h // 2, h * x + h // 2))
         else:
             parent = self.pixel(level + 1, self._subpasses(level + 1), y // 2, x // 2)
-            step = stepped(self.lie(level, y, x), *((h * (2 * (c % 2) - 1)) // 2 for c in (y, x)))
+            step = stepped(self.orientation(level, y, x), *((h * (2 * (c % 2) - 1)) // 2 for c in (y, x)))
             u = [a + b for a, b in zip(parent, step, strict=True)]
         bits, r = draw(self.seed, self.stage, level + number * self.count, y, x), self.jitter(level)
         if self.share is not None:

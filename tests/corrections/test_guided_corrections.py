@@ -15,11 +15,11 @@ from search.test_guide import agreement, disc, got, labels, painted, regions
 import intarsia as ia
 from intarsia.corrections import guide as wanted
 from intarsia.corrections.appearance import bordered, stack_of, without_gaps
-from intarsia.corrections.descent import Corrections, Descent
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.parallel_controllable import decided
+from intarsia.corrections.pyramid import CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.span import Span
-from intarsia.corrections.stack import Look, exemplar_stack
+from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Plane
@@ -45,7 +45,7 @@ def grown(marks: Any, target: Any, method: Any = METHOD, **given: Any) -> Any:
 
 def guides(e: Exemplar, guide: Guide, method: ia.ParallelControllable) -> list[NaiveGuide]:
     """The plain twin's guide: full stacks, and scales that follow from the definition."""
-    stack = exemplar_stack(e, Look.of(method))
+    stack = exemplar_stack(e, ComparisonSettings.of(method))
     (source,), target = codes_of(guide, ia.Wrap.NONE)
     beside = list(stack_of(without_gaps(source, e), stack.count, (e.toroidal, e.toroidal)))
     over = list(stack_of(target, stack.count, (False, False)))
@@ -246,15 +246,17 @@ def test_a_lattice_is_kept_to() -> None:
 def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     marks = regions(96, 96)
     e, target = painted(marks), np.zeros((96, 96), np.uint8)
-    stack, guide = exemplar_stack(e, Look()), Guide(labels(marks), labels(target))
+    stack, guide = exemplar_stack(e, ComparisonSettings()), Guide(labels(marks), labels(target))
     pinned = ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))
     asked = StackGuide(Canvas(96, 96, guide=guide), stack)
-    descent = Descent(stack, Corrections.of(decided(pinned, e)), 1, asked)
+    descent = PyramidSynthesis(stack, CorrectionParameters.of(decided(pinned, e)), 1, asked)
     spans = descent._spans(Span(0, 96, 0), Span(0, 96, 0))
-    assert spans[0][0].start == -Corrections.of(decided(pinned, e)).margin - 1
+    assert spans[0][0].start == -CorrectionParameters.of(decided(pinned, e)).margin - 1
     coords = descent.window(Span(0, 96, 0), Span(0, 96, 0), ONE)
     assert coords.shape == (96, 96, 2)
-    free = Descent(stack, Corrections.of(decided(METHOD, e)), 1, StackGuide(Canvas(96, 96, guide=guide), stack))
+    free = PyramidSynthesis(
+        stack, CorrectionParameters.of(decided(METHOD, e)), 1, StackGuide(Canvas(96, 96, guide=guide), stack)
+    )
     assert (free.window(Span(0, 96, 0), Span(0, 96, 0), ONE) != coords).any()
 
 
@@ -290,6 +292,6 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_without_a_guide_the_site_holds_none() -> None:
     """An empty guide is a loop of no turns, and border positions are never asked for theirs."""
     e = painted(regions(40, 40))
-    assert all(not len(level.shown) + len(level.asked) for level in exemplar_stack(e, Look()).levels)
+    assert all(not len(level.shown) + len(level.asked) for level in exemplar_stack(e, ComparisonSettings()).levels)
     around = bordered(np.arange(6).reshape(2, 3), 1, False)
     assert around.shape == (4, 5)

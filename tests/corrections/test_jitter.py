@@ -17,7 +17,7 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.corrections.descent import spread_over
+from intarsia.corrections.pyramid import local_jitter
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
@@ -90,10 +90,10 @@ def test_shares_are_multiplied_and_rounded_to_the_nearest() -> None:
     coords = np.array([[[a + s, b] for b in (0, 2)] for a, s in ((0, -1), (0, 1), (3, 9))])
     exemplar = np.arange(12).reshape(4, 3) * 300
     output = np.array([[4096, 2048]] * 3)
-    got = spread_over(1 << 30, output, exemplar, coords)
+    got = local_jitter(1 << 30, output, exemplar, coords)
     read = [[exemplar[y % 4, x] for y, x in row] for row in coords.tolist()]
     assert got.tolist() == [[(near << 30) // 4096, (far << 29) // 4096] for near, far in read]
-    assert spread_over(3, np.array([[2048]]), np.array([[4096]]), coords).tolist() == [[2, 2]] * 3
+    assert local_jitter(3, np.array([[2048]]), np.array([[4096]]), coords).tolist() == [[2, 2]] * 3
 
 
 CONTROLS: list[dict[str, Any]] = [

@@ -8,8 +8,8 @@ from corrections.naive_memo import Memo
 
 import intarsia as ia
 from intarsia.corrections.correction_kernels import correct
-from intarsia.corrections.descent import Corrections
-from intarsia.corrections.stack import Look, exemplar_stack
+from intarsia.corrections.pyramid import CorrectionParameters
+from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar
 from intarsia.testing.cases import noise, texture
 
@@ -25,7 +25,7 @@ def test_the_pixel_of_least_distance_by_the_memo_is_taken(mask: tuple[float, ...
     """The mask weighs squared differences: a quarter in 2 px by default, and as it is said else."""
     method = ia.Correction2008(kappa=penalty, neighbourhood_mask=mask, k=3, channel_weights=(1, 1, 1), jitter=0)
     e = Exemplar.of(texture(SIDE, SIDE, 3, 5), toroidal=True)
-    level = exemplar_stack(e, Look.of(method)).levels[0].ready()
+    level = exemplar_stack(e, ComparisonSettings.of(method)).levels[0].ready()
     border, stride = level.border, level.stride
     inner = slice(border, border + SIDE)
     source = level.values.reshape(-1, stride, 3)[inner, inner]
@@ -39,7 +39,7 @@ def test_the_pixel_of_least_distance_by_the_memo_is_taken(mask: tuple[float, ...
     moved = np.moveaxis((torn % np.uint64(9)).astype(int) - 4, 0, 2) * often[..., None]
     coords = (np.stack(np.mgrid[:MAP, :MAP], axis=2) + moved + (5, 11)) % SIDE
     work = ((coords[..., 0] + border) * stride + coords[..., 1] + border).astype(np.int32)
-    at, rule = np.arange(STILL, MAP - STILL), np.array([2, 0, Corrections.of(method).factor])
+    at, rule = np.arange(STILL, MAP - STILL), np.array([2, 0, CorrectionParameters.of(method).factor])
     out = np.empty((len(at), len(at)), np.int32)
     correct(work, at, at, 0, len(at), level, rule, None, out)
     for i, y in enumerate(at):

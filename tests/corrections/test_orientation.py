@@ -11,8 +11,8 @@ import pytest
 from methods.test_parallel_controllable import BASE, ONE, SET, VARIANTS, naive, toy
 
 import intarsia as ia
-from intarsia.corrections.correction_kernels import remainders
-from intarsia.corrections.descent import Corrections
+from intarsia.corrections.correction_kernels import subpixel_offsets
+from intarsia.corrections.pyramid import CorrectionParameters
 from intarsia.corrections.span import SINES, Orientation
 from intarsia.foundation.field import Field
 from intarsia.foundation.geometry import Box
@@ -43,14 +43,14 @@ def test_framed_kernels_do_what_the_plain_twin_does(
     e, method = toy(toroidal=toroidal), replace(method, angle=angle, zoom=zoom)
     box = Box(-3, 1 << 20, 1, (1 << 20) + 5)
     got = method.window([e], box, 11, ONE)
-    twin, lie = naive(method, e, 11), Corrections.of(method).lie
+    twin, lie = naive(method, e, 11), CorrectionParameters.of(method).orientation
     assert lie is not None
 
     def matrix(level: int, y: int, x: int) -> tuple[int, ...]:
         h = 1 << level
         return tuple(lie.at(np.array([h * y + h // 2]), np.array([h * x + h // 2]))[0, 0].tolist())
 
-    twin.lie = matrix  # type: ignore[assignment]
+    twin.orientation = matrix  # type: ignore[assignment]
     expected = [[twin.final(y, x) for x in range(box.x0, box.x1)] for y in range(box.y0, box.y1)]
     assert got.yx.tolist() == [[list(u) for u in row] for row in expected]
 
@@ -118,7 +118,7 @@ def test_remainders_are_what_neighbours_foretell() -> None:
     coords = np.rint(true).astype(np.int32) + 100
     coords[:5, :7] += 40  # another piece
     out = np.empty((20, 24, 2), np.int32)
-    remainders(coords, frame, np.array([300, 300, 0]), out)
+    subpixel_offsets(coords, frame, np.array([300, 300, 0]), out)
     for i, k in ((0, 0), (1, 3), (2, 4), (10, 12), (19, 23)):
         near = []
         for oy in range(-3, 4):

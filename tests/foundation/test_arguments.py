@@ -16,7 +16,7 @@ from PIL import Image
 import intarsia as ia
 from intarsia.foundation.params import parameters
 from intarsia.model import Exemplar
-from intarsia.tasks.completion import grown_hole
+from intarsia.tasks.completion import dilated_hole
 from intarsia.testing.cases import texture
 
 SMALL = texture(24, 20, 3, 4)
@@ -411,7 +411,7 @@ def test_holes_are_what_is_not_black() -> None:
     ]  # fmt: skip
     for number, given in enumerate(many):
         assert ia.heal(SMALL, given, SIDE, run=ia.Run(1)).recipe["start"] == wanted, number
-    assert (grown_hole(hole() * np.uint16(256), 0) == hole()).all()
+    assert (dilated_hole(hole() * np.uint16(256), 0) == hole()).all()
     assert (Exemplar.of(SMALL, usable=hole() * np.uint16(256)).usable == hole()).all()
 
 

@@ -15,7 +15,7 @@ import intarsia as ia
 from intarsia.analysis.features import in_isometry
 from intarsia.cli import cli
 from intarsia.files import sample
-from intarsia.judging.parts import unlike
+from intarsia.judging.parts import texture_distance
 from intarsia.judging.sources import STEP, Reference, Sources
 from intarsia.judging.windows import poses
 from intarsia.synthesis import as_exemplars
@@ -47,7 +47,7 @@ def told_apart(exemplars: dict[str, ia.Exemplar], size: int) -> None:
     found = {(a, b): ia.score(e, made[b]) for a, e in exemplars.items() for b in made}
     right = {pair[0]: one for pair, one in found.items() if pair[0] == pair[1]}
     wrong = {pair: one for pair, one in found.items() if pair[0] != pair[1]}
-    assert {a: one.parts["texture"].worth for a, one in right.items()} == dict.fromkeys(exemplars, 1.0)
+    assert {a: one.parts["texture"].normalised for a, one in right.items()} == dict.fromkeys(exemplars, 1.0)
     assert {pair: one.total for pair, one in wrong.items() if one.total > 10} == {}
     assert {pair for pair, one in wrong.items() if one.verdict != "not this texture"} == set()
     assert min(one.total for one in right.values()) - max(one.total for one in wrong.values()) >= 30
@@ -100,14 +100,14 @@ def test_whatever_is_grown_is_of_its_texture(exemplars: list[ia.Exemplar], how: 
     size, wrap, poses_of = (how.get(k, v) for k, v in (("size", 300), ("wrap", "none"), ("isometries", None)))
     method = ia.Graphcut(isometries=poses_of) if poses_of else ia.Auto()
     made = ia.synthesize(exemplars, size, method, wrap=wrap, seed=2)
-    assert ia.score(exemplars, made.render()).parts["texture"].worth == 1
+    assert ia.score(exemplars, made.render()).parts["texture"].normalised == 1
 
 
 def test_a_large_exemplar_is_told_from_another() -> None:
     """Above 512 px both are looked at reduced."""
     large = (np.kron(sample(n).pixels[:200, :200], np.ones((3, 3, 1), np.uint8)) for n in ("stones", "pebbles"))
     stones, pebbles = large
-    assert ia.score(stones, np.roll(stones, 90, 0)).parts["texture"].worth == 1
+    assert ia.score(stones, np.roll(stones, 90, 0)).parts["texture"].normalised == 1
     assert ia.score(stones, pebbles).total <= 10
 
 
@@ -117,7 +117,7 @@ def test_the_same_with_a_defect_is_the_same_texture() -> None:
     marred[60:110, 60:110] = 20
     for exemplar, other in ((clean, marred), (marred, clean)):
         made = ia.synthesize(other, 300, seed=1)
-        assert ia.score(exemplar, made.render()).parts["texture"].worth == 1
+        assert ia.score(exemplar, made.render()).parts["texture"].normalised == 1
 
 
 def test_poses_are_those_of_pictures() -> None:
@@ -147,5 +147,5 @@ def test_it_is_the_product_of_three_plain_answers() -> None:
     differs = (off / (mine.std(axis=0) + wide + max(0.04 * wide.max(), 1))).mean()
     usual = level.own.mean() + 0.2 * level.unrelated
     assert mine.shape[1] == 3 * len(ORDERS)
-    assert unlike([found], 100) == pytest.approx(100 * far / usual * begun * differs)
-    assert unlike([], 0) == 0
+    assert texture_distance([found], 100) == pytest.approx(100 * far / usual * begun * differs)
+    assert texture_distance([], 0) == 0

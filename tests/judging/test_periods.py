@@ -88,5 +88,5 @@ def test_without_a_lattice_nothing_is_lost() -> None:
     free = np.random.default_rng(3).integers(0, 255, (96, 96, 3)).astype(np.int16)
     assert Reference((free, free), (None, None)).periods is None
     assert Reference((free,), (None,)).periods is None
-    assert ia.score(free.astype(np.uint8), free[::-1].astype(np.uint8)).parts["lattice"].worth == 1
-    assert still.parts["blurred"].worth == 0
+    assert ia.score(free.astype(np.uint8), free[::-1].astype(np.uint8)).parts["lattice"].normalised == 1
+    assert still.parts["blurred"].normalised == 0

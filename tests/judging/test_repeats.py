@@ -9,7 +9,7 @@ import numpy as np
 from judging.naive_parts import shown_again as plain
 from judging.naive_windows import blobs
 
-from intarsia.judging.parts import _again, shown_again
+from intarsia.judging.parts import _again, recurring_windows
 from intarsia.judging.sources import Reference, Sources
 
 
@@ -26,9 +26,9 @@ def test_it_is_what_plain_loops_find() -> None:
     at[7:13, 8:15] = at[0:6, 1:8] + rng.integers(-1, 2, (6, 7, 2))
     at[rng.random(at.shape[:2]) < 0.15] += 60
     for reach in (5, 9, 20):
-        assert (shown_again(told(at), reach) == plain(at, reach)).all()
-    assert shown_again(told(at), 20).any()
-    assert not shown_again(told(at), 5).all()
+        assert (recurring_windows(told(at), reach) == plain(at, reach)).all()
+    assert recurring_windows(told(at), 20).any()
+    assert not recurring_windows(told(at), 5).all()
 
 
 def test_a_chunk_that_returns_counts_and_its_pieces_do_not() -> None:

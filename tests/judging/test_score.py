@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter
 
 import intarsia as ia
 from intarsia.cli import cli
-from intarsia.judging import Score, Worth
+from intarsia.judging import PartScore, Score
 from intarsia.judging.parts import PARTS, TEXTURE
 from intarsia.judging.sources import Reference
 from intarsia.model.sourcemap import HOLE
@@ -55,7 +55,7 @@ def test_the_exemplar_itself_lacks_nothing() -> None:
 def test_tiles_are_the_bad_end_of_joins() -> None:
     reference = Reference(((blobs(128, 128, 1)),), (None,))
     found = ia.score((reference.pictures[0]).astype(np.uint16), reference.tiles.astype(np.uint16))
-    assert found.parts["joins"].worth < 0.1
+    assert found.parts["joins"].normalised < 0.1
     assert found.parts["joins"].bad > 5
 
 
@@ -114,7 +114,7 @@ def test_a_blur_is_seen_and_sharper_is_no_better() -> None:
 
 
 def test_total_is_the_formula_of_the_page() -> None:
-    parts = {p.name: Worth(p, 0.25 * p.good + 0.75 * (p.bad or 8.0), p.good, p.bad or 8.0) for p in PARTS}
+    parts = {p.name: PartScore(p, 0.25 * p.good + 0.75 * (p.bad or 8.0), p.good, p.bad or 8.0) for p in PARTS}
     found = Score(parts, 0.5)
     lost = sum(p.weight * (0.5 if p.grainy else 1) * 0.75**0.5 for p in PARTS if p is not TEXTURE)
     assert found.total == pytest.approx(0.25 * 100 * (1 - lost))

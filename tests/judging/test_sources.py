@@ -28,13 +28,13 @@ def test_a_piece_is_found_where_it_was_cut(level: Level) -> None:
     assert (at[..., 0] == rows * STEP // 2 + 5).all()
     assert (at[..., 1] == columns * STEP // 2 + 10).all()
     assert (found.distance == 0).all()
-    assert (found.changes == 0).all()
+    assert (found.join_costs == 0).all()
 
 
 def test_two_pieces_change_where_they_meet_and_nowhere_else(level: Level) -> None:
     found = sources(level, np.hstack([EXEMPLAR[:64, :32], EXEMPLAR[30:94, 60:92]]))
-    down, right = found.changes[1], found.changes[0]
-    assert found.changes.shape == (2, *found.number.shape)
+    down, right = found.join_costs[1], found.join_costs[0]
+    assert found.join_costs.shape == (2, *found.number.shape)
     across = np.flatnonzero(right.any(axis=0))
     assert across.min() >= 3
     assert across.max() <= 5  # windows of 16 px that reach over column 32
@@ -50,8 +50,8 @@ def test_what_goes_on_as_the_exemplar_does_is_no_change() -> None:
     level = Reference((wall,), (None,)).levels[0]
     kept = np.hstack([wall[:64, :40], wall[32:96, 40:80]])
     slipped = np.hstack([wall[:64, :40], wall[6:70, 45:85]])
-    assert (sources(level, kept).changes == 0).all()
-    assert sources(level, slipped).changes.sum() > 0
+    assert (sources(level, kept).join_costs == 0).all()
+    assert sources(level, slipped).join_costs.sum() > 0
 
 
 def test_a_step_of_tone_is_seen_by_its_tone_alone() -> None:
@@ -62,7 +62,7 @@ def test_a_step_of_tone_is_seen_by_its_tone_alone() -> None:
     even, stepped = (sources(level, p) for p in (slope[:128, :128], np.hstack([slope[:128, 128:], slope[:128, :64]])))
     assert even.steps.sum() == 0
     assert stepped.steps.max() >= 1000
-    assert stepped.steps.sum() > stepped.changes.sum()
+    assert stepped.steps.sum() > stepped.join_costs.sum()
 
 
 def test_neighbours_agree_where_two_windows_are_alike() -> None:

@@ -11,17 +11,17 @@ from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 import intarsia as ia
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
-from intarsia.corrections.descent import DRAWN, STAGE, Corrections, Descent
+from intarsia.corrections.pyramid import PLACES_DRAWN, STAGE, CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import (
     SEARCHED,
-    Look,
-    depths,
+    ComparisonSettings,
+    border_distances,
+    border_left_out,
     exemplar_stack,
     is_cloudy,
-    left_out,
-    px_apart,
-    similar_places,
+    jump_sets_of_grid,
+    jump_spacing,
 )
 from intarsia.foundation.geometry import Box, Wrap
 from intarsia.foundation.params import parameters, parse
@@ -44,18 +44,18 @@ def test_of_large_exemplars_similar_places_are_looked_for_of_so_many_px() -> Non
     """Up to 512 x 512 of them on every level; what is smaller is looked at px by px where its levels are."""
     for height, width in ((512, 512), (513, 512), (640, 900), (1024, 1024), (1030, 1024), (64, 9000)):
         for h in (1, 2, 4, 8, 16):
-            step = px_apart(h, height, width)
+            step = jump_spacing(h, height, width)
             assert step >= max(1, h // 2)
             assert height * width <= step * step * SEARCHED
             assert step == max(1, h // 2) or height * width > (step - 1) ** 2 * SEARCHED
-    assert [px_apart(h, 4096, 4096) for h in (1, 2, 4, 16)] == [3, 5, 8, 8]  # the border of a level is 2 h px wide
+    assert [jump_spacing(h, 4096, 4096) for h in (1, 2, 4, 16)] == [3, 5, 8, 8]  # the border of a level is 2 h px wide
 
 
 def test_pixels_between_take_what_lies_beside_the_jump_of_a_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
     """As if 20 x 20 px were many: every second px has places of its own, and all of them lie inside the exemplar."""
     e = Exemplar.of(texture(36, 40, 3, 8))
     monkeypatch.setattr(stack_of_levels, "SEARCHED", 400)
-    level = exemplar_stack(e, Look()).levels[0]
+    level = exemplar_stack(e, ComparisonSettings()).levels[0]
     inner = level.inner.reshape(-1, level.stride)
     at = {int(n): (y, x) for y, row in enumerate(inner) for x, n in enumerate(row) if n >= 0}
     for y in range(36):
@@ -70,27 +70,27 @@ def test_pixels_between_take_what_lies_beside_the_jump_of_a_neighbour(monkeypatc
 
 def naive(method: ia.ParallelControllable, e: Exemplar, seed: int) -> NaiveSynthesis:
     """The plain twin on the exemplar's own features and jump sets."""
-    look, rules, levels = Look.of(method), Corrections.of(method), []
+    look, rules, levels = ComparisonSettings.of(method), CorrectionParameters.of(method), []
     stack = exemplar_stack(e, look)
-    far = depths(e)
+    far = border_distances(e)
     for level in stack.levels:
         inner = slice(level.border, level.border + e.height), slice(level.border, level.border + e.width)
         if look.neighbourhood == "appearance":
             picture = unpacked_words(level.packed, level.stride)[inner]
         else:
             picture = level.values.reshape(-1, level.stride, level.values.shape[1])[inner]
-        closed = far <= left_out(level.h, far, is_cloudy(e))
-        cells = similar_places(level, closed, e.toroidal, look.k - 1)
+        closed = far <= border_left_out(level.h, far, is_cloudy(e))
+        cells = jump_sets_of_grid(level, closed, e.toroidal, look.k - 1)
         colours = _weights(look) if look.neighbourhood == "colour" else None
         levels.append(NaiveLevel(level.h, picture, e.toroidal, ~closed, cells, max(1, level.h // 2), colours))
     side = round(rules.subpasses**0.5)
     return NaiveSynthesis(
         (e.height, e.width), levels, stack.count, rules.spread, rules.factor, method.passes, side, rules.rule,
-        seed, STAGE, DRAWN,
+        seed, STAGE, PLACES_DRAWN,
     )  # fmt: skip
 
 
-def _weights(look: Look) -> list[float]:
+def _weights(look: ComparisonSettings) -> list[float]:
     """Of squared differences, as the memo has them: those that are given, or a Gaussian, a quarter in 2 px."""
     taps = [(dy, dx) for dy in (-2, -1, 0, 1, 2) for dx in (-2, -1, 0, 1, 2)]
     return list(look.neighbourhood_mask or (4.0 ** (-(dy * dy + dx * dx) / 4) for dy, dx in taps))
@@ -127,10 +127,10 @@ def test_the_kernels_do_what_the_plain_twin_does(method: ia.ParallelControllable
 def test_a_mask_weighs_pixels() -> None:
     """Colours are multiplied by the roots of the weights; a Gaussian unless others are given; 3 x 3 lie in 5 x 5."""
     e, colour = toy(), replace(MEMO, rule="near")
-    mask = exemplar_stack(e, Look.of(colour)).levels[0].roots.reshape(5, 5)
+    mask = exemplar_stack(e, ComparisonSettings.of(colour)).levels[0].roots.reshape(5, 5)
     assert mask[2].tolist() == [128, 215, 256, 215, 128]
     nine = replace(colour, neighbourhood_mask=(0.5, 1, 0, 1, 0.3, 1, 0.25, 0.125, 1))
-    mask = exemplar_stack(e, Look.of(nine)).levels[0].roots.reshape(5, 5)
+    mask = exemplar_stack(e, ComparisonSettings.of(nine)).levels[0].roots.reshape(5, 5)
     assert mask[1:4, 1:4].tolist() == [[181, 256, 0], [256, 140, 256], [128, 91, 256]]
     assert not mask[[0, 4]].any()
     assert not mask[:, [0, 4]].any()
@@ -207,7 +207,7 @@ def test_infinite_and_equal_prices() -> None:
     assert ia.ParallelControllable(kappa=float("inf")) == ia.ParallelControllable(kappa="inf")
     prices = {ia.synthesize(e, 120, replace(m, kappa=price)).map.digest for price in (1, 1.5, "inf")}
     assert len(prices) == 3
-    assert Corrections.of(replace(m, kappa=1.5)).factor == 576
+    assert CorrectionParameters.of(replace(m, kappa=1.5)).factor == 576
 
 
 def test_without_jumps_both_rules_are_one() -> None:
@@ -223,11 +223,11 @@ def test_without_jumps_both_rules_are_one() -> None:
 def test_jumps_lead_elsewhere(h: int, toroidal: bool, thorough: bool) -> None:
     """Never to the pixel itself or what lies beside it, and nowhere that is closed; of every pixel, or every fifth."""
     e = Exemplar.of(texture(60, 44, 3, 8), toroidal=toroidal)
-    level = exemplar_stack(e, Look(k=4)).levels[h.bit_length() - 1]
+    level = exemplar_stack(e, ComparisonSettings(k=4)).levels[h.bit_length() - 1]
     closed = np.zeros((60, 44), bool)
     closed[:5] = True
     table = level.table.reshape(-1, 32)
-    cells = similar_places(level, closed, toroidal, 3)
+    cells = jump_sets_of_grid(level, closed, toroidal, 3)
     step, apart = max(1, h // 2), max(3, h)
     found, least = 0, 0
     for i in range(cells.shape[0]):
@@ -255,11 +255,11 @@ def test_similar_places_go_on_beside_a_pixel(k: int, toroidal: bool) -> None:
     On average these are hardly further than the nearest of all, which are looked for one by one.
     """
     e = Exemplar.of(texture(61, 45, 3, 8), toroidal=toroidal)
-    level = exemplar_stack(e, Look(k=k)).levels[0]
+    level = exemplar_stack(e, ComparisonSettings(k=k)).levels[0]
     closed = np.zeros((61, 45), bool)
     closed[:5] = True
     table = level.table.reshape(-1, 32)
-    cells = similar_places(level, closed, toroidal, k - 1)
+    cells = jump_sets_of_grid(level, closed, toroidal, k - 1)
     own, least = [], []
     for y in range(cells.shape[0] - 1):
         for x in range((3 * y) % 4, cells.shape[1] - 1, 4):
@@ -325,7 +325,7 @@ def test_any_shape_will_do(shape: tuple[int, int], toroidal: bool) -> None:
     e = Exemplar.of(texture(*shape, 3, 2), toroidal=toroidal)
     out = ia.synthesize(e, (40, 50), ia.ParallelControllable(jitter=0.5), wrap="both", run=ONE)
     assert not out.map.holes.any()
-    assert len(exemplar_stack(e, Look(k=2)).levels) == sum(4 * (1 << n) < min(shape) for n in range(7))
+    assert len(exemplar_stack(e, ComparisonSettings(k=2)).levels) == sum(4 * (1 << n) < min(shape) for n in range(7))
 
 
 def test_large_exemplars_keep_their_coordinates() -> None:
@@ -394,14 +394,14 @@ def test_pixels_snap_where_there_is_a_lattice() -> None:
 def test_subpasses_settle_what_swings() -> None:
     """Corrected all at once, more pixels still move from the sixth pass to the seventh."""
     e, n = Exemplar.of(texture(64, 64, 3, 8)), 256
-    stack = exemplar_stack(e, Look(k=2))
+    stack = exemplar_stack(e, ComparisonSettings(k=2))
     start = ia.ParallelControllable(jitter=(1, 1, 0.5), passes=0).window([e], Box(0, 0, n, n), 3, ONE).yx
     moving = []
     for subpasses in (1, 4):
         maps = []
         for passes in (6, 7):
-            rules = Corrections((0,), 1024, passes, subpasses, "near")
-            done = Descent(stack, rules, 0)._corrected(start, 0, [(Span(0, n, 0), Span(0, n, 0))], ONE)
+            rules = CorrectionParameters((0,), 1024, passes, subpasses, "near")
+            done = PyramidSynthesis(stack, rules, 0)._corrected(start, 0, [(Span(0, n, 0), Span(0, n, 0))], ONE)
             edge = 60 - rules.margin
             maps.append(done[edge : len(done) - edge, edge : len(done) - edge])
         moving.append((maps[0] != maps[1]).any(axis=2).mean())
@@ -458,7 +458,9 @@ def test_what_cannot_work_is_refused() -> None:
 def test_margins_are_those_that_are_needed() -> None:
     """They stay bounded from level to level."""
     e = toy(100, 100)
-    descent = Descent(exemplar_stack(e, Look(k=2)), Corrections.of(replace(BASE, passes=2)), 0)
+    descent = PyramidSynthesis(
+        exemplar_stack(e, ComparisonSettings(k=2)), CorrectionParameters.of(replace(BASE, passes=2)), 0
+    )
     spans = descent._spans(Span(0, 1, 0), Span(0, 1, 0))
     assert [s[0].stop - s[0].start for s in spans][:4] == [33, 49, 57, 61]
     assert max(s[0].stop - s[0].start for s in spans) <= 1 + 2 * 34

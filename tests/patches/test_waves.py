@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import intarsia as ia
-from intarsia.foundation.geometry import apart, laid
+from intarsia.foundation.geometry import apart, patch_starts
 from intarsia.patches import WindowGrid, window_batches
 from intarsia.testing import texture
 
@@ -17,7 +17,7 @@ PATCH, OVERLAP = (9, 14), (2, 5)
 
 def grid(height: int, width: int, wraps: tuple[bool, bool]) -> WindowGrid:
     (rows, high), (columns, wide) = (
-        laid(*axis) for axis in zip((height, width), PATCH, OVERLAP, wraps, strict=True)
+        patch_starts(*axis) for axis in zip((height, width), PATCH, OVERLAP, wraps, strict=True)
     )
     return WindowGrid(tuple(rows), tuple(columns), (high, wide), (height, width), wraps)
 

@@ -29,7 +29,7 @@ from intarsia.seams.graphcut_map import Cut, GraphcutMap, GraphcutSettings
 from intarsia.seams.repair import Constraints, Repair, SeamRefinement, from_start, repaired
 from intarsia.seams.worst_seams import WorstSeams
 from intarsia.synthesis import Synthesis
-from intarsia.tasks.repair import mended, repair_of
+from intarsia.tasks.repair import repair_of, repaired_with_statistics
 from intarsia.testing import looked_up, texture
 
 QUILTING = ia.ImageQuilting(patch=12, overlap=4)
@@ -68,7 +68,7 @@ def test_seams_never_become_dearer_and_the_books_are_kept(
     made = ia.synthesize(
         exemplars(seed, several, masked), (44, 50), SAMPLING if feathered else QUILTING, seed=seed, wrap=wrap, run=ONE
     )
-    out, done = mended(made, 3, ONE)
+    out, done = repaired_with_statistics(made, 3, ONE)
     assert done.before == naive_total(made)
     assert done.after == naive_total(out)
     assert done.after < done.before if done.patches else done.after == done.before
@@ -84,7 +84,7 @@ def test_seams_never_become_dearer_and_the_books_are_kept(
 def test_most_maps_are_bettered_much() -> None:
     """A law that holds where nothing happens says little: here the seams of the baseline fall by a third."""
     made = ia.synthesize("sample:stones", (200, 200), ia.RandomTiling(patch=48), seed=1, run=ONE)
-    _, done = mended(made, 4, ONE)
+    _, done = repaired_with_statistics(made, 4, ONE)
     assert done.after < 0.67 * done.before
 
 
@@ -93,7 +93,7 @@ def test_threads_change_no_byte(isometries: str) -> None:
     """Law 4, in all poses too."""
     method = ia.ImageQuilting(patch=12, overlap=4, isometries=isometries)
     made = ia.synthesize(texture(40, 40, 3, 5), (70, 66), method, seed=2, wrap="y", run=ONE)
-    outs = [mended(made, 3, ia.Run(n)) for n in (1, 2, 4)]
+    outs = [repaired_with_statistics(made, 3, ia.Run(n)) for n in (1, 2, 4)]
     assert len({out.map.digest for out, _ in outs}) == 1
     assert outs[0][1].patches > 0
     again = SeamRefinement(repair_of(outs[0][0].method, made.exemplars, 1), made.exemplars, Canvas(70, 66, ia.Wrap.Y),
@@ -140,7 +140,7 @@ def test_what_was_given_stays() -> None:
         assert was is not None
         stays = from_start(was, made.map)
         assert stays.sum() > 100
-        out, done = mended(made, 6, ONE)
+        out, done = repaired_with_statistics(made, 6, ONE)
         assert done.patches, "else nothing is tested"
         assert (out.map.yx[stays] == was.yx[stays]).all()
         if "heal" in made.recipe:
@@ -158,7 +158,7 @@ def test_labels_are_followed_as_before() -> None:
     light = ia.Guide(ia.Plane(pixels[..., 0].copy()), ia.Plane(gray))
     for guide, plane, wanted in ((label_guide, labels, target), (light, pixels[..., 0], gray)):
         made = ia.synthesize(pixels, (80, 84), ia.ImageQuilting(patch=12, overlap=4), guide=guide, run=ONE)
-        out, done = mended(made, 6, ONE)
+        out, done = repaired_with_statistics(made, 6, ONE)
         assert done.patches
         before, after = (plane[m.yx[..., 0], m.yx[..., 1]].astype(int) for m in (made.map, out.map))
         if guide is label_guide:
@@ -173,7 +173,7 @@ def test_no_pixel_returns_nearer_than_it_may(wrap: str, isometries: str) -> None
     """What a least distance forbids, a repair does not bring back; counted pair by pair."""
     method = ia.ImageQuilting(patch=10, overlap=3, min_repeat_distance=16, isometries=isometries)
     made = ia.synthesize(texture(56, 60, 3, 4), (50, 54), method, seed=3, wrap=wrap, run=ONE)
-    out, done = mended(made, 5, ONE)
+    out, done = repaired_with_statistics(made, 5, ONE)
     assert done.patches
     for smap in (made.map, out.map):
         places: dict[tuple[int, ...], list[tuple[int, int]]] = {}
@@ -228,7 +228,7 @@ def test_a_repair_ends() -> None:
     """Every patch saves something; a place where none does is left, until there is no place to look at."""
     made = ia.synthesize(texture(30, 30, 3, 6), (40, 44), QUILTING, run=ONE)
     passes: list[int] = []
-    out, done = mended(made, 1000, ia.Run(1, lambda now, total, draft: passes.append(now)))
+    out, done = repaired_with_statistics(made, 1000, ia.Run(1, lambda now, total, draft: passes.append(now)))
     assert 4 < len(passes) < 500
     assert passes[-1] == 1000
     assert done.before - done.after >= done.patches > 4
@@ -295,7 +295,7 @@ def test_a_continued_exemplar_is_found_again() -> None:
     yx[30:36, 28:35] -= 11
     made = Synthesis((e,), SourceMap(yx, None, None, (e.source,)), ia.Blend(0), ia.ImageQuilting(patch=24, overlap=8))
     assert naive_total(made) > 0
-    out, done = mended(made, 4, ONE)
+    out, done = repaired_with_statistics(made, 4, ONE)
     assert done.after == naive_total(out) == 0
 
 
@@ -334,8 +334,8 @@ def test_passes_and_nothing_to_do() -> None:
     with pytest.raises(ia.InputError, match="other sizes"):
         ia.repair(Synthesis((other,), smap, ia.Blend(0), QUILTING))
     whole = Synthesis((e,), smap, ia.Blend(0), QUILTING)
-    assert mended(whole, 3, ONE)[1].patches == 0
-    more = [mended(made, n, ONE)[1].after for n in (1, 2, 3, 4)]
+    assert repaired_with_statistics(whole, 3, ONE)[1].patches == 0
+    more = [repaired_with_statistics(made, n, ONE)[1].after for n in (1, 2, 3, 4)]
     assert more == sorted(more, reverse=True)
 
 

@@ -18,7 +18,7 @@ from starlette.exceptions import HTTPException
 from studio.served import QUICK, Served, lives, pixels, png, run, studio
 
 from intarsia.cli.commands import studio as command
-from intarsia.studio import safety, serving
+from intarsia.studio import security, serving
 
 
 def test_from_its_first_second_to_an_end_without_a_trace(tmp_path: Path) -> None:
@@ -162,7 +162,7 @@ def test_what_is_no_http_is_answered_as_all_is(tmp_path: Path) -> None:
         line.sendall(b"nonsense\r\n\r\n")
         answer = line.makefile("rb").read().decode()
     assert answer.startswith("HTTP/1.1 400 ")
-    assert all(f"{name}: {value}\r\n" in answer for name, value in safety.HEADERS.items())
+    assert all(f"{name}: {value}\r\n" in answer for name, value in security.HEADERS.items())
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_lines_that_servers_read_in_two_ways_are_refused(served: Served, head: b
 
 @pytest.mark.parametrize("parts", [[True], [False, True]], ids=["slow", "whole"])
 def test_a_body_that_does_not_come_is_not_waited_for(parts: list[bool], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(safety, "SLOWEST", 0.05)
+    monkeypatch.setattr(security, "SLOWEST", 0.05)
     slow = parts == [True]
 
     async def app(scope: Any, receive: Any, send: Any) -> None:
@@ -197,7 +197,7 @@ def test_a_body_that_does_not_come_is_not_waited_for(parts: list[bool], monkeypa
 
     host = [(b"host", b"127.0.0.1:1"), (b"authorization", b"Bearer t"), (b"x-intarsia", b"1")]
     scope = {"type": "http", "method": "POST", "path": "/api/jobs", "headers": host, "query_string": b""}
-    layer = safety.Safety(app, "t")
+    layer = security.Safety(app, "t")
     layer.port = 1
     with pytest.raises(HTTPException, match="408") if slow else nullcontext():
         asyncio.run(layer(scope, receive, None))  # type: ignore[arg-type]

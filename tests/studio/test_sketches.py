@@ -12,8 +12,8 @@ import pytest
 from studio.browser import Desk
 from studio.served import Served, opened, pixels, png
 
+from intarsia.studio.pictures import AGAIN, Pictures, Sketches
 from intarsia.studio.processes import FailedError
-from intarsia.studio.showing import AGAIN, Pictures, Sketches
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect

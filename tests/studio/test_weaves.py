@@ -18,8 +18,8 @@ from studio.served import Served, opened, pixels, png
 import intarsia as ia
 from intarsia.foundation.field import Field
 from intarsia.studio.app import Weaves
+from intarsia.studio.pictures import Pictures
 from intarsia.studio.processes import FailedError, Process
-from intarsia.studio.showing import Pictures
 
 PARALLEL = "parallel-controllable"
 

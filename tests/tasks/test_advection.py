@@ -12,12 +12,12 @@ from methods.test_parallel_controllable import naive
 
 import intarsia as ia
 from intarsia.cli import cli
-from intarsia.corrections.advected import TornPlaces
-from intarsia.corrections.descent import Corrections
-from intarsia.corrections.stack import Look, exemplar_stack
+from intarsia.corrections.advected import AdvectedCorrections
+from intarsia.corrections.pyramid import CorrectionParameters
+from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar
 from intarsia.synthesis import Synthesis
-from intarsia.tasks.advection import steps_of
+from intarsia.tasks.advection import displacements
 from intarsia.testing.cases import texture
 
 QUICK = ia.ParallelControllable(jitter=0.0, passes=1)
@@ -44,14 +44,14 @@ def test_moving_and_mending_do_what_the_plain_twin_does(wrap: str, toroidal: boo
     """Pixels from outside the canvas and beyond the exemplar, tears, levels of 4, 2 and 1 px, borders."""
     e = toy(toroidal, masked)
     made = grown(size, wrap, e)
-    steps = steps_of(lambda y, x: (3.4 * np.sin(x / 3), 1.6 * np.cos(y / 4) - 1), *size)
+    steps = displacements(lambda y, x: (3.4 * np.sin(x / 3), 1.6 * np.cos(y / 4) - 1), *size)
     closed = (made.map.wrap.y, made.map.wrap.x)
-    stacked, rules = exemplar_stack(e, Look.of(QUICK)), Corrections.of(QUICK)
-    flowing = TornPlaces(stacked, rules, closed)
-    yx, torn = flowing.carried(made.map.yx, steps, (3, 5))
+    stacked, rules = exemplar_stack(e, ComparisonSettings.of(QUICK)), CorrectionParameters.of(QUICK)
+    flowing = AdvectedCorrections(stacked, rules, closed)
+    yx, torn = flowing.moved(made.map.yx, steps, (3, 5))
     twin = NaiveFlow(size, closed, e, stacked.home)
     old = {p: tuple(made.map.yx[p].tolist()) for p in twin.pixels()}
-    moved, tears = twin.carried(old, steps, (3, 5))
+    moved, tears = twin.moved(old, steps, (3, 5))
     assert [tuple(yx[p].tolist()) for p in twin.pixels()] == [moved[p] for p in twin.pixels()]
     assert {(int(y), int(x)) for y, x in np.argwhere(torn)} == tears
     assert 0 < len(tears) < torn.size
@@ -100,9 +100,9 @@ def test_corrections_mend_what_a_step_tore() -> None:
 
 def test_whole_steps_of_a_steady_flow_add_up() -> None:
     flow = np.random.default_rng(1).uniform(-3, 3, (7, 9, 2))
-    total = sum(steps_of(flow, 7, 9, frame) for frame in range(1, 41))
+    total = sum(displacements(flow, 7, 9, frame) for frame in range(1, 41))
     assert (total == np.floor(40 * flow + 0.5)).all()
-    assert (steps_of(flow, 7, 9) == np.floor(flow + 0.5)).all()
+    assert (displacements(flow, 7, 9) == np.floor(flow + 0.5)).all()
 
 
 def test_a_flow_that_is_periodic_from_the_first_frame_loops() -> None:

@@ -19,7 +19,7 @@ from intarsia.model.image import Transfer
 from intarsia.seams import energy
 from intarsia.synthesis import filled
 from intarsia.tasks import completion
-from intarsia.tasks.completion import attempts, grown_hole, least_seams, patch_for, scene_to_heal, thickness
+from intarsia.tasks.completion import dilated_hole, least_energy, methods_to_try, patch_for, scene_to_heal, thickness
 from intarsia.testing.cases import as_depth, looked_up, noise, texture
 
 QUILTING = ia.ImageQuilting(patch=14, overlap=5, tolerance=0)
@@ -82,7 +82,7 @@ def test_nan_in_the_hole_needs_no_further_mask(grow: int, tmp_path: Path, monkey
     """What is replaced anyway may be NaN: in an array, in a file, and on the command line, where it also replays."""
     pixels, hole = as_depth(texture(48, 52, 3, 4), "float32"), hole_of("disc")
     bad = pixels.copy()
-    bad[grown_hole(hole, grow)] = np.nan
+    bad[dilated_hole(hole, grow)] = np.nan
     wanted = ia.heal(pixels, hole, QUILTING, grow=grow).render().pixels
     assert ia.heal(bad, hole, QUILTING, grow=grow).render().pixels.tobytes() == wanted.tobytes()
     monkeypatch.chdir(tmp_path)
@@ -94,7 +94,7 @@ def test_nan_in_the_hole_needs_no_further_mask(grow: int, tmp_path: Path, monkey
     run("replay", "out.exr", "-e", "bad.exr", "--mask", "hole.png", "-o", "again.exr", "-q")
     assert Path("out.exr").read_bytes() == Path("again.exr").read_bytes()
     assert np.isfinite(files.read_plane("out.exr").pixels).all()
-    opacity = np.where(grown_hole(hole, grow), 0, 1).astype(np.float32)
+    opacity = np.where(dilated_hole(hole, grow), 0, 1).astype(np.float32)
     files.write("clear.exr", ia.Plane(np.dstack([bad, opacity]), transfer=Transfer.LINEAR))
     run("heal", "clear.exr", "--mask", "alpha", "-o", "clear_out.exr", "-q")
     assert np.isfinite(files.read_plane("clear_out.exr").pixels).all()
@@ -182,9 +182,9 @@ def test_the_patch_suits_the_hole_and_its_surroundings() -> None:
     assert patch_for(scene_to_heal(e, most)) <= 12
     scene = scene_to_heal(e, large)
     assert (thickness(scene), thickness(scene_to_heal(e, small))) == (99, 7)
-    assert attempts(scene, QUILTING) == [QUILTING]
-    assert attempts(scene, ia.ImageQuilting(usage=0.2)) == [ia.ImageQuilting(usage=0.2, patch=patch_for(scene))]
-    assert len(attempts(scene_to_heal(e, small), ia.ImageQuilting())) > 1
+    assert methods_to_try(scene, QUILTING) == [QUILTING]
+    assert methods_to_try(scene, ia.ImageQuilting(usage=0.2)) == [ia.ImageQuilting(usage=0.2, patch=patch_for(scene))]
+    assert len(methods_to_try(scene_to_heal(e, small), ia.ImageQuilting())) > 1
     assert (np.asarray(ia.heal(e, most))[:12] == e.base.pixels[:12]).all()
 
 
@@ -192,10 +192,10 @@ def test_of_several_sizes_that_is_kept_whose_seams_are_least_seen() -> None:
     small = np.zeros((80, 90), bool)
     small[30:42, 40:52] = True
     scene, run = scene_to_heal(ia.Exemplar.of(texture(80, 90, 1, 1)), small), ia.Run(1)
-    tried = attempts(scene, ia.ImageQuilting())
+    tried = methods_to_try(scene, ia.ImageQuilting())
     costs = [filled(scene, one, 3, ia.Blend(0), run).energy for one in tried]
     assert len(set(costs)) > 2
-    assert least_seams(scene, tried, 3, run).energy == min(costs)
+    assert least_energy(scene, tried, 3, run).energy == min(costs)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_what_is_filled_is_covered_anew_by_the_cut_that_prices_all_seams(
 ) -> None:
     pixels, hole = texture(96, 100, 3, 8), hole_of("blob", 96, 100)
     seen: list[ia.Synthesis] = []
-    settled = completion.settled
+    settled = completion.refined
 
     def both(made: ia.Synthesis, run: ia.Run) -> ia.Synthesis:
         seen.extend((made, settled(made, run)))

@@ -14,7 +14,7 @@ from judging.naive_windows import blobs
 from PIL import Image
 
 import intarsia as ia
-from intarsia.tasks.drawings import LARGE, looked, pictures_of, stretched
+from intarsia.tasks.drawings import LARGE, pictures_of, stretched, thumbnail
 from intarsia.tasks.report import index_of, page_of, thumbnailed
 from intarsia.tasks.scoring import Outcome, outcome_of
 
@@ -84,7 +84,7 @@ def test_a_page_holds_all_and_needs_nothing(made: ia.Synthesis) -> None:
     assert f"of 100, {found.verdict}" in page.text
     for name in found.ranked:
         one = found.parts[name]
-        for said in (name, f"{one.measured:.1f} {one.part.unit}", one.part.says, f"worth {one.worth:.2f}"):
+        for said in (name, f"{one.measured:.1f} {one.part.unit}", one.part.says, f"worth {one.normalised:.2f}"):
             assert said in page.text
         assert f"good {one.good:.1f}" in page.text
         assert f"bad {one.bad:.1f}" in page.text
@@ -221,9 +221,9 @@ def test_magnified_several_tiny_and_turned_outputs_have_one() -> None:
 
 
 def test_large_pictures_are_shown_smaller() -> None:
-    assert looked(ia.Plane(np.zeros((3000, 20, 3), np.uint8)), LARGE).shape == (1000, 6, 3)
-    assert looked(ia.Plane(np.zeros((2000, 1, 3), np.uint8)), LARGE).shape == (1024, 1, 3)
-    assert looked(ia.Plane(np.full((4, 4), 7, np.uint8)), LARGE).tolist() == [[[7, 7, 7]] * 4] * 4
+    assert thumbnail(ia.Plane(np.zeros((3000, 20, 3), np.uint8)), LARGE).shape == (1000, 6, 3)
+    assert thumbnail(ia.Plane(np.zeros((2000, 1, 3), np.uint8)), LARGE).shape == (1024, 1, 3)
+    assert thumbnail(ia.Plane(np.full((4, 4), 7, np.uint8)), LARGE).tolist() == [[[7, 7, 7]] * 4] * 4
 
 
 def test_stretched_keeps_slopes() -> None:

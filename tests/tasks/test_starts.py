@@ -13,7 +13,7 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.patches import batch_numbers, fill_order, neighbour_query, window_batches
 from intarsia.search import WindowGrid
-from intarsia.tasks.completion import Margins, extended, extension, grown_hole, scene_to_heal, with_hole
+from intarsia.tasks.completion import Margins, dilated_hole, extended, extension, scene_to_heal, with_hole
 from intarsia.testing.cases import noise, texture
 
 WRAPS = [(False, False), (True, False), (False, True), (True, True)]
@@ -133,9 +133,9 @@ def test_margins_and_holes_of_maps() -> None:
 def test_a_hole_grows_on_all_sides_and_around_the_border() -> None:
     hole = np.zeros((9, 9), bool)
     hole[0, 4] = True
-    assert np.argwhere(grown_hole(hole, 1)).tolist() == [[0, 3], [0, 4], [0, 5], [1, 3], [1, 4], [1, 5]]
-    assert int(grown_hole(hole, 1, Wrap.Y).sum()) == 9
-    assert (grown_hole(hole, 0) == hole).all()
+    assert np.argwhere(dilated_hole(hole, 1)).tolist() == [[0, 3], [0, 4], [0, 5], [1, 3], [1, 4], [1, 5]]
+    assert int(dilated_hole(hole, 1, Wrap.Y).sum()) == 9
+    assert (dilated_hole(hole, 0) == hole).all()
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_a_hole_grows_on_all_sides_and_around_the_border() -> None:
         (lambda e: scene_to_heal(e, np.ones((20, 30))), ia.InputError, "the hole covers all of exemplar (30x20 px)"),
         (lambda e: scene_to_heal(e, np.ones((20, 31))), ia.InputError, "the hole's mask is 31x20 px"),
         (lambda e: with_hole(identity([e.source], 0), np.ones((3, 3))), ia.InputError, "the hole's mask is 3x3 px"),
-        (lambda e: grown_hole(np.ones((3, 3)), -1), ia.ParameterError, "grow=-1 is not allowed"),
+        (lambda e: dilated_hole(np.ones((3, 3)), -1), ia.ParameterError, "grow=-1 is not allowed"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(make: object, error: type[Exception], message: str) -> None:

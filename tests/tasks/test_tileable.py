@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, method_class
-from intarsia.tasks.tileable import _fine_grained, closing_size, half_shifted, repeated, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, half_shifted, periodic_size, repeated, scene_to_tile
 from intarsia.testing.cases import as_depth, looked_up, texture
 from unweighed import meeting
 
@@ -159,28 +159,28 @@ def test_a_wall_is_cut_to_whole_periods_unless_a_size_is_given() -> None:
 
 def test_what_is_cut_holds_whole_periods_along_the_axes_that_continue() -> None:
     cut = ia.Exemplar.of(np.tile(texture(20, 24, 3, 9), (6, 5, 1))[:110, :107])
-    assert closing_size(cut, Wrap.X) == (110, 96)
-    assert closing_size(cut, Wrap.Y) == (100, 107)
-    assert closing_size(ia.Exemplar.of(texture(60, 60)), Wrap.BOTH) == (60, 60)
+    assert periodic_size(cut, Wrap.X) == (110, 96)
+    assert periodic_size(cut, Wrap.Y) == (100, 107)
+    assert periodic_size(ia.Exemplar.of(texture(60, 60)), Wrap.BOTH) == (60, 60)
     whole = ia.Exemplar.of(np.tile(texture(20, 24, 3, 9), (6, 5, 1)))
-    assert closing_size(whole, Wrap.BOTH) == (120, 120)
+    assert periodic_size(whole, Wrap.BOTH) == (120, 120)
 
 
 def test_courses_of_unequal_heights_are_cut_to_whole_ones() -> None:
     """But not where the rest, 18 px, is as high as a course."""
     wall = texture(150, 170, 1, 4) // 4 + 150
     wall[[y + k for y in (10, 24, 62, 80, 107, 138) for k in (0, 1, 2)]] = 20
-    assert closing_size(ia.Exemplar.of(wall), Wrap.BOTH) == (128, 170)
-    assert closing_size(ia.Exemplar.of(wall.swapaxes(0, 1)), Wrap.BOTH) == (170, 128)
-    assert closing_size(ia.Exemplar.of(wall), Wrap.X) == (150, 170)
-    assert closing_size(ia.Exemplar.of(wall[:146]), Wrap.BOTH) == (146, 170)
+    assert periodic_size(ia.Exemplar.of(wall), Wrap.BOTH) == (128, 170)
+    assert periodic_size(ia.Exemplar.of(wall.swapaxes(0, 1)), Wrap.BOTH) == (170, 128)
+    assert periodic_size(ia.Exemplar.of(wall), Wrap.X) == (150, 170)
+    assert periodic_size(ia.Exemplar.of(wall[:146]), Wrap.BOTH) == (146, 170)
 
 
 def test_a_wall_that_continues_in_itself_is_not_cut() -> None:
     """Its periods do not close, but its borders are lines that were neighbours."""
     wall = ia.read("sample:tiles").base.samples[:, :-10]
-    assert closing_size(ia.Exemplar.of(wall), Wrap.X) == (256, 193)
-    assert closing_size(ia.Exemplar.of(np.roll(wall, 70, axis=1)), Wrap.X) == (256, 246)
+    assert periodic_size(ia.Exemplar.of(wall), Wrap.X) == (256, 193)
+    assert periodic_size(ia.Exemplar.of(np.roll(wall, 70, axis=1)), Wrap.X) == (256, 246)
 
 
 def test_sources_and_masks_are_kept_to() -> None:

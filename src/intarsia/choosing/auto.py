@@ -188,7 +188,7 @@ class Auto:
         if not served:
             raise refused or ParameterError(self._none(facts))
 
-    def leading(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
+    def first_unresolved(self, exemplars: Exemplars, canvas: Canvas) -> Choice:
         """Return the first choice unresolved: its method has only the parameters of the rule and those given."""
         facts = choosing_facts.Facts(exemplars, canvas)
         for rule, slug, values, why in self.ranked(facts):

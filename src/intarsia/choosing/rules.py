@@ -65,7 +65,7 @@ def _lattice(f: Facts) -> Record:
     return _by(f.lattice)
 
 
-def _in_step(f: Facts) -> bool:
+def _lattice_aligned(f: Facts) -> bool:
     """Whether its elements follow a lattice, and patches of free shape can be aligned to it.
 
     Not if clear joints separate its periods: then blocks of whole periods are placed, and each is used as often; unless
@@ -151,7 +151,7 @@ RULES: tuple[ChoiceRule, ...] = (
         "in-step", "graphcut", "a lattice of two vectors, or one that its elements lie about other than stones "
         f"between lines, and a canvas of at most {VAST >> 20} million px; where that does not wrap, no clear joints of "
         "outlined periods",
-        _in_step, lambda f: _by(f.about, evenness=STEPPED),
+        _lattice_aligned, lambda f: _by(f.about, evenness=STEPPED),
         lambda f: (
             _differ(f) if f.two is not None else "Its elements lie about a lattice, though it does not repeat by it.",
             "Patches of free shape, whole steps of it apart, keep in step and go around what crosses.",

@@ -230,7 +230,7 @@ class Batch:
         if request.sheet is not None:
             from ..tasks import drawings
 
-            self.thumbnails.append(drawings.looked(first, drawings.THUMBNAIL))
+            self.thumbnails.append(drawings.thumbnail(first, drawings.THUMBNAIL))
         _write_more(order, grown, staging, found, probe)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
@@ -302,9 +302,9 @@ class Batch:
         if keeps_lattice(grown.method):  # it was chosen; where it was named, this was refused
             run.notes.append(f"{grown.method.slug} keeps a lattice, which a repair would break: nothing was repaired.")
             return grown, {}
-        from ..tasks.repair import mended
+        from ..tasks.repair import repaired_with_statistics
 
-        grown, done = mended(grown, self.request.repair, run)
+        grown, done = repaired_with_statistics(grown, self.request.repair, run)
         share = done.after / done.before if done.before else 1.0
         said = {"passes": self.request.repair, "patches": done.patches, "seams": round(share, 4)}
         self.report.note(f"repaired with {done.patches} patches: seams cost {100 * share:.0f} % of what they did")

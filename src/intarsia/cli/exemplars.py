@@ -267,9 +267,9 @@ class Shelf:
     def _read(self, found: Set, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> Mask:
             """Return the pixels of a picture that are filled anew, and may hold anything."""
-            from ..tasks.completion import grown_hole
+            from ..tasks.completion import dilated_hole
 
-            return grown_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
+            return dilated_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
 
         healed = self.request.holes and not n
 

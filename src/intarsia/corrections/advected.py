@@ -15,7 +15,7 @@ from ..analysis import blocks
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.run import Run, below, draw_many
-from .descent import REACH, Corrections, subpass
+from .pyramid import REACH, CorrectionParameters, subpass
 from .stack import ExemplarStack
 
 STAGE = 200610  # separates these draws from those of other methods
@@ -42,17 +42,17 @@ def _on(at: Array, n: int, around: bool) -> Array:
 
 
 @dataclass(frozen=True)
-class TornPlaces:
+class AdvectedCorrections:
     """Moves a map along a flow and corrects it where it tears.
 
     ``stack``: levels of the exemplar; ``closed``: whether the canvas wraps along y and along x.
     """
 
     stack: ExemplarStack
-    rules: Corrections
+    rules: CorrectionParameters
     closed: Closed
 
-    def carried(self, yx: Array, steps: Array, lot: Pair) -> tuple[Array, Mask]:
+    def moved(self, yx: Array, steps: Array, lot: Pair) -> tuple[Array, Mask]:
         """Return the map (H, W, 2) moved by whole pixels, and which pixels no longer match a neighbour (H, W).
 
         S'(p) = S(q) + (p - steps(p) - q), q being the canvas pixel nearest to p - steps(p). What enters over a border

@@ -70,14 +70,14 @@ class Outlines:
         return np.asarray(np.clip((centred * share + 32768) >> 16, -RANGE, RANGE)[:, :, None], np.int16)
 
 
-def painted(drawn: Field, rows: Array, cols: Array) -> Array:
+def above_half(drawn: Field, rows: Array, cols: Array) -> Array:
     """Return where a field is above 0.5: bool (rows, columns)."""
     return np.asarray(drawn.at(rows, cols) > 0.5)
 
 
 def marked(drawn: Field, exemplar: Exemplar) -> Array:
     """Return where a field is above 0.5 over the exemplar: bool (H, W); InputError if that is everywhere or nowhere."""
-    inside = painted(drawn, np.arange(exemplar.height), np.arange(exemplar.width))
+    inside = above_half(drawn, np.arange(exemplar.height), np.arange(exemplar.width))
     if inside.all() or not inside.any():
         kind = "light" if inside.all() else "dark"
         raise InputError(f"feature is {kind} everywhere, and so has no outline; paint white what belongs together.")

@@ -34,7 +34,7 @@ def stepped(first: Any, second: Any, oy: Any, ox: Any) -> Any:
 
 
 @kernel
-def toward(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
+def warped_direction(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
     """Return which of the eight neighbours lies in the exemplar's direction (dy, dx): phi(D) of 2006."""
     vy, vx = xx * dy - yx * dx, yy * dx - xy * dy
     oy = (1 if vy > 0 else -1) if 3 * vy * vy >= vx * vx else 0
@@ -43,7 +43,7 @@ def toward(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
 
 
 @kernel
-def turned_moves(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any, moves: Any) -> None:
+def warped_offsets(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any, moves: Any) -> None:
     """Write the offsets of neighbours in the output, and of what they predict in the exemplar: (12 + 9 or 25, 2).
 
     The first twelve predict the four diagonal points, three each; the others the pixel itself. ``strides``: of the
@@ -53,9 +53,9 @@ def turned_moves(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach
     for n in range(12 + (2 * reach + 1) ** 2):
         if n < 12:
             dy, dx, r = ((n // 3) & 2) - 1, 2 * ((n // 3) & 1) - 1, n % 3
-            oy, ox = toward(yy, yx, xy, xx, dy, dx)
+            oy, ox = warped_direction(yy, yx, xy, xx, dy, dx)
             if r:
-                ey, ex = toward(yy, yx, xy, xx, dy * (r == 1), dx * (r == 2))
+                ey, ex = warped_direction(yy, yx, xy, xx, dy * (r == 1), dx * (r == 2))
                 oy, ox = oy + ey, ox + ex
         else:
             dy, dx = 0, 0
@@ -65,7 +65,7 @@ def turned_moves(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach
 
 
 @kernel
-def remainders(coords: Any, frame: Any, size: Any, out: Any) -> None:
+def subpixel_offsets(coords: Any, frame: Any, size: Any, out: Any) -> None:
     """Write the mean offset of each pixel's exact place from its whole coordinates, (H, W, 2) in 1 / 4096 px.
 
     Coordinates (H + 6, W + 6, 2) are rounded where the texture is rotated or scaled. Averaged are the predictions of
@@ -93,12 +93,12 @@ REACH, LOOKUP_FIRST, FACTOR = range(3)
 ONE = 256  # unit of FACTOR, the squared price of a jump
 FINE = 12  # fractional bits of a jitter
 MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
-SEEN = 2  # large pieces considered on each side when they are scattered
-TURNS = 4  # classes of even and odd rows and columns, one after the other
+SCATTER_REACH = 2  # large pieces considered on each side when they are scattered
+SCATTER_CLASSES = 4  # classes of even and odd rows and columns, one after the other
 SHARE, FAR = 1024, 16  # units of the overlap and of the distance of a whole piece
 
 
-class Room(NamedTuple):
+class CoordinateDomain(NamedTuple):
     """Where the coordinates of a map may lie."""
 
     size: Int64  # (3,): height, width, 1 if toroidal
@@ -107,7 +107,7 @@ class Room(NamedTuple):
 
 
 @kernel
-def snapped(dy: Any, dx: Any, lattice: Any) -> Any:
+def nearest_lattice_vector(dy: Any, dx: Any, lattice: Any) -> Any:
     """Return the lattice vector nearest to an offset, in px: T round(T^-1 d) (2005, section 5)."""
     ay, ax, by, bx = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
     det = ay * bx - ax * by
@@ -117,13 +117,13 @@ def snapped(dy: Any, dx: Any, lattice: Any) -> Any:
 
 
 @kernel
-def kept_inside(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
+def wrapped_by_lattice(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
     """Return (y, x) moved into the exemplar, by lattice vectors from (by, bx) if that is possible."""
     height, width = room.size[0], room.size[1]
     wy, wx = y % height, x % width
     if len(room.lattice) == 0:
         return wy, wx
-    dy, dx = snapped(wy - by, wx - bx, room.lattice)
+    dy, dx = nearest_lattice_vector(wy - by, wx - bx, room.lattice)
     for m in range(3):
         for n in range(3):
             i, j = (m + 1) % 3 - 1, (n + 1) % 3 - 1  # 0, 1, -1
@@ -158,7 +158,7 @@ def jittered(coords: Any, rows: Any, cols: Any, state: Any, spread: Any, free: b
                 if free:
                     by, bx = y, x
             if y != by or x != bx or y < 0 or y >= height or x < 0 or x >= width:
-                y, x = kept_inside(y, x, by, bx, room)
+                y, x = wrapped_by_lattice(y, x, by, bx, room)
             if len(home):
                 flat = np.int64(home[y * width + x])
                 y, x = flat // width, flat % width
@@ -176,7 +176,7 @@ def colours_here(work: Any, at: Any, stride: Any, level: Any, here: Any) -> None
 
 
 @kernel
-def looked_up(work: Any, at: Any, stride: Any, level: Any, reach: Any, found: Any, count: int) -> int:
+def published_jumps(work: Any, at: Any, stride: Any, level: Any, reach: Any, found: Any, count: int) -> int:
     """Append the jumps of 2005, pixels similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
     below, across = level.h * level.stride, level.h
     for dy in range(-reach, reach + 1):
@@ -221,7 +221,7 @@ def correct(
     words, last = np.zeros((n + 3) // 4, np.uint64), 12 + (2 * reach + 1) ** 2
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
-    turned_moves(UPRIGHT, 0, 0, UPRIGHT, h, (stride, long), reach, moves)
+    warped_offsets(UPRIGHT, 0, 0, UPRIGHT, h, (stride, long), reach, moves)
     three, next_row = np.uint64(3), np.uint64(long)  # a difference below 0 is a large unsigned one
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
@@ -231,7 +231,7 @@ def correct(
                 yy, yx = np.int64(frame[rows[i], cols[j], 0]), np.int64(frame[rows[i], cols[j], 1])
                 xy, xx = np.int64(frame[rows[i], cols[j], 2]), np.int64(frame[rows[i], cols[j], 3])
                 if yy != old_y or yx != old_x or xx != old_z:
-                    turned_moves(yy, yx, xy, xx, h, (stride, long), reach, moves)
+                    warped_offsets(yy, yx, xy, xx, h, (stride, long), reach, moves)
                     old_y, old_x, old_z = yy, yx, xx
             if appearance:
                 for q in range(4):
@@ -261,7 +261,7 @@ def correct(
                         break
                     begin, price = near, factor
                     if first:
-                        count = looked_up(work, at, stride, level, reach, found, near)
+                        count = published_jumps(work, at, stride, level, reach, found, near)
                     for c in range(0 if first else near):
                         alone = True  # continuations that differ by rounding lead to the same jumps
                         if frame is not None:
@@ -295,7 +295,7 @@ def correct(
 
 
 @kernel
-def shown_again(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, size: Any) -> Any:
+def weighted_overlap(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, size: Any) -> Any:
     """Return how much of the exemplar a piece at (ay, ax) shares with another, weighted by their nearness.
 
     The other one, at (by, bx) of the exemplar, lies `di`, `dj` pieces of h x h px from it in the output. Both wrap
@@ -316,14 +316,14 @@ def shown_again(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, si
 
 
 @kernel
-def scatter(choices: Any, rows: Any, cols: Any, h: Any, size: Any, out: Any) -> None:
+def spread_large_pieces(choices: Any, rows: Any, cols: Any, h: Any, size: Any, out: Any) -> None:
     """Choose for each pixel of a level (rows, columns), absolute coordinates, one of its places (K, H, W, 2).
 
     Turns go by even and odd coordinates; a pixel considers those of earlier turns only, so that a choice depends on
     SEEN (TURNS - 1) px around it. Ties go to the first place. ``out`` (H, W, 2): exemplar pixels (y, x).
     """
     height, width = out.shape[:2]
-    for turn in range(TURNS):
+    for turn in range(SCATTER_CLASSES):
         for i in range(height):
             for j in range(width):
                 if 2 * (rows[i] & 1) + (cols[j] & 1) != turn:
@@ -332,11 +332,11 @@ def scatter(choices: Any, rows: Any, cols: Any, h: Any, size: Any, out: Any) -> 
                 for k in range(choices.shape[0]):
                     y, x = choices[k, i, j, 0], choices[k, i, j, 1]
                     total = 0 * h
-                    for di in range(-min(SEEN, i), min(SEEN, height - 1 - i) + 1):
-                        for dj in range(-min(SEEN, j), min(SEEN, width - 1 - j) + 1):
+                    for di in range(-min(SCATTER_REACH, i), min(SCATTER_REACH, height - 1 - i) + 1):
+                        for dj in range(-min(SCATTER_REACH, j), min(SCATTER_REACH, width - 1 - j) + 1):
                             if 2 * (rows[i + di] & 1) + (cols[j + dj] & 1) < turn:
                                 oy, ox = out[i + di, j + dj, 0], out[i + di, j + dj, 1]
-                                total += shown_again(y, x, oy, ox, di, dj, h, size)
+                                total += weighted_overlap(y, x, oy, ox, di, dj, h, size)
                     if kept < 0 or total < best:
                         best, kept = total, k
                 out[i, j, 0], out[i, j, 1] = choices[kept, i, j, 0], choices[kept, i, j, 1]

@@ -15,7 +15,7 @@ from ..foundation.run import seed_state
 from ..model.canvas import Canvas
 from ..search.guide import ONE, codes_of
 from .appearance import BITS, bordered, stack_of, without_gaps
-from .guide_kernels import GuideOrder, begin_again
+from .guide_kernels import GuideOrder, place_anew
 from .stack import ExemplarStack, StackLevel
 
 TRIES = 8  # random places of which the best is taken
@@ -59,7 +59,7 @@ class StackGuide:
         asked = stacked(self._target, inside, self._wraps, self._edge)
         self._asked = [values.reshape(-1, values.shape[2]) for values in asked]
 
-    def led(self, coords: Array, level: int, at: tuple[Array, Array], drawn: Pair, lattice: Array) -> Array:
+    def placed_by_guide(self, coords: Array, level: int, at: tuple[Array, Array], drawn: Pair, lattice: Array) -> Array:
         """Return a map (H, W, 2) in which pixels that miss the target are placed anew.
 
         ``at``: absolute rows and columns, ``drawn``: seed and stage, of the draws; ``lattice`` to keep to, or empty.
@@ -68,7 +68,7 @@ class StackGuide:
         near = 1 << level if level < min(NEAR, len(self._stack.levels)) else 0
         rule = np.array([self.enough, near, self._stack.exemplar.toroidal], np.int64)
         choice, asked = self._choices[level], self._asked[level]
-        return np.asarray(begin_again(coords, at[0], at[1], states, choice, asked, rule, lattice))
+        return np.asarray(place_anew(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
     def beside(self, level: StackLevel, number: int) -> StackLevel:
         """Return a level with the guide of both sides, scaled to the level's appearance.

@@ -9,7 +9,7 @@ import numpy as np
 from ..foundation.arrays import Int16, Int32, Int64, UInt8
 from ..kernels.jit import kernel
 from ..kernels.random_numbers import STEP, below, mixed
-from .correction_kernels import snapped
+from .correction_kernels import nearest_lattice_vector
 
 
 class GuideOrder(NamedTuple):
@@ -61,7 +61,7 @@ def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus
 
 
 @kernel
-def begin_again(
+def place_anew(
     coords: Any, rows: Any, cols: Any, states: Any, choice: Any, target: Any, rule: Any, lattice: Any
 ) -> Any:
     """Return a map in which pixels whose guide differs by more than ``rule[0]`` move to the best of some random places.
@@ -85,7 +85,7 @@ def begin_again(
                 bits = mixed((mixed((state ^ np.uint64(rows[i])) + STEP) ^ np.uint64(cols[j])) + STEP)
                 u = np.int64(choice.places[first + below(count, bits)])
                 if len(lattice):
-                    dy, dx = snapped(u // width - y, u % width - x, lattice)
+                    dy, dx = nearest_lattice_vector(u // width - y, u % width - x, lattice)
                     if not (0 <= y + dy < height and 0 <= x + dx < width and choice.may[y + dy, x + dx]):
                         continue
                     u = (y + dy) * width + x + dx

@@ -20,10 +20,10 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
 from .appearance import Outlines, marked
-from .descent import USED, Corrections, Descent, hashed
 from .guide import StackGuide
+from .pyramid import INTEGERS_OF, CorrectionParameters, PyramidSynthesis, field_hash
 from .span import Span, Spans
-from .stack import Look, exemplar_stack, is_cloudy, levels_within
+from .stack import ComparisonSettings, exemplar_stack, is_cloudy, levels_within
 
 FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
 # By eye: large pieces move anywhere, small ones a little.
@@ -89,7 +89,7 @@ def coarse(
     the exemplar is too small, or the texture is rotated or scaled.
     """
     descent = _descent(method, exemplars[0], box, seed)
-    if descent.rules.lie is not None or level >= descent.stack.count:
+    if descent.rules.orientation is not None or level >= descent.stack.count:
         return None
     return descent.window(*_spans(box), run, level)
 
@@ -105,7 +105,7 @@ def asked(method: ParallelControllable, exemplars: Exemplars, where: Canvas | Bo
     outside = _descent(method, exemplar, where, 0).asked(*_spans(where))
     inside = [[np.arange(exemplar.height), np.arange(exemplar.width)]]
     return {
-        name: hashed(field, USED[name], inside if over[name] == "exemplar" else outside)
+        name: field_hash(field, INTEGERS_OF[name], inside if over[name] == "exemplar" else outside)
         for name, field in functions_of(method).items()
     }
 
@@ -118,16 +118,16 @@ def _map(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, 
         return SourceMap(yx, None, None, (exemplar.source,), wrap, method.blend, *turned)
 
     run = run.drafting(lambda yx: made(yx[around : len(yx) - around, around : yx.shape[1] - around]))
-    if descent.rules.lie is None:
+    if descent.rules.orientation is None:
         return made(descent.window(*_spans(where), run))
-    return made(*descent.framed(*_spans(where), run))
+    return made(*descent.oriented_window(*_spans(where), run))
 
 
-def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int) -> Descent:
-    rules = Corrections.of(decided(method, exemplar))
-    levels = exemplar_stack(exemplar, Look.of(method), rules.border)
+def _descent(method: ParallelControllable, exemplar: Exemplar, where: Canvas | Box, seed: int) -> PyramidSynthesis:
+    rules = CorrectionParameters.of(decided(method, exemplar))
+    levels = exemplar_stack(exemplar, ComparisonSettings.of(method), rules.border)
     wanted = StackGuide(where, levels) if isinstance(where, Canvas) and where.guide is not None else None
-    return Descent(levels, rules, seed, wanted)
+    return PyramidSynthesis(levels, rules, seed, wanted)
 
 
 def _spans(where: Canvas | Box) -> Spans:

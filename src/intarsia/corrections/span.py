@@ -66,7 +66,7 @@ def zooms(zoom: Field, rows: Array, cols: Array) -> Array:
     return np.clip(np.rint(zoom.at(rows, cols) * ZOOM), SMALLEST, LARGEST).astype(np.int64)
 
 
-def less_steps(y: Any, x: Any, lattice: list[list[int]]) -> Any:
+def modulo_lattice(y: Any, x: Any, lattice: list[list[int]]) -> Any:
     """Return (y, x), Python integers of any size, reduced by lattice vectors."""
     (ay, ax), (by, bx) = lattice
     det = ay * bx - ax * by
@@ -74,12 +74,12 @@ def less_steps(y: Any, x: Any, lattice: list[list[int]]) -> Any:
     return y - m * ay - n * by, x - m * ax - n * bx
 
 
-def origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array) -> Array:
+def warped_origins(frame: Array, rows: Array, cols: Array, size: Array, lattice: Array) -> Array:
     """Return J(p) p for places at any distance, modulo the exemplar's size or the lattice: (H, W, 2)."""
     matrix, p, q = frame.astype(object), rows.astype(object)[:, None], cols.astype(object)[None, :]
     y, x = matrix[..., 0] * p + matrix[..., 1] * q, matrix[..., 2] * p + matrix[..., 3] * q  # 1 / 4096 px
     if len(lattice):
-        y, x = less_steps(y, x, (lattice << (UNIT - 8)).tolist())
+        y, x = modulo_lattice(y, x, (lattice << (UNIT - 8)).tolist())
     half = 1 << (UNIT - 1)
     out = [np.asarray((v + half) >> UNIT) for v in (y, x)]
     if not len(lattice):
@@ -133,7 +133,7 @@ def place_of(at: Array, period: int, level: int, whole: int) -> Array:
     return np.asarray((at << level) + ((1 << level) >> 1))
 
 
-def shown_by(coords: Array, places: list[Array], wanted: Spans, size: Array) -> Array:
+def previewed(coords: Array, places: list[Array], wanted: Spans, size: Array) -> Array:
     """Return the output as if it ended with the pixels of some level, each of them a square: (H, W, 2).
 
     `places`: their rows and columns, px; if there are more than in the map, those in the middle. `wanted`: the rows and
@@ -168,4 +168,4 @@ def residues(places: Array, lattice: Array, axis: int) -> Array:
     """Return (place, 0) or (0, place) reduced by lattice vectors: (N, 2), 1/256 px, at any distance."""
     far = 256 * places.astype(object)
     y, x = (far, 0 * far) if axis == 0 else (0 * far, far)
-    return np.stack(less_steps(y, x, lattice.tolist()), axis=1).astype(np.int64)
+    return np.stack(modulo_lattice(y, x, lattice.tolist()), axis=1).astype(np.int64)

@@ -114,7 +114,7 @@ class ExemplarStack:
 
 
 @dataclass(frozen=True)
-class Look:
+class ComparisonSettings:
     """What of an exemplar is compared, and how.
 
     ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose squared differences
@@ -129,13 +129,13 @@ class Look:
     outlines: Outlines | None = None
 
     @classmethod
-    def of(cls, method: Any) -> Look:
+    def of(cls, method: Any) -> ComparisonSettings:
         """Return what the fields of a method ask for."""
         own = {name: getattr(method, name) for name in cls.__dataclass_fields__ if hasattr(method, name)}
         return cls(outlines=Outlines.of(method), **own)
 
 
-def exemplar_stack(exemplar: Exemplar, look: Look, reach: int = 2) -> ExemplarStack:
+def exemplar_stack(exemplar: Exemplar, look: ComparisonSettings, reach: int = 2) -> ExemplarStack:
     """Return the levels of an exemplar, computed once for all seeds and sizes, the same on every machine.
 
     ``reach``: how far beyond the exemplar corrections read, in units of a level's spacing.
@@ -144,20 +144,20 @@ def exemplar_stack(exemplar: Exemplar, look: Look, reach: int = 2) -> ExemplarSt
     return exemplar.memo(("sites", known, reach), partial(_stack, exemplar, known, reach))
 
 
-def _stack(exemplar: Exemplar, look: Look, reach: int) -> ExemplarStack:
+def _stack(exemplar: Exemplar, look: ComparisonSettings, reach: int) -> ExemplarStack:
     picture = without_gaps(features([exemplar], look.channel_weights).pictures[0], exemplar)
     if look.outlines is not None:
         picture = np.concatenate([picture, look.outlines.channel(exemplar, picture)], axis=2)
     height, width, torus = exemplar.height, exemplar.width, exemplar.toroidal
     count = (max(height, width) - 1).bit_length() + 1
     corrected = sum(4 * (1 << n) + 1 <= min(height, width) for n in range(count))
-    far, levels, cloudy = depths(exemplar), [], is_cloudy(exemplar)
+    far, levels, cloudy = border_distances(exemplar), [], is_cloudy(exemplar)
     for number, blurred in enumerate(stack_of(picture, corrected, (torus, torus))):
         h = 1 << number
-        closed = far <= left_out(h, far, cloudy)
+        closed = far <= border_left_out(h, far, cloudy)
         level = _compared(blurred, h, torus, look, closed, reach).ready()
-        search = partial(similar_places, level, closed, torus, look.k - 1)
-        jumps = spread_jumps(exemplar.memo(("jumps", look, h), search), level)
+        search = partial(jump_sets_of_grid, level, closed, torus, look.k - 1)
+        jumps = jumps_of_all(exemplar.memo(("jumps", look, h), search), level)
         keep = level.table if corrected * level.table.nbytes <= KEPT else level.table[:0]
         levels.append(level._replace(table=keep, jumps=jumps))
     home = nearest(exemplar.free)
@@ -165,7 +165,7 @@ def _stack(exemplar: Exemplar, look: Look, reach: int) -> ExemplarStack:
     return ExemplarStack(exemplar, count, tuple(levels), flat)
 
 
-def _compared(blurred: Array, h: int, torus: bool, look: Look, closed: Array, reach: int) -> StackLevel:
+def _compared(blurred: Array, h: int, torus: bool, look: ComparisonSettings, closed: Array, reach: int) -> StackLevel:
     """Return a level without its jumps and table."""
     (height, width, _), border = blurred.shape, reach * h
     packing: UInt64 = np.zeros((0, 2), np.uint64)
@@ -205,7 +205,7 @@ def _cloudy(exemplar: Exemplar) -> bool:
     return CLOUDY[1] * coarse >= CLOUDY[0] * fine > 0
 
 
-def left_out(h: int, far: Array, cloudy: bool) -> int:
+def border_left_out(h: int, far: Array, cloudy: bool) -> int:
     """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
 
     Their neighbourhoods include mirrored pixels. With 2 h px left out, so that all neighbourhoods are the exemplar's
@@ -216,7 +216,7 @@ def left_out(h: int, far: Array, cloudy: bool) -> int:
     return min(2 * h if cloudy else max(2, h), int(far.max()) // 4)
 
 
-def depths(exemplar: Exemplar) -> Array:
+def border_distances(exemplar: Exemplar) -> Array:
     """Return the chessboard distance of each pixel to what is unusable or outside: (H, W); 0 where unusable."""
     size, usable = (exemplar.height, exemplar.width), exemplar.free
     if exemplar.toroidal and usable.all():
@@ -228,7 +228,7 @@ def depths(exemplar: Exemplar) -> Array:
     return np.asarray(far[down : down + size[0], across : across + size[1]], np.int64)
 
 
-def px_apart(h: int, height: int, width: int) -> int:
+def jump_spacing(h: int, height: int, width: int) -> int:
     """Return the spacing in px at which similar pixels are searched on a level of spacing `h`.
 
     At most 2 h + 1: what lies beside a jump must lie within the border.
@@ -237,28 +237,28 @@ def px_apart(h: int, height: int, width: int) -> int:
     return max(min(least, 2 * h + 1), h // 2)
 
 
-def spread_jumps(cells: Array, level: StackLevel) -> Int32:
+def jumps_of_all(cells: Array, level: StackLevel) -> Int32:
     """Return the jumps of all pixels, as positions (positions, k - 1), from those of a grid (rows, columns, k - 1, 2).
 
     A pixel between grid pixels takes what lies beside the jump; -1 where that is outside.
     """
     edge, inner = level.border, level.inner.reshape(-1, level.stride)
     height, width = (n - 2 * edge for n in inner.shape)
-    y, x, step = np.arange(height), np.arange(width), px_apart(level.h, height, width)
+    y, x, step = np.arange(height), np.arange(width), jump_spacing(level.h, height, width)
     to, jumps = cells[y // step][:, x // step], np.full((*inner.shape, cells.shape[2]), -1, np.int32)
     found = inner[to[..., 0] + (y % step + edge)[:, None, None], to[..., 1] + (x % step + edge)[:, None]]
     jumps[edge : edge + height, edge : edge + width] = np.where(to[..., 0] < 0, -1, found)
     return jumps.reshape(inner.size, -1)
 
 
-def similar_places(level: StackLevel, closed: Array, toroidal: bool, count: int) -> Int32:
+def jump_sets_of_grid(level: StackLevel, closed: Array, toroidal: bool, count: int) -> Int32:
     """Return the `count` most similar pixels of each pixel of a grid: (rows, columns, count, 2) (y, x), or -1.
 
     ``closed`` (H, W): pixels that are no targets. Targets are at least 5 % of the exemplar, and h, from the pixel and
     from one another.
     """
     height, width = closed.shape
-    step = px_apart(level.h, height, width)
+    step = jump_spacing(level.h, height, width)
     ys, xs = np.arange(0, height, step), np.arange(0, width, step)
     out = np.full((len(ys), len(xs), count), -1, np.int32)
     places = np.stack(np.meshgrid(ys, xs, indexing="ij"), axis=2).reshape(-1, 2).astype(np.int64)

@@ -22,7 +22,7 @@ from ..disk.whole import PathLike, check_writable, put_all, working_folder, writ
 from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, legible, printable
 from ..foundation.arrays import Array, Pair, UInt8, pixels_of
 from ..foundation.run import Run
-from ..model.image import Kind, Plane, Transfer, converted, dtype_of, looked_at
+from ..model.image import Kind, Plane, Transfer, converted, dtype_of, to_display
 from . import png
 from .decode import opened, pillow_opened
 from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look
@@ -295,7 +295,7 @@ def convert(plane: Plane, depth: Depth) -> Plane:
 
 def preview(plane: Plane) -> Plane:
     """Return a picture of 8 bits to look at: floats clipped, heights stretched to their range, labels in colours."""
-    return Plane(looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR))
+    return Plane(to_display(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR))
 
 
 MOST = 1 << 24  # bytes of a recipe that is read

@@ -126,7 +126,7 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
     return [i * (length - patch) // max(count - 1, 1) for i in range(count)], patch
 
 
-def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[list[int], int]:
+def patch_starts(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[list[int], int]:
     """Place patches along one axis: spread evenly, or at their exact pitch and cropped at the border.
 
     `hangs` None: spread. Otherwise the first patch begins `hangs` overlaps before the border: 1 drops its seam there
@@ -138,9 +138,9 @@ def laid(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = 
     return list(range(-hangs * overlap, max(length - overlap, 1 - hangs * overlap), patch - overlap)), patch
 
 
-def shared(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> Pair:
+def overlap_range(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> Pair:
     """Return the least and the most overlap, px, of neighbouring patches placed by :func:`laid`."""
-    starts, side = laid(length, patch, overlap, wrap, hangs)
+    starts, side = patch_starts(length, patch, overlap, wrap, hangs)
     after = [*starts[1:], starts[0] + length] if wrap else starts[1:]
     found = [side - (b - a) for a, b in zip(starts, after, strict=False)] or [overlap]
     return min(found), max(found)

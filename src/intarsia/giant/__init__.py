@@ -18,7 +18,7 @@ from ..model.canvas import Canvas
 from ..rendering.render import check_alike
 from ..synthesis import ExemplarLike, Plan, Scene, as_exemplars, named, planned
 from .exports import TiffStore, TileStore
-from .picture import SIDE, Picture, box_of, check_memory
+from .picture import SIDE, EndlessPlane, box_of, check_memory
 from .stream import ExecutorLike, array_of, stream
 from .zarrays import ZarrStore
 
@@ -28,7 +28,7 @@ __all__ = ["Weave", "weave"]
 Sides = int | Pair
 
 
-class Weave(Picture):
+class Weave(EndlessPlane):
     """An endless texture; ``texture[y0:y1, x0:x1]`` renders any window as an array.
 
     Attributes

@@ -31,7 +31,7 @@ from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from ..model.image import Kind, Plane
 from ..rendering.blending import averaged
-from .picture import SIDE, Cell, Cut, Grid, Picture, Results, Store, check_side, extra
+from .picture import SIDE, Cell, Cut, EndlessPlane, Grid, Results, Store, check_side, extra
 
 _N = "(0|[1-9][0-9]*)"
 FILES = re.compile(rf"zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi(\.recipe\.json)?|image_files/{_N}/{_N}_{_N}\.png")
@@ -164,7 +164,7 @@ class TiffStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: PathLike, sides: Pair, side: int
+        cls, texture: EndlessPlane, path: PathLike, sides: Pair, side: int
     ) -> Cut:
         """Cut into rows of tiles; ParameterError for sides that TIFF does not support."""
         extra("tifffile")
@@ -220,7 +220,7 @@ class TileStore(Export):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: PathLike, sides: Pair, side: int
+        cls, texture: EndlessPlane, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, TilePacker]:
         """Cut into squares of tiles; ParameterError for pixels that PNG does not support."""
         tile, like = check_side("tile", side, 4096), texture.like
@@ -306,12 +306,12 @@ def as_they_are(pixels: Array, cell: Cell) -> list[bytes]:
 
 
 @dataclass
-class HeldStore(Export):
+class BufferedStore(Export):
     """A picture of any format that `write` supports, with the recipe; held in memory until it is complete."""
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: PathLike, sides: Pair, side: int
+        cls, texture: EndlessPlane, path: PathLike, sides: Pair, side: int
     ) -> Cut:
         """Cut into cells; ParameterError for pixels and sizes that the format does not support, and for chunks."""
         if side:

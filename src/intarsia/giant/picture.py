@@ -161,7 +161,7 @@ LEAST = 16  # px: least side of chunks and tiles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Picture:
+class EndlessPlane:
     """One plane of an endless texture, rendered window by window.
 
     `method` has every parameter decided; `blend`: how pieces are blended; `name`: the plane that is rendered.
@@ -305,7 +305,7 @@ class Store(ABC):
     """A picture on disk that is made cell by cell: its plan, and the interface of all stores."""
 
     path: Path
-    texture: Picture
+    texture: EndlessPlane
     origin: Pair  # the first pixel, in the endless plane
     grid: Grid
     recipe: Record
@@ -317,7 +317,7 @@ class Store(ABC):
 
     @classmethod
     def of(
-        cls, texture: Picture, path: PathLike, shape: Any, origin: Any, side: int, force: bool
+        cls, texture: EndlessPlane, path: PathLike, shape: Any, origin: Any, side: int, force: bool
     ) -> Self:
         """Return a planned store with chunks or tiles of `side` px; nothing is written."""
         expect_path(path)
@@ -331,7 +331,7 @@ class Store(ABC):
     @classmethod
     @abstractmethod
     def cut(
-        cls, texture: Picture, path: PathLike, sides: Pair, side: int
+        cls, texture: EndlessPlane, path: PathLike, sides: Pair, side: int
     ) -> Cut:
         """Return the cells and their packer; ParameterError for pixels or sizes that the store does not support."""
 
@@ -368,7 +368,7 @@ class Store(ABC):
         """Close all files and remove temporary ones."""
 
 
-def checked(texture: Picture, sides: Pair, origin: Any) -> Pair:
+def checked(texture: EndlessPlane, sides: Pair, origin: Any) -> Pair:
     """Return the first pixel of a picture; ParameterError if the picture is too far from the origin."""
     try:
         y, x = pair(origin if hasattr(origin, "__len__") else None)

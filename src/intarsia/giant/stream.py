@@ -35,8 +35,8 @@ from ..foundation.geometry import Box
 from ..foundation.params import functions_of
 from ..foundation.run import Run
 from ..methods import Method, traits
-from .exports import HeldStore, TiffStore, TileStore
-from .picture import Cell, Packer, Picture, Results, Store, checked, extra, sides_of
+from .exports import BufferedStore, TiffStore, TileStore
+from .picture import Cell, EndlessPlane, Packer, Results, Store, checked, extra, sides_of
 from .zarrays import ZarrStore
 
 Task = Callable[[Cell], list[bytes]]
@@ -221,7 +221,7 @@ def _held(cell: Cell) -> list[bytes]:
     return _task[0](cell)
 
 
-def array_of(texture: Picture, size: Any, chunks: Any, origin: Any) -> Any:
+def array_of(texture: EndlessPlane, size: Any, chunks: Any, origin: Any) -> Any:
     """Return a window of a texture as a dask array; the texture is one node of its graph, sent once to a worker."""
     dask, arrays = extra("dask"), extra("dask.array")
     sides = sides_of(size)
@@ -242,7 +242,7 @@ def array_of(texture: Picture, size: Any, chunks: Any, origin: Any) -> Any:
     )  # fmt: skip
 
 
-def block(texture: Picture, y: int, x: int, block_info: Any = None) -> Array:
+def block(texture: EndlessPlane, y: int, x: int, block_info: Any = None) -> Array:
     """Render a block of a dask array whose first pixel is (y, x) of the endless plane."""
     rows, columns = block_info[None]["array-location"][:2]
     return texture.draw(Box(rows[0], columns[0], rows[1], columns[1]).moved(y, x))
@@ -252,7 +252,7 @@ STORES: dict[str, tuple[type[Store], int]] = {
     "zarr": (ZarrStore, 512),
     "tiff": (TiffStore, 512),
     "tiles": (TileStore, 256),
-    "picture": (HeldStore, 0),
+    "picture": (BufferedStore, 0),
 }
 """Name -> the class of the store, and the default side of its chunks or tiles; 0: it has none."""
 
@@ -268,7 +268,7 @@ DRAWN = 1 << 22
 class DrawnAndPacked:
     """The task of a worker: render a cell and encode it."""
 
-    texture: Picture
+    texture: EndlessPlane
     origin: Pair
     packer: Packer
 
@@ -317,7 +317,7 @@ def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
 def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
     """Render and write the missing cells of a store, which stays open."""
     total = len(store.grid)
-    with legible(store):
+    with as_resource_error(store):
         store.look()
         check_sendable(store.texture.method, executor)
         with executor_of(executor, run) as drawn:
@@ -336,12 +336,12 @@ def fill(store: Store, executor: ExecutorLike, run: Run) -> None:
 
 def finish(store: Store) -> None:
     """Move a complete store to its path."""
-    with legible(store):
+    with as_resource_error(store):
         store.finish()
 
 
 @contextmanager
-def legible(store: Store) -> Iterator[None]:
+def as_resource_error(store: Store) -> Iterator[None]:
     """Turn an OSError into a ResourceError of one line that says why a store could not be written."""
     try:
         yield

@@ -21,7 +21,7 @@ from ..foundation import InputError, ParameterError, Record
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
 from .exports import check_place
-from .picture import SIDE, Cell, Grid, Picture, Results, Store, check_side, extra
+from .picture import SIDE, Cell, EndlessPlane, Grid, Results, Store, check_side, extra
 
 SIGN = "zarr.json"
 LONGEST = 1 << 26  # most bytes of it
@@ -80,7 +80,7 @@ class ZarrStore(Store):
 
     @classmethod
     def cut(
-        cls, texture: Picture, path: PathLike, sides: Pair, side: int
+        cls, texture: EndlessPlane, path: PathLike, sides: Pair, side: int
     ) -> tuple[Grid, ZarrPacker]:
         """Cut into shards of several chunks; MissingExtraError without zarr."""
         extra("zarr")

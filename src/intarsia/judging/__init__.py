@@ -33,9 +33,9 @@ from ..foundation.arrays import Array, Int16, Pair
 from ..foundation.geometry import Wrap, apart
 from ..model import Exemplar, Exemplars
 from ..model.sourcemap import SourceMap
-from .parts import PARTS, TEXTURE, Part, measured, shown, sources_of, square_side
+from .parts import PARTS, TEXTURE, Part, measured, sources_of, square_side, square_usage
 from .sources import STEP, Reference, Sources
-from .windows import SIDE, smaller
+from .windows import SIDE, block_means
 
 CORNER = 512  # px: of outputs of more than twice this side only the corners, of this size, are judged
 WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
@@ -45,7 +45,7 @@ AROUND = 32  # px by which periodic outputs are padded beyond their borders
 Pictures = Sequence[Int16]
 
 
-class Worth(NamedTuple):
+class PartScore(NamedTuple):
     """One part of a score: its definition, the measured number, and the anchors that are worth 1 and 0."""
 
     part: Part
@@ -54,7 +54,7 @@ class Worth(NamedTuple):
     bad: float
 
     @property
-    def worth(self) -> float:
+    def normalised(self) -> float:
         """The normalised score of the part: 1 at the good anchor, 0 at the bad one."""
         return min(1.0, max(0.0, (self.bad - self.measured) / (self.bad - self.good)))
 
@@ -66,7 +66,7 @@ class Score:
     ``grain``: how rarely windows of the exemplar recur in it, 0 to 1.
     """
 
-    parts: dict[str, Worth]
+    parts: dict[str, PartScore]
     grain: float
 
     def __repr__(self) -> str:
@@ -83,8 +83,8 @@ class Score:
         """Return what one part subtracts from the total, of 1; "texture" takes its share of what the others leave."""
         one = self.parts[name]
         if one.part is TEXTURE:
-            return (1 - one.worth) * max(0.0, 1 - sum(self.loss(other) for other in self.parts if other != name))
-        return one.part.weight * (self.grain if one.part.grainy else 1.0) * float((1 - one.worth) ** 0.5)
+            return (1 - one.normalised) * max(0.0, 1 - sum(self.loss(other) for other in self.parts if other != name))
+        return one.part.weight * (self.grain if one.part.grainy else 1.0) * float((1 - one.normalised) ** 0.5)
 
     @property
     def ranked(self) -> list[str]:
@@ -94,7 +94,7 @@ class Score:
     @property
     def verdict(self) -> str:
         """The total in words, with the flaw of the largest loss."""
-        if self.parts[TEXTURE.name].worth < 0.5:
+        if self.parts[TEXTURE.name].normalised < 0.5:
             return "not this texture"
         word = next(word for least, word in WORDS if self.total >= least)
         return word.format(self.parts[self.ranked[0]].part.flaw)
@@ -103,14 +103,14 @@ class Score:
         """Return the score for JSON."""
         return {"total": round(self.total, 2), "verdict": self.verdict, "grain": round(self.grain, 3), "parts": {
             name: {
-                "worth": round(one.worth, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
+                "worth": round(one.normalised, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
                 "good": round(one.good, 3), "bad": round(one.bad, 3), "loss": round(100 * self.loss(name), 2),
                 "weight": one.part.weight,
             } for name, one in self.parts.items()
         }}  # fmt: skip
 
 
-class Look(NamedTuple):
+class JudgedPart(NamedTuple):
     """A judged part of an output: row and column where it begins, in px, and the sources of its windows."""
 
     begin: Pair
@@ -122,7 +122,7 @@ class Judged:
     """A score, and the judged parts of the output, reduced `factor` times like the exemplars."""
 
     score: Score
-    looks: tuple[Look, ...]
+    looks: tuple[JudgedPart, ...]
     factor: int
 
     @property
@@ -141,18 +141,18 @@ def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Jud
         )
     alone = [Exemplar({"base": e.base}, e.usable, e.toroidal, e.name) for e in (*exemplars, output)]
     *pictures, mine = features(alone).pictures
-    return _judged(known_of(pictures, exemplars), mine, wrap)
+    return _judged(reference_scales(pictures, exemplars), mine, wrap)
 
 
 def score_map(exemplars: Exemplars, smap: SourceMap) -> Score:
     """Return the score of a map without holes, rendered without feathering."""
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
-    known = feats.memo("judging", lambda: known_of(pictures, exemplars))  # several maps of the same are judged
-    return _judged(known, drawn(pictures, smap), smap.wrap).score
+    known = feats.memo("judging", lambda: reference_scales(pictures, exemplars))  # several maps of the same are judged
+    return _judged(known, render_features(pictures, smap), smap.wrap).score
 
 
-def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
+def render_features(pictures: Pictures, smap: SourceMap) -> Int16:
     """Return a map rendered in feature space (H, W, C), without feathering."""
     if smap.which is None:
         return np.asarray(pictures[0][smap.yx[..., 0], smap.yx[..., 1]])
@@ -163,7 +163,7 @@ def drawn(pictures: Pictures, smap: SourceMap) -> Int16:
     return out
 
 
-class Known(NamedTuple):
+class ReferenceScales(NamedTuple):
     """Measurements of exemplars for all outputs: reduction factor, reference windows, bad anchors from random tiles."""
 
     factor: int
@@ -174,34 +174,34 @@ class Known(NamedTuple):
         """Return an output reduced like the exemplars and clipped to their range, in which distances are exact."""
         pictures = self.reference.pictures
         low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
-        return np.asarray(np.clip(smaller(output, self.factor), low, high), np.int16)
+        return np.asarray(np.clip(block_means(output, self.factor), low, high), np.int16)
 
 
-def known_of(pictures: Pictures, exemplars: Exemplars) -> Known:
+def reference_scales(pictures: Pictures, exemplars: Exemplars) -> ReferenceScales:
     """Return the measurements of exemplars, given the features of their base planes (H, W, C)."""
     factor = max(factor_for(p.shape) for p in pictures)  # large ones are reduced
     masks = (e.usable for e in exemplars)
     reference = Reference(
-        tuple(np.asarray(smaller(p, factor), np.int16) for p in pictures),
+        tuple(np.asarray(block_means(p, factor), np.int16) for p in pictures),
         tuple(None if m is None else block_sums(m, factor) == factor * factor for m in masks),
     )
     by_tiles = [part for part in PARTS if part.bad is None]
     tiles = reference.tiles
-    return Known(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
+    return ReferenceScales(factor, reference, measured(reference, tiles, sources_of(reference, tiles), by_tiles))
 
 
-def _judged(known: Known, output: Int16, wrap: Wrap) -> Judged:
+def _judged(known: ReferenceScales, output: Int16, wrap: Wrap) -> Judged:
     factor, reference, worst = known
-    looks, told_by = list[Look](), list[dict[str, float]]()
+    looks, told_by = list[JudgedPart](), list[dict[str, float]]()
     for (y, x), picture in _corners(known.reduced(output), wrap):
         sources = tuple(sources_of(reference, picture))
-        looks.append(Look((y * factor, x * factor), sources))
+        looks.append(JudgedPart((y * factor, x * factor), sources))
         told_by.append(measured(reference, picture, sources))
     parts = {}
     for part in PARTS:
         bad = worst[part.name] if part.bad is None else part.bad
         seen = sum(one[part.name] for one in told_by) / len(told_by)
-        parts[part.name] = Worth(part, seen, part.good, max(bad, part.good + part.least))
+        parts[part.name] = PartScore(part, seen, part.good, max(bad, part.good + part.least))
     return Judged(Score(parts, reference.grain), tuple(looks), factor)
 
 
@@ -221,7 +221,7 @@ OFTEN = 2.5  # times the mean: places used less often are not reported
 RETURNS = 3  # least occurrences in the output
 
 
-class Spot(NamedTuple):
+class Circle(NamedTuple):
     """A circle in a picture: centre and radius, in px."""
 
     y: float
@@ -229,16 +229,16 @@ class Spot(NamedTuple):
     radius: float
 
 
-class Often(NamedTuple):
+class Overused(NamedTuple):
     """An overused place: in exemplar `number` at `place`, used `times` the mean, and its occurrences (`spots`)."""
 
     number: int
-    place: Spot
+    place: Circle
     times: float
-    spots: tuple[Spot, ...]
+    occurrences: tuple[Circle, ...]
 
 
-def joins_at(judged: Judged, size: Pair) -> Array:
+def local_join_costs(judged: Judged, size: Pair) -> Array:
     """Return the local cost of joins in an output of `size`, 0 to 1, where 1 is the distance of unrelated windows.
 
     (rows, columns) of squares of 8 px, times the factor by which the output was reduced.
@@ -248,7 +248,7 @@ def joins_at(judged: Judged, size: Pair) -> Array:
     for look in judged.looks:
         top, left = (at // (STEP * judged.factor) for at in look.begin)
         for sources in look.sources[:SIZES]:
-            right, below = sources.changes / 1024
+            right, below = sources.join_costs / 1024
             y, x = (at + SIDE * sources.level.windows.factor // (2 * STEP) for at in (top, left))
             for change in (right[:, 1:], below[1:]):  # the first have no predecessor
                 high, wide = min(change.shape[0], rows - y), min(change.shape[1], columns - x)
@@ -261,27 +261,27 @@ def joins_at(judged: Judged, size: Pair) -> Array:
     return np.asarray((total / np.maximum(count, 1))[np.ix_(*rim)])
 
 
-def too_often(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Often, ...]:
+def overused_places(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Overused, ...]:
     """Return the places of the exemplars that are used far more often than others, the most used first."""
     first = judged.finest
     if not first:
         return ()
     table = first[0].level.windows.table
-    often = shown(table, np.sum([s.usage for s in first], axis=0))
+    often = square_usage(table, np.sum([s.usage for s in first], axis=0))
     known, side = often >= 0, square_side(table)
     mean = float(often[known].mean()) if known.any() else 0.0
     if mean == 0:
         return ()
-    found = list[Often]()
+    found = list[Overused]()
     apart = 2 * side + SIDE // first[0].level.windows.stride
-    while len(found) < MOST and sum(len(o.spots) for o in found) < MANY and often.max() >= OFTEN * mean:
+    while len(found) < MOST and sum(len(o.occurrences) for o in found) < MANY and often.max() >= OFTEN * mean:
         row, column = (int(n) for n in np.unravel_index(int(often.argmax()), often.shape))
         times = float(often[row, column]) / mean
         often[max(0, row - apart + 1) : row + apart, max(0, column - apart + 1) : column + apart] = -1
         spots = tuple(_spots(judged, (row, column), output))
         if len(spots) >= RETURNS:
             number, place = _place(first[0], (row, column), judged.factor, exemplars)
-            found.append(Often(number, place, times, spots))
+            found.append(Overused(number, place, times, spots))
     return tuple(found)
 
 
@@ -320,13 +320,13 @@ def _rows(sources: Sources, factor: int, exemplars: Sequence[Pair]) -> list[tupl
     return out
 
 
-def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Spot]:
+def _place(sources: Sources, at: Pair, factor: int, exemplars: Sequence[Pair]) -> tuple[int, Circle]:
     """Return the exemplar, and the place in it, of the square of the table that begins at `at`."""
     windows, (row, column) = sources.level.windows, at
     rows = _rows(sources, factor, exemplars)
     number = max(n for n, (begin, height, _) in enumerate(rows) if height and begin <= row)
     n, radius = windows.factor * factor, _radius(sources, factor)
-    return number, Spot(
+    return number, Circle(
         (row - rows[number][0]) * windows.stride * n + radius, column * windows.stride * n + radius, radius
     )
 
@@ -336,9 +336,9 @@ def _radius(sources: Sources, factor: int) -> float:
     return (square_side(windows.table) * windows.stride + SIDE) * windows.factor * factor / 2
 
 
-def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
+def _spots(judged: Judged, at: Pair, output: Pair) -> list[Circle]:
     """Return the places of the output whose sources lie in the square of the table that begins at `at`."""
-    out = list[Spot]()
+    out = list[Circle]()
     for look in judged.looks:
         if not look.sources:
             continue
@@ -354,5 +354,5 @@ def _spots(judged: Judged, at: Pair, output: Pair) -> list[Spot]:
                 (b + float(m) * judged.factor) % n for b, m, n in zip(look.begin, middle, output, strict=True)
             )
             if all(max(apart(y, s.y, output[0], True), apart(x, s.x, output[1], True)) > radius for s in out):
-                out.append(Spot(y, x, radius))
+                out.append(Circle(y, x, radius))
     return out

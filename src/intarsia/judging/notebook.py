@@ -15,10 +15,10 @@ import numpy as np
 
 from ..foundation import IntarsiaError, legible
 from ..model import Exemplar, Exemplars
-from ..model.image import Plane, Transfer, encoded, looked_at
+from ..model.image import Plane, Transfer, encoded, to_display
 from ..model.sourcemap import HOLE, SourceMap
 from . import score_map
-from .windows import smaller
+from .windows import block_means
 
 SIDE, SMALL = 512, 256  # px: largest side of the picture, and of the exemplars
 PICTURE, EXEMPLARS, MAP = 360_000, 120_000, 200_000  # most bytes of each, before base64
@@ -114,19 +114,19 @@ def _score(exemplars: Exemplars, smap: SourceMap) -> str:
         found = score_map(exemplars, smap)
     except IntarsiaError as e:
         return f"<p>no score: {escape(legible(str(e)))}</p>"
-    parts = (f"<tr><td>{escape(n)}</td><td>{100 * found.parts[n].worth:.0f}</td></tr>" for n in found.ranked)
+    parts = (f"<tr><td>{escape(n)}</td><td>{100 * found.parts[n].normalised:.0f}</td></tr>" for n in found.ranked)
     table = f"<details><summary>its parts, each of 100</summary><table>{''.join(parts)}</table></details>"
     return f"<p>score <b>{found.total:.1f}</b> of 100, {found.verdict}</p>{table}"
 
 
 def _shown(plane: Plane, side: int, most: int, alt: str) -> tuple[str, int]:
     """Return an <img> of at most `most` bytes, reduced by an integer factor; and that factor."""
-    pixels = looked_at(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR)
+    pixels = to_display(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR)
     pixels = pixels.reshape(*pixels.shape[:2], -1)
     step = max(-(-max(pixels.shape[:2]) // side), 1)
     while True:
         step = min(step, *pixels.shape[:2])
-        small = smaller(pixels, step).astype(np.uint8)
+        small = block_means(pixels, step).astype(np.uint8)
         data, kind = encoded(small), "png"
         if len(data) > most and small.shape[2] in (1, 3):
             data, kind = encoded(small, QUALITY), "jpeg"

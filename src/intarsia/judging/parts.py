@@ -24,7 +24,7 @@ import numpy as np
 from ..analysis import window_sums
 from ..foundation.arrays import Array, Int16, Mask
 from ..foundation.filters import moving_sums
-from .sources import NEXT, STEP, Reference, Sources, continued
+from .sources import NEXT, STEP, Reference, Sources, continued_sources
 from .windows import SIDE, poses
 
 # A single place of the exemplar may recur unseen; one that recurs with its surroundings is noticed. Of the measures on
@@ -89,14 +89,14 @@ def measured(
     every, sources = sources, sources[:2]
     sides = [min(p.shape[:2]) for p in reference.pictures]
     how: dict[str, Callable[[], float]] = {
-        "joins": lambda: _mean([100 / 1024 * float(s.changes.mean()) for s in sources]),
+        "joins": lambda: _mean([100 / 1024 * float(s.join_costs.mean()) for s in sources]),
         "steps": lambda: _mean([100 / 1024 * float(s.steps.mean()) for s in every[1:]]),
         "overused": lambda: _mean([_overused(s) for s in sources], 1.0),
         "salient": lambda: _mean([_salient(reference, s) for s in sources[1:2]], 1.0),
         "blurred": lambda: _blurred(reference, picture),
         "repeats": lambda: _mean([_again(s, sides) for s in sources[:1]]),
         "lattice": lambda: _lattice(reference, picture),
-        TEXTURE.name: lambda: unlike(every, TEXTURE.good),
+        TEXTURE.name: lambda: texture_distance(every, TEXTURE.good),
     }
     return {part.name: how[part.name]() for part in parts}
 
@@ -110,7 +110,7 @@ def square_side(table: Array) -> int:
     return max(3, int(min(table.shape)) // 12)
 
 
-def shown(table: Array, usage: Array) -> Array:
+def square_usage(table: Array, usage: Array) -> Array:
     """Return the sum of `usage` over every square of a table of windows; -1 for squares with gaps."""
     side = square_side(table)
     if min(table.shape) < side:
@@ -121,7 +121,7 @@ def shown(table: Array, usage: Array) -> Array:
 
 def _overused(sources: Sources) -> float:
     """Return the 98th percentile of the use of squares, a twelfth of the exemplar wide, relative to the mean."""
-    every = shown(sources.level.windows.table, sources.usage)
+    every = square_usage(sources.level.windows.table, sources.usage)
     often = np.sort(every[every >= 0])
     mean = float(often.sum()) / max(often.size, 1)
     return float(often[often.size * 98 // 100]) / mean if mean else 1.0
@@ -142,10 +142,10 @@ def _again(sources: Sources, sides: Sequence[int]) -> float:
 
     `sides`: the shorter sides of the exemplars, px.
     """
-    return 100 * float(shown_again(sources, min(REACH, max(sides) * 3 // 4 // STEP)).mean())
+    return 100 * float(recurring_windows(sources, min(REACH, max(sides) * 3 // 4 // STEP)).mean())
 
 
-def shown_again(sources: Sources, reach: int) -> Mask:
+def recurring_windows(sources: Sources, reach: int) -> Mask:
     """Return a mask of the windows that recur within `reach` windows together with most of the 5 x 5 around them."""
     windows = sources.level.windows
     at = (windows.at[sources.number] * windows.stride).astype(np.int16)
@@ -206,7 +206,7 @@ TURNED = 300  # windows that are searched in every pose;
 CHANCE = 1.5  # correction of their distance, as the nearest of eight poses is nearer by chance
 
 
-def unlike(sources: Sequence[Sources], enough: float) -> float:
+def texture_distance(sources: Sequence[Sources], enough: float) -> float:
     """Return how much an output differs in texture from its exemplar, in percent.
 
     If that is more than `enough`, pieces may be mirrored or rotated, and windows are compared in every pose.
@@ -241,7 +241,7 @@ def _usual(sources: Sources) -> float:
 def _begun(sources: Sources) -> float:
     begun = steps = 0
     for step in NEXT[:2]:
-        ahead, inside = continued(sources.level, sources.number, step)
+        ahead, inside = continued_sources(sources.level, sources.number, step)
         begun += int((inside & (ahead != sources.number)).sum())
         steps += int(inside.sum())
     return begun / max(steps, 1)

@@ -249,7 +249,7 @@ class Sources:
         return self.waves.reshape(-1, self.waves.shape[2])
 
     @property
-    def changes(self) -> Array:
+    def join_costs(self) -> Array:
         """The cost of the joins to the right and lower neighbours: 0 none, 1024 the distance of unrelated windows.
 
         0 if the sources are whole periods of the exemplar apart.
@@ -265,7 +265,7 @@ class Sources:
         windows, out = self.level.windows, []
         here = windows.apart(self.waves, self.number, features)
         for step in NEXT[:2]:
-            ahead, inside = continued(self.level, self.number, step)
+            ahead, inside = continued_sources(self.level, self.number, step)
             inside &= ~self._kept(step)
             there = windows.apart(self.waves, np.maximum(ahead, 0), features)
             change = np.clip((np.where(ahead >= 0, there, unrelated + here) - here) * 1024 // unrelated, 0, 1024 * most)
@@ -290,7 +290,7 @@ class Sources:
         return np.bincount(at[:, 0] * table.shape[1] + at[:, 1], minlength=table.size).reshape(table.shape)
 
 
-def continued(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
+def continued_sources(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
     """Return the source of every window's predecessor, by `step`, continued by that step; and where there is one.
 
     -1 where it leaves the exemplar.
@@ -314,7 +314,7 @@ def _agreed(level: Level, waves: Array, distance: Array, number: Array) -> Array
     limit = distance * NEAR[0] // NEAR[1] + level.usual // SLACK
     for _ in range(ROUNDS):
         for step in NEXT:
-            ahead, _inside = continued(level, number, step)
+            ahead, _inside = continued_sources(level, number, step)
             there = level.windows.apart(waves, np.maximum(ahead, 0))
             take = (ahead >= 0) & (there <= limit)
             number[take] = ahead[take]

@@ -44,12 +44,12 @@ def poses(waves: Array) -> list[Array]:
     return [(laid * np.array(s, np.float32)).reshape(waves.shape) for laid in (each, turned) for s in signs]
 
 
-def smaller(picture: Array, factor: int) -> Array:
+def block_means(picture: Array, factor: int) -> Array:
     """Return means over blocks of factor x factor px, rounded down."""
     return picture if factor == 1 else block_sums(picture, factor) // (factor * factor)
 
 
-def waves_of(picture: Array, rows: Array, columns: Array, middle: Array, shorten: int) -> Array:
+def dct_coefficients(picture: Array, rows: Array, columns: Array, middle: Array, shorten: int) -> Array:
     """Return the cosines of the windows that begin at all of `rows` and `columns`: float32 (rows, columns, features).
 
     `middle` is subtracted from every channel first; the result is divided by `shorten` and rounded.
@@ -81,7 +81,7 @@ class Windows:
     @classmethod
     def of(cls, pictures: list[Array], usable: list[Mask | None], factor: int) -> Windows | None:
         """Cut all windows with usable pixels only; None if there are none."""
-        small = [smaller(p, factor) for p in pictures]
+        small = [block_means(p, factor) for p in pictures]
         room = [(p.shape[0] - SIDE + 1, p.shape[1] - SIDE + 1) for p in small]
         count = sum(max(0, h) * max(0, w) for h, w in room)
         stride = max(1, math.isqrt(max(count - 1, 0) // MOST) + (count > MOST))
@@ -98,7 +98,7 @@ class Windows:
             if min(h, w) < 1:
                 continue
             rows, columns = np.arange(0, h, stride), np.arange(0, w, stride)
-            found = waves_of(p, rows, columns, middle, shorten)
+            found = dct_coefficients(p, rows, columns, middle, shorten)
             whole = np.ones(found.shape[:2], bool) if free is None else _whole(free, factor, rows, columns)
             numbers = np.full(whole.shape, -1, np.int32)
             numbers[whole] = begin + np.arange(int(whole.sum()))
@@ -116,9 +116,9 @@ class Windows:
 
     def cut(self, picture: Array, step: int) -> Array:
         """Return the windows of an output picture that begin every `step` px of it: (rows, columns, features)."""
-        small = smaller(picture, self.factor)
+        small = block_means(picture, self.factor)
         rows, columns = (np.arange(0, n - SIDE + 1, max(1, step // self.factor)) for n in small.shape[:2])
-        return waves_of(small, rows, columns, self.middle, self.shorten)
+        return dct_coefficients(small, rows, columns, self.middle, self.shorten)
 
     def middles(self, pictures: Sequence[Array]) -> Array:
         """Return the values of pictures (H, W), as large as the exemplars, at the window centres, as ``table``."""

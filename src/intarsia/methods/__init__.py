@@ -79,7 +79,7 @@ class Traits(NamedTuple):
 
     exact : its maps name whole pixels, neither scaled nor rotated.
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
-    hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.laid`.
+    hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.patch_starts`.
     channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
     asked : returns, for parameters that are functions, a hash of their values over a canvas or a box.
     terms : returns the terms of its energy besides seams, of a map, by name, in knees per million px.

@@ -151,7 +151,7 @@ class Plane(Shaped):
 
     def _repr_png_(self) -> bytes:
 
-        return encoded(looked_at(self.pixels, self.kind, self.transfer is Transfer.LINEAR))
+        return encoded(to_display(self.pixels, self.kind, self.transfer is Transfer.LINEAR))
 
 
 def _frozen(pixels: Array) -> bool:
@@ -305,7 +305,7 @@ def _numbers_kept(pixels: Array, dtype: np.dtype[Any]) -> Array:
     return kept
 
 
-def looked_at(pixels: Array, kind: str, linear: bool) -> Array:
+def to_display(pixels: Array, kind: str, linear: bool) -> Array:
     """Return 8 bits for display: floats clipped, data normalised to its range, labels in distinct colours.
 
     `pixels` and the result: (H, W) or (H, W, C). `kind` is "colour", "data" or "label"; `linear`: whether colours are

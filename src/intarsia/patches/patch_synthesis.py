@@ -17,7 +17,7 @@ from ..analysis.features import features
 from ..foundation import MethodError, lazy, ndimage
 from ..foundation.arrays import Array, Int64, Mask, Pair
 from ..foundation.blend import Blend
-from ..foundation.geometry import laid
+from ..foundation.geometry import patch_starts
 from ..foundation.params import AUTO, Poses, Weights, extent
 from ..foundation.run import Run, draw_many
 from ..kernels.cuts import SeamPrice
@@ -129,7 +129,7 @@ class PatchSettings:
             found = fill_order(~canvas.start.holes, patch, overlap, wraps)
             return WindowGrid((), (), patch, size, wraps, tuple(found))
         (rows, height), (columns, width) = (
-            laid(*axis, self.hangs) for axis in zip(size, self.patch, self.overlap, wraps, strict=True)
+            patch_starts(*axis, self.hangs) for axis in zip(size, self.patch, self.overlap, wraps, strict=True)
         )
         return WindowGrid(tuple(rows), tuple(columns), (height, width), size, wraps)
 

@@ -26,12 +26,12 @@ from ..foundation import AUTO_METHOD, SAMPLES, InputError, IntarsiaError, Parame
 from ..request import to_argv, to_line
 from . import uploads
 from .jobs import Jobs
+from .pictures import WITHIN, Pictures, Showing, Sketches
 from .processes import Gone, Process
-from .safety import Safety, error
-from .showing import WITHIN, Pictures, Showing, Sketches
+from .requests import LIMITS, schema, usual, words_of
+from .requests import options as options_of
+from .security import Safety, error
 from .store import Bin, Events, Row, Store, digest
-from .words import LIMITS, schema, usual, words_of
-from .words import options as options_of
 
 STATIC = Path(__file__).parent / "static"
 LENGTH = re.compile("[0-9]{1,8}")

@@ -14,8 +14,8 @@ from starlette.exceptions import HTTPException
 
 from ..foundation import IntarsiaError, ParameterError
 from .processes import FailedError, Process
+from .requests import LIMITS, Words, plain, result_of, words_of
 from .store import OPEN, Events, Row, Store, digest
-from .words import LIMITS, Words, plain, result_of, words_of
 
 PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
 SLOW = ("efros-leung",)

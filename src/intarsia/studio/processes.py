@@ -94,7 +94,7 @@ class Process:
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is not None and self._process.returncode is None:
             return self._process
-        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.beside.worker", *self._words]
+        pipe, words = asyncio.subprocess.PIPE, [sys.executable, "-m", "intarsia.studio.workers.worker", *self._words]
         home = Path(__file__).absolute().parents[2]
         found = os.environ | {"PYTHONPATH": os.pathsep.join([str(home), *filter(None, [os.environ.get("PYTHONPATH")])])}
         self._process = await asyncio.create_subprocess_exec(

@@ -19,7 +19,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from ..foundation import InputError, ResourceError, printable
 from .app import Studio, app_of
-from .safety import HEADERS, Safety
+from .security import HEADERS, Safety
 from .store import AUTHORIZATION
 
 SOON = 10.0  # s for all headers of a request, from the beginning of the connection or from the answer before

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..corrections import advected, descent, stack
+from ..corrections import advected, pyramid, stack
 from ..foundation import InputError, IntarsiaError, ParameterError, called, expect, said, whole_within
 from ..foundation.arrays import Floats, Int64
 from ..foundation.field import function_name
@@ -82,15 +82,15 @@ def advect(
     _check(made, coarsest)
     check_start(made.map, made.exemplars)
     run, smap, exemplar = run_of(run), made.map, made.exemplars[0]
-    steps = steps_of(flow, *smap.shape, frame)
+    steps = displacements(flow, *smap.shape, frame)
     own = made.method if isinstance(made.method, ParallelControllable) else ParallelControllable()
     canvas = Canvas(*smap.shape, smap.wrap)
     mender = (method or own).resolved((exemplar,), canvas)
-    stacked = stack.exemplar_stack(exemplar, stack.Look.of(mender))
+    stacked = stack.exemplar_stack(exemplar, stack.ComparisonSettings.of(mender))
     before = made.recipe.get("advected", {"frames": 0, "sha256": ""})
     lot = made.recipe.get("seed", 0), before["frames"]
-    flowing = advected.TornPlaces(stacked, descent.Corrections.of(mender), smap.wrap.closed)
-    yx = flowing.mended(*flowing.carried(smap.yx, steps, lot), coarsest.bit_length() - 1, run)
+    flowing = advected.AdvectedCorrections(stacked, pyramid.CorrectionParameters.of(mender), smap.wrap.closed)
+    yx = flowing.mended(*flowing.moved(smap.yx, steps, lot), coarsest.bit_length() - 1, run)
     settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
     moves = f"{before['sha256']}|{coarsest}|{settings}|".encode() + steps.astype("<i8").tobytes()
     flowed = {"frames": before["frames"] + 1, "sha256": hashlib.sha256(moves).hexdigest()}
@@ -98,7 +98,7 @@ def advect(
     return replace(made, map=moved, recipe=made.recipe | {"advected": flowed})
 
 
-def steps_of(flow: Flow, height: int, width: int, frame: int | None = None) -> Int64:
+def displacements(flow: Flow, height: int, width: int, frame: int | None = None) -> Int64:
     """Return the displacement of each pixel, (H, W, 2) in whole px, from the previous frame to this one."""
     given: Any = flow
     if callable(flow):

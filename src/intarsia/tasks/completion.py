@@ -43,7 +43,7 @@ from ..model.sourcemap import HOLE, UPRIGHT, Source, SourceMap, identity
 from ..seams import energy
 from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
-from .repair import settled
+from .repair import refined
 
 LEAST_PATCH = 12
 ROOM = 2  # times the thickness of a hole: least side of a patch that covers it with its surroundings
@@ -93,7 +93,7 @@ def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
     return replace(smap, **parts)
 
 
-def grown_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:
+def dilated_hole(hole: ArrayLike, px: int, wrap: Wrap = Wrap.NONE) -> Mask:
     """Return a mask dilated by `px` (Chebyshev distance), around the border along periodic axes."""
     side = 2 * whole_within("grow", px, 0, MAX_SIDE) + 1
     modes: list[Any] = ["wrap" if closed else "constant" for closed in wrap.closed]
@@ -104,7 +104,7 @@ def extension(
     picture: Exemplar, margins: Margins, donors: Exemplars = (), wrap: Wrap = Wrap.NONE
 ) -> Scene:
     """Return the scene to extend a picture, from the picture itself, or from `donors` alone if there are any."""
-    exemplars = shelf_of(picture, donors)
+    exemplars = exemplars_of(picture, donors)
     start = replace(extended([e.source for e in exemplars], 0, margins), wrap=wrap)
     sides = [margins.left, margins.right, margins.top, margins.bottom]
     return Scene(exemplars, Canvas(*start.shape, wrap, start), {"extend": sides})
@@ -122,7 +122,7 @@ def scene_to_heal(
     InputError
         if the hole is empty, covers the whole picture, or has another size.
     """
-    holes = grown_hole(hole, grow, wrap)
+    holes = dilated_hole(hole, grow, wrap)
     if holes.shape != picture.shape:
         raise InputError(
             f"the hole's mask is {holes.shape[-1]}x{holes.shape[0]} px, {picture.name} "
@@ -136,12 +136,12 @@ def scene_to_heal(
     usable = ~holes if picture.usable is None else picture.usable & ~holes
     if not donors and not usable.any():
         raise InputError(f"nothing of {picture.name} may be used for healing; mark less, or name another source.")
-    exemplars = shelf_of(picture if donors else replace(picture, usable=usable), donors)
+    exemplars = exemplars_of(picture if donors else replace(picture, usable=usable), donors)
     start = replace(with_hole(identity([e.source for e in exemplars], 0), holes), wrap=wrap)
     return Scene(exemplars, Canvas(*start.shape, wrap, start, rim=0), {"heal": {"grow": grow}})
 
 
-def shelf_of(picture: Exemplar, donors: Exemplars) -> tuple[Exemplar, ...]:
+def exemplars_of(picture: Exemplar, donors: Exemplars) -> tuple[Exemplar, ...]:
     """Return the exemplars: the picture, which is unusable for sampling if there are donors, and the donors."""
     if not donors:
         return (picture,)
@@ -216,7 +216,7 @@ def heal(
     around = chosen(Wrap, "wrap", wrap)
     first, donors = _pictured(picture, hole, grow, around), donors_of(sources)
     scene = healed_scene(first, hole, donors, around, grow)
-    asked = exacting(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
+    asked = with_zero_tolerance(method, {}) if isinstance(method, str) and method != AUTO_METHOD else named(method)
     return fill_holes(planned_for_holes(scene, asked), seed, run_of(run))
 
 
@@ -238,8 +238,8 @@ def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Pla
         raise ParameterError(f"edge={edge} px need the method {PIXELWISE}, which is not there; leave it out.")
     choice = None
     if isinstance(method, Auto):
-        choice = method.leading(scene.exemplars, scene.canvas)
-        choice = replace(choice, method=exacting(choice.method.slug, dict(choice.given)))
+        choice = method.first_unresolved(scene.exemplars, scene.canvas)
+        choice = replace(choice, method=with_zero_tolerance(choice.method.slug, dict(choice.given)))
         method = choice.method
     check_abilities(method, scene.exemplars, scene.canvas)
     check_between(method, Blend(0))
@@ -258,14 +258,14 @@ def fill_holes(plan: Plan, seed: int, run: Run, edge: int = 0) -> Synthesis:
         grow = scene.recipe.get("heal", {}).get("grow", 0) + more
         seen = "pixels at the edge of the hole look like a rim of what was there"
         run.notes.append(f"{seen}; --grow {grow} would cover it.")
-    made = least_seams(scene, attempts(scene, plan.method), seed, run)
+    made = least_energy(scene, methods_to_try(scene, plan.method), seed, run)
     side = min(traits(made.method).footprint or (0, 0))
     if 0 < side < ROOM * thickness(scene):
-        made = settled(made, run)
+        made = refined(made, run)
     return _pixelwise(scene, made, seed, run, edge) if edge else made
 
 
-def least_seams(scene: Scene, methods: Sequence[Method], seed: int, run: Run) -> Synthesis:
+def least_energy(scene: Scene, methods: Sequence[Method], seed: int, run: Run) -> Synthesis:
     """Fill a scene by each of several methods, by exact copies, and return the result with the least seam energy."""
     best: Synthesis | None = None
     least, refused = 0, None
@@ -302,12 +302,12 @@ def rim_around(scene: Scene) -> int:
     return feats.memo(asked, lambda: defect_rim(feats.pictures[0], holes, scene.exemplars[0].usable))
 
 
-def exacting(slug: str, values: Record) -> Method:
+def with_zero_tolerance(slug: str, values: Record) -> Method:
     """Return a method for holes: with tolerance 0, if it has one and no other is given."""
     return make(slug, ({"tolerance": 0.0} if "tolerance" in parameters_of(slug) else {}) | values)
 
 
-def attempts(scene: Scene, method: Method) -> list[Method]:
+def methods_to_try(scene: Scene, method: Method) -> list[Method]:
     """Return the methods to try on the holes of a scene: as given, or with several patch sizes if it is automatic."""
     given = values_of(method)
     if given.get("patch", 0) is not AUTO:
@@ -343,7 +343,7 @@ def _pictured(picture: ExemplarLike, hole: ArrayLike, grow: int | None, wrap: Wr
     """Return the exemplar of a picture to heal; pixels in the hole may be NaN."""
 
     def unused(*_: Any) -> Mask:
-        return grown_hole(hole, grow or 0, wrap)
+        return dilated_hole(hole, grow or 0, wrap)
 
     if isinstance(picture, str | Path):
         from ..files import read_set

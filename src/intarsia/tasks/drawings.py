@@ -13,7 +13,7 @@ from ..analysis.features import features
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair, UInt8
 from ..foundation.geometry import UNIT, Wrap
-from ..judging import OFTEN, Often, Spot, joins_at, too_often, usage_of
+from ..judging import OFTEN, Circle, Overused, local_join_costs, overused_places, usage_of
 from ..lattice.decision import Lattice
 from ..model import Exemplar
 from ..model.image import Plane
@@ -59,7 +59,7 @@ TINTS = colours("5682a8 c4945c 6e9e78 b06668 8878ac ccb878 5c98a0 a08876 786c60 
 # Drawing tools
 
 
-def on_paper(plane: Plane) -> Pixels:
+def to_rgb(plane: Plane) -> Pixels:
     """Return a plane as 8-bit RGB (H, W, 3) for display, transparent pixels over gray."""
     seen = files.preview(plane)
     pixels = seen.samples
@@ -69,14 +69,14 @@ def on_paper(plane: Plane) -> Pixels:
     return np.ascontiguousarray(pixels[:, :, :3] if pixels.shape[2] >= 3 else pixels[:, :, [0, 0, 0]])
 
 
-def looked(plane: Plane, most: int) -> Pixels:
+def thumbnail(plane: Plane, most: int) -> Pixels:
     """Return a plane as 8-bit RGB of at most `most` px a side, averaged in blocks."""
     seen = files.preview(plane)
     n = min(-(-max(seen.shape) // most), *seen.shape)
     if n > 1:
         height, width = (side - side % n for side in seen.shape)
         seen = seen.like(averaged(seen.like(seen.samples[:height, :width]), n))
-    return np.ascontiguousarray(on_paper(seen)[:most, :most])
+    return np.ascontiguousarray(to_rgb(seen)[:most, :most])
 
 
 def borders(numbers: Array) -> Mask:
@@ -124,7 +124,7 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
 
     Yellow lines run along the second vector, cyan ones along the first; 1-D lattices have yellow lines only.
     """
-    picture: Array = on_paper(exemplar.base)
+    picture: Array = to_rgb(exemplar.base)
     cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
     phase = phase_of(features([exemplar]).pictures[0], cell)
     y, x = np.mgrid[: exemplar.height, : exemplar.width] + 0.5 - np.reshape(phase, (2, 1, 1))
@@ -169,7 +169,7 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
         Default: :func:`segments` of the exemplar.
     """
     found = segments(exemplar) if found is None else found
-    picture = on_paper(exemplar.base).astype(np.int32)
+    picture = to_rgb(exemplar.base).astype(np.int32)
     group = found.group_map
     tints = GROUPS[np.arange(int(group.max(initial=0)) + 1) % len(GROUPS)].astype(np.int32)
     if found.chosen is not None:
@@ -201,7 +201,7 @@ def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
 # Pictures of a report
 
 
-class Drawn(NamedTuple):
+class ReportPicture(NamedTuple):
     """A picture with its name, its title, and a caption."""
 
     name: str
@@ -210,14 +210,14 @@ class Drawn(NamedTuple):
     pixels: Pixels
 
 
-def pictures_of(outcome: Outcome) -> list[Drawn]:
+def pictures_of(outcome: Outcome) -> list[ReportPicture]:
     """Return all pictures of a report; those of the exemplars come last."""
     size = outcome.output.shape
-    often = too_often(outcome.judged, outcome.sizes, size)
-    whole, beside = looked(outcome.output, LARGE), looked(outcome.output, BESIDE)
-    shown = [looked(e.base, BESIDE) for e in outcome.exemplars]
+    often = overused_places(outcome.judged, outcome.sizes, size)
+    whole, beside = thumbnail(outcome.output, LARGE), thumbnail(outcome.output, BESIDE)
+    shown = [thumbnail(e.base, BESIDE) for e in outcome.exemplars]
     what = f"{size[1]} x {size[0]} px" + (", shown smaller" if max(size) > LARGE else "")
-    out = [Drawn("output", "The output", what, whole)]
+    out = [ReportPicture("output", "The output", what, whole)]
     if outcome.wrap is not Wrap.NONE:
         out.append(_repeated(whole, outcome.wrap, size))
     out += [_joins(outcome, beside, size), _too_often(beside, size, often)]
@@ -225,9 +225,9 @@ def pictures_of(outcome: Outcome) -> list[Drawn]:
         numbers = outcome.map.pieces()
         count, drawn = int(numbers.max()) + 1, pieces(numbers, -(-max(numbers.shape) // BESIDE))
         said = f"{count} piece{'s' * (count > 1)}, each a part of an exemplar that goes on unbroken"
-        out.append(Drawn("pieces", "The pieces", said, drawn))
+        out.append(ReportPicture("pieces", "The pieces", said, drawn))
     names = ", ".join(f"{e.name}, {e.width} x {e.height} px" for e in outcome.exemplars)
-    out.append(Drawn("exemplar", "The exemplar" + "s" * (len(shown) > 1), names, _in_a_row(shown)))
+    out.append(ReportPicture("exemplar", "The exemplar" + "s" * (len(shown) > 1), names, _in_a_row(shown)))
     out.append(_usage(outcome, shown))
     if often:
         rings = [
@@ -235,7 +235,7 @@ def pictures_of(outcome: Outcome) -> list[Drawn]:
             for k, (p, e) in enumerate(zip(shown, outcome.exemplars, strict=True))
         ]
         said = "The places that the rings in the output show"
-        out.append(Drawn("sources", "What is shown too often", said, _in_a_row(rings)))
+        out.append(ReportPicture("sources", "What is shown too often", said, _in_a_row(rings)))
     return out
 
 
@@ -246,42 +246,42 @@ def _in_a_row(pictures: Sequence[Pixels]) -> Pixels:
     return np.concatenate(parts, axis=1)[:, :-APART]
 
 
-def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> Drawn:
+def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> ReportPicture:
     times = 3 if max(size) <= SMALL else 2
     down, across = (times if closed else 1 for closed in wrap.closed)
     n = -(-max(picture.shape[0] * down, picture.shape[1] * across) // LARGE)
     if min(picture.shape[:2]) >= n > 1:
-        picture = looked(Plane(picture), -(-max(picture.shape[:2]) // n))
+        picture = thumbnail(Plane(picture), -(-max(picture.shape[:2]) // n))
     said = "How it continues in itself"
-    return Drawn("repeat", f"Repeated {across} x {down}", said, np.tile(picture, (down, across, 1)))
+    return ReportPicture("repeat", f"Repeated {across} x {down}", said, np.tile(picture, (down, across, 1)))
 
 
 def heat(outcome: Outcome, size: Pair, shape: tuple[int, ...]) -> tuple[Array, Array]:
     """Return the local cost of joins of an output as position on HEAT and as opacity, both 0 to 1, in `shape`."""
-    cost, worst = joins_at(outcome.judged, size), outcome.score.parts["joins"]
+    cost, worst = local_join_costs(outcome.judged, size), outcome.score.parts["joins"]
     over = np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
     return over, over**0.6
 
 
-def _joins(outcome: Outcome, picture: Pixels, size: Pair) -> Drawn:
+def _joins(outcome: Outcome, picture: Pixels, size: Pair) -> ReportPicture:
     over, opaque = heat(outcome, size, picture.shape)
     gray = picture.astype(np.float32).mean(axis=2, keepdims=True)
     pale = PALE * gray + (1 - PALE) * 226
     pixels = pale * (1 - opaque[..., None]) + ramp(HEAT, over) * opaque[..., None]
     said = "The redder, the more changes where another piece of the exemplar begins"
-    return Drawn("joins", "Where joins cost", said, pixels.astype(np.uint8))
+    return ReportPicture("joins", "Where joins cost", said, pixels.astype(np.uint8))
 
 
-def _too_often(picture: Pixels, size: Pair, often: Sequence[Often]) -> Drawn:
+def _too_often(picture: Pixels, size: Pair, often: Sequence[Overused]) -> ReportPicture:
     if not often:
         said = f"No place of the exemplar is shown {OFTEN:g} times as often as the mean"
-        return Drawn("often", "Nothing is shown too often", said, picture)
-    parts = [f"{len(o.spots)} times the same place, {o.times:.1f} times the mean" for o in often]
-    pixels = _ringed(picture, size[1], [(RINGS[n], o.spots) for n, o in enumerate(often)])
-    return Drawn("often", "Shown too often", "; ".join(parts), pixels)
+        return ReportPicture("often", "Nothing is shown too often", said, picture)
+    parts = [f"{len(o.occurrences)} times the same place, {o.times:.1f} times the mean" for o in often]
+    pixels = _ringed(picture, size[1], [(RINGS[n], o.occurrences) for n, o in enumerate(often)])
+    return ReportPicture("often", "Shown too often", "; ".join(parts), pixels)
 
 
-def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[Spot]]]) -> Pixels:
+def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[Circle]]]) -> Pixels:
     """Return a picture with rings around spots, whose coordinates refer to a width of `width` px."""
     out, scale = picture.copy(), picture.shape[1] / width
     for colour, spots in reversed(rings):
@@ -296,7 +296,7 @@ def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[S
     return out
 
 
-def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> Drawn:
+def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> ReportPicture:
     said, smap = f"Dark is not shown, red as often as the mean, white {MANY:.0f} times as often or more", outcome.map
     n = outcome.times
     if smap is not None and [(s.height * n, s.width * n) for s in smap.sources] == outcome.sizes:
@@ -311,14 +311,14 @@ def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> Drawn:
     parts = []
     for picture, share, e in zip(shown, often, outcome.exemplars, strict=True):
         light = 0.6 + 0.4 * picture.astype(np.float32).mean(axis=2, keepdims=True) / 255
-        drawn = (used(_fitted(share, picture.shape)) * light).astype(np.uint8)
+        drawn = (usage_colours(_fitted(share, picture.shape)) * light).astype(np.uint8)
         if e.usable is not None:
             drawn[~_fitted(e.usable, picture.shape)] = PAPER
         parts.append(drawn)
-    return Drawn("usage", "How often it is shown", said, _in_a_row(parts))
+    return ReportPicture("usage", "How often it is shown", said, _in_a_row(parts))
 
 
-def used(times: Array) -> Array:
+def usage_colours(times: Array) -> Array:
     """Return the colours of use counts relative to the mean: white for MANY times the mean or more."""
     return ramp(USES, np.log1p(np.minimum(times, MANY)) / np.log1p(MANY))
 

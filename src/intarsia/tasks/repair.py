@@ -53,10 +53,12 @@ def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> 
     InputError
         if the map has holes, or belongs to other exemplars.
     """
-    return mended(made, passes, run)[0]
+    return repaired_with_statistics(made, passes, run)[0]
 
 
-def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthesis, repairs.Repaired]:
+def repaired_with_statistics(
+    made: Synthesis, passes: int, run: Run | None = None
+) -> tuple[Synthesis, repairs.Repaired]:
     """Repair a synthesis; return it with the statistics of the repair."""
     expect(made, Synthesis, "what is to be repaired", "what synthesize, extend or heal returned", InputError)
     run = run_of(run)
@@ -72,7 +74,7 @@ def mended(made: Synthesis, passes: int, run: Run | None = None) -> tuple[Synthe
     return replace(made, map=done.map, recipe=made.recipe | {"repair": passes}), done
 
 
-def settled(made: Synthesis, run: Run) -> Synthesis:
+def refined(made: Synthesis, run: Run) -> Synthesis:
     """Refine the worst seams of filled holes in smaller windows, with expansion moves; unchanged without patches.
 
     One fill with this has cheaper seams than the best of four fills with patches of four sizes.

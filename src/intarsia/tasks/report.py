@@ -18,9 +18,9 @@ from typing import Any
 
 from ..files.png import encode_png
 from ..foundation import InputError, expect, legible
-from ..judging import Score, Worth
+from ..judging import PartScore, Score
 from ..synthesis import Synthesis
-from .drawings import Drawn, Pixels, looked, pictures_of
+from .drawings import Pixels, ReportPicture, pictures_of, thumbnail
 from .scoring import Outcome
 
 STYLE = """
@@ -158,7 +158,7 @@ def _missed(missed: Sequence[str]) -> str:
     return f'<p class="missed">Falls short: {_text(", ".join(missed))}.</p>' if missed else ""
 
 
-def _figure(drawn: Drawn) -> str:
+def _figure(drawn: ReportPicture) -> str:
     small = ' class="small"' if max(drawn.pixels.shape[:2]) <= PIXELATED else ""
     caption = f"<figcaption><b>{_text(drawn.title)}</b>{_text(drawn.says)}</figcaption>"
     return f"<figure{small}>{_image(drawn.pixels, drawn.title)}{caption}</figure>"
@@ -170,9 +170,9 @@ def _image(pixels: Pixels, name: str) -> str:
     return f'<img src="data:image/png;base64,{data}" width="{width}" height="{height}" alt="{_text(name)}">'
 
 
-def quality(one: Worth) -> str:
+def quality(one: PartScore) -> str:
     """Return a word for the normalised score of a part."""
-    return "good" if one.worth >= 0.8 else "fair" if one.worth >= 0.4 else "bad"
+    return "good" if one.normalised >= 0.8 else "fair" if one.normalised >= 0.4 else "bad"
 
 
 def _parts(found: Score) -> str:
@@ -186,9 +186,9 @@ def _part(name: str, found: Score) -> str:
     return (
         f'<div class="part"><div><b>{_text(name)}</b> {one.measured:.1f} {unit}<br>'
         f'<small>{_text(one.part.says)}</small></div><div class="scale">'
-        f'<svg class="bar" role="img" aria-label="worth {one.worth:.2f} of 1" width="100%" height="8">'
-        f'<rect class="{quality(one)}" width="{100 * one.worth:.1f}%" height="8"/></svg>'
-        f'<div class="ends"><small>bad {one.bad:.1f} {unit}</small><small>worth {one.worth:.2f}</small>'
+        f'<svg class="bar" role="img" aria-label="worth {one.normalised:.2f} of 1" width="100%" height="8">'
+        f'<rect class="{quality(one)}" width="{100 * one.normalised:.1f}%" height="8"/></svg>'
+        f'<div class="ends"><small>bad {one.bad:.1f} {unit}</small><small>worth {one.normalised:.2f}</small>'
         f"<small>good {one.good:.1f} {unit}</small></div></div>"
         f'<div class="takes">{takes}</div></div>'
     )
@@ -228,4 +228,4 @@ def _again(outcome: Outcome) -> str:
 def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
     """Return an outcome without large data, for an index, and its thumbnail."""
     corner, alone = outcome.output.like(outcome.output.samples[:1, :1]), replace(outcome.judged, looks=())
-    return replace(outcome, output=corner, exemplars=(), map=None, judged=alone), looked(outcome.output, SMALL)
+    return replace(outcome, output=corner, exemplars=(), map=None, judged=alone), thumbnail(outcome.output, SMALL)

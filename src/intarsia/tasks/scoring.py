@@ -161,7 +161,7 @@ def misses(found: Score, gates: Gates) -> tuple[str, ...]:
     """Return the gates that an output misses, with the values that it reaches."""
     missed = list[str]()
     for part, least in gates:
-        reached = found.total if part == "total" else found.parts[part].worth
+        reached = found.total if part == "total" else found.parts[part].normalised
         if reached < least:
             missed.append(f"{part} {reached:.4g} of {least:g}")
     return tuple(missed)

@@ -33,7 +33,7 @@ from ..model.image import Plane
 from ..model.sourcemap import identity
 from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
-from .completion import donors_of, holes_of, least_seams, planned_for_holes, shelf_of, with_hole
+from .completion import donors_of, exemplars_of, holes_of, least_energy, planned_for_holes, with_hole
 
 LEAST_SIDE = 16  # px of an image
 LEAST_BAND = 4  # px: a hole of two, and a rim of one on either side
@@ -112,8 +112,8 @@ def scene_to_tile(
         raise ParameterError("axes=none is not allowed; choose one of x, y, both.")
     if picture.toroidal:
         raise InputError(f"{picture.name} continues in itself already (toroidal); nothing of it is to be tiled.")
-    exemplars = shelf_of(picture, donors)
-    top, left, height, width = _cut(picture, closing_size(picture, axes) if size is None else size)
+    exemplars = exemplars_of(picture, donors)
+    top, left, height, width = _cut(picture, periodic_size(picture, axes) if size is None else size)
     sides = [n for n, closed in zip((height, width), axes.closed, strict=True) if closed]
     if min(sides) < LEAST_SIDE:
         raise InputError(f"{picture.name} is too small to be tiled ({width}x{height} px); give {LEAST_SIDE} px a side.")
@@ -139,7 +139,7 @@ def scene_to_tile(
     return Scene(exemplars, Canvas(height, width, axes, start, rim=rim - level), {"tile": said})
 
 
-def closing_size(picture: Exemplar, axes: Wrap) -> Pair:
+def periodic_size(picture: Exemplar, axes: Wrap) -> Pair:
     """Return the default (height, width): the largest of whole periods of a sure lattice, or of whole courses.
 
     All of the picture if it has neither, or is periodic already.
@@ -250,7 +250,7 @@ def _empty(scene: Scene) -> int:
 
 def tiled(plan: Plan, seed: int, run: Run) -> Synthesis:
     """Fill the band; if no side of windows is given, several are tried, and the least seam energy is kept."""
-    made = least_seams(plan.scene, windows_to_try(plan), seed, run)
+    made = least_energy(plan.scene, windows_to_try(plan), seed, run)
     return replace(made, blend=plan.joined, recipe=made.recipe | {"blend": plan.joined.as_recipe})
 
 

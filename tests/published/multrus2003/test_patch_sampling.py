@@ -13,7 +13,7 @@ from torture import TORTURE
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
-from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, laid
+from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, patch_starts
 from intarsia.foundation.run import Probe
 from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
@@ -192,7 +192,7 @@ def test_an_exemplar_that_is_too_narrow_for_seams_is_laid_without(height: int, w
 @pytest.mark.parametrize("length", [1, 29, 30, 31, 60, 100])
 def test_patches_lie_at_multiples_of_patch_and_seam(length: int) -> None:
     """Section 3.2.3: patch origins are multiples of w_b + w_e; the first touches the border, its seam is dropped."""
-    starts, block = laid(length, 35, 5, wrap=False, hangs=1)
+    starts, block = patch_starts(length, 35, 5, wrap=False, hangs=1)
     assert [s + 5 for s in starts] == list(range(0, length, 30))
     assert block == 35
 

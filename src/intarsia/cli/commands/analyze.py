@@ -11,7 +11,7 @@ from .. import Report, say, tell
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
-    from ...tasks.inspection import Findings
+    from ...tasks.exemplar_analysis import Findings
 
 SHOWN = 3  # candidates that are printed where the confidence is small
 SMALL = 0.1
@@ -25,7 +25,7 @@ def look(request: Request, report: Report) -> None:
     intarsia analyze weave.png --overlay seen.png --best-tile tile.png
     intarsia analyze *.png --several --json
     """
-    from ...tasks.inspection import analyze
+    from ...tasks.exemplar_analysis import analyze
     from ..exemplars import Shelf, sets_of
 
     sets, seen, results = sets_of(request, report), set[str](), []

@@ -103,7 +103,7 @@ def _in_words(output: str, found: Score) -> list[str]:
     for name in found.ranked:
         one = found.parts[name]
         lost, seen = f"-{100 * found.loss(name):.0f}", f"{one.measured:7.1f} {one.part.unit:6}"
-        lines.append(f"  {name:9} {seen} worth {one.worth:.2f} {lost:>4}  {one.part.says}")
+        lines.append(f"  {name:9} {seen} worth {one.normalised:.2f} {lost:>4}  {one.part.says}")
     return lines
 
 

@@ -20,8 +20,8 @@ def command(threads: int | None, quiet: bool) -> None:
     """Compile everything for this computer now, so that the first picture comes at once."""
     began, report = time.perf_counter(), Report(quiet=quiet)
     from ...foundation.run import Run
-    from ...tasks.warming import warm_up
+    from ...tasks.precompile import precompile_all
 
     begun()
-    pictures = warm_up(Run(threads, None, CANCEL))
+    pictures = precompile_all(Run(threads, None, CANCEL))
     report.note(f"ready: grew {pictures} small textures in {time.perf_counter() - began:.1f} s")

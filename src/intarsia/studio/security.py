@@ -13,7 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse
 
-from .words import LIMITS
+from .requests import LIMITS
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]

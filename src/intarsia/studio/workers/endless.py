@@ -20,7 +20,7 @@ from ...giant import Weave, weave
 from ...methods.parallel_controllable import ParallelControllable
 from ...model import Exemplar
 from ...model.image import Plane
-from .looking import Pixels, exemplar_of, png, reduced, seen
+from .decoding import Pixels, exemplar_of, png, reduced, seen
 from .worker import Answer, Json, Tell
 
 SIDE = 256  # px of a tile

@@ -15,7 +15,7 @@ from ...files.png import encode_png
 from ...foundation import InputError
 from ...foundation.arrays import UInt8
 from ...model import Exemplar
-from ...model.image import Kind, Plane, Transfer, looked_at
+from ...model.image import Kind, Plane, Transfer, to_display
 from ...model.sourcemap import SourceMap
 from .worker import Answer, Json, Tell
 
@@ -29,7 +29,7 @@ def seen(plane: Plane) -> Pixels:
     pixels = plane.pixels
     if plane.kind is Kind.NORMAL and plane.is_float and bool((pixels < 0).any()):
         pixels = (pixels + 1) / 2
-    found = np.atleast_3d(looked_at(pixels, plane.kind, plane.transfer is Transfer.LINEAR))
+    found = np.atleast_3d(to_display(pixels, plane.kind, plane.transfer is Transfer.LINEAR))
     gray = found[:, :, [0, 0, 0, 1][: found.shape[2] + 2]] if found.shape[2] < 3 else found
     return np.ascontiguousarray(gray, np.uint8)
 

@@ -24,8 +24,8 @@ from ...model.image import Plane
 from ...model.sourcemap import SourceMap
 from ...rendering.magnification import cut_out
 from ...synthesis import synthesize
-from ...tasks import warming
-from .looking import coloured, exemplar_of, png, reduced, seen
+from ...tasks import precompile
+from .decoding import coloured, exemplar_of, png, reduced, seen
 from .worker import Answer, Json, Tell
 
 FIRST, MORE = 20.0, 5.0  # s of compiling in a first command, and in a later one
@@ -98,7 +98,7 @@ def warm(said: Json, tell: Tell) -> Answer:
             told[0] = now
             tell(warm=[now, STEPS + 1])
 
-    warming.warm(run=Run(step=step, cancel=CANCEL))
+    precompile.warm(run=Run(step=step, cancel=CANCEL))
     folder = tempfile.mkdtemp(prefix="intarsia-warm-")
     try:
         out = os.path.join(folder, "a.png")

@@ -14,7 +14,7 @@ from studio.served import QUICK, Served, opened, pixels, png
 import intarsia as ia
 from intarsia import files
 from intarsia.request import fields_of_verb
-from intarsia.studio import words
+from intarsia.studio import requests
 
 
 @pytest.fixture(scope="module")
@@ -207,17 +207,17 @@ class TestExemplars:
 
 class TestSchema:
     def test_every_option_is_offered_or_the_servers_own(self) -> None:
-        for verb in words.VERBS:
-            offered, fields = words.options(verb), [f for f in fields_of_verb(verb) if f.flags]
+        for verb in requests.VERBS:
+            offered, fields = requests.options(verb), [f for f in fields_of_verb(verb) if f.flags]
             left = {f.name for f in fields if f.key not in offered}
             written = {"save_map", "st_map", "distance_map", "sheet", "page", "preview", "offset"}
             assert left <= {f.name for f in fields if f.local} | written
 
     def test_what_is_told_of_an_option_is_what_the_command_has(self) -> None:
-        known = words.options("heal")
+        known = requests.options("heal")
         assert known["mask"]["kind"] == "image"
         assert known["from"]["kind"] == "exemplar"
-        grow = words.options("grow")
+        grow = requests.options("grow")
         assert grow["size"]["kind"] == "size"
         assert grow["jitter_output"]["image"]
         assert grow["patch"] | {"help": ""} == grow["patch"] | {"help": "", "kind": "extent", "parameter": True}

@@ -49,7 +49,7 @@ def warm(*methods: str, run: Run | None = None) -> int:
     return _do_all(works, run_of(run))
 
 
-def warm_up(run: Run) -> int:
+def precompile_all(run: Run) -> int:
     """Compile the kernels of all methods and kinds of pixels for this computer; return the number of runs."""
     kinds = [partial(_pixels, "image-quilting", {"patch": 8}), partial(_pixels, "parallel-controllable", {"angle": 30})]
     works: list[Work] = [*CHOICES, *(partial(_by, slug) for slug in METHODS), *kinds]

@@ -18,7 +18,7 @@ from corpus import CASES, OK, REFUSED
 from studio.served import QUICK, Served, children, pixels, png, studio
 
 from intarsia.foundation.params import OVER
-from intarsia.studio import uploads, words
+from intarsia.studio import requests, uploads
 
 
 def refused(answer: httpx.Response, *statuses: int) -> str:
@@ -248,8 +248,8 @@ class TestJobs:
             refused(served.client.post(path, content=body), 400)
 
     def test_every_option_that_reads_or_writes_a_file_is_known(self) -> None:
-        for verb in words.VERBS:
-            offered = words.options(verb)
+        for verb in requests.VERBS:
+            offered = requests.options(verb)
             written = {"output", "map", "save_map", "st_map", "distance_map", "sheet", "report", "preview"}
             assert not set(offered) & written
             read = [p for p in roles.command(verb).params if isinstance(p, click.Option) and roles.names_a_file(p)]
@@ -260,7 +260,7 @@ class TestJobs:
 
 class TestLimits:
     def test_a_body_over_the_limit_is_refused(self, served: Served) -> None:
-        large = b" " * (words.LIMITS["json"] + 1)
+        large = b" " * (requests.LIMITS["json"] + 1)
         refused(served.client.post("/api/jobs", content=large), 413)
 
         def slowly() -> Any:
@@ -275,7 +275,7 @@ class TestLimits:
             assert line.recv(4096).startswith(b"HTTP/1.1 413 ")
 
     def test_too_many_files_are_refused(self, served: Served) -> None:
-        many = [("files", (f"a{n}.png", b"x")) for n in range(words.LIMITS["files"] + 1)]
+        many = [("files", (f"a{n}.png", b"x")) for n in range(requests.LIMITS["files"] + 1)]
         refused(served.client.post("/api/exemplars", files=many), 400)
 
     @pytest.mark.parametrize("side", ["0", "-1", "99999", "1e3", "x", "\u0663", ""])
@@ -352,4 +352,4 @@ def test_the_process_that_decodes_has_limits(served: Served, small: str) -> None
 
 
 def test_the_schema_is_json(served: Served) -> None:
-    assert json.loads(served.bytes("/api/schema")) == json.loads(json.dumps(words.schema()))
+    assert json.loads(served.bytes("/api/schema")) == json.loads(json.dumps(requests.schema()))

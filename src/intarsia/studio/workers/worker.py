@@ -113,7 +113,7 @@ def _do(said: Json, channel: Channel) -> None:
         CANCEL.set()
     try:
         (module,) = (module for module, does in WORK.items() if said["do"] in does)
-        answer, data = getattr(import_module(f"intarsia.studio.beside.{module}"), said["do"])(said, tell)
+        answer, data = getattr(import_module(f"intarsia.studio.workers.{module}"), said["do"])(said, tell)
         channel.send({"number": number, "done": answer}, data)
     except BaseException as e:
         code, line = judge(e)

@@ -18,31 +18,31 @@ from ..foundation.arrays import Array, Pair
 from ..foundation.field import Field
 from ..foundation.run import Run, seed_state
 from ..model import Exemplar
-from .appearance import painted
+from .appearance import above_half
 from .correction_kernels import (
     AROUND,
     FINE,
     ONE,
-    SEEN,
-    TURNS,
+    SCATTER_CLASSES,
+    SCATTER_REACH,
     UNIT,
-    Room,
+    CoordinateDomain,
     correct,
     jittered,
-    remainders,
-    scatter,
+    spread_large_pieces,
+    subpixel_offsets,
 )
 from .guide import StackGuide
 from .span import (
     Orientation,
     Span,
     Spans,
-    origins,
     place_of,
     places_of,
+    previewed,
     residues,
-    shown_by,
     turns,
+    warped_origins,
     whole_lattice,
     zooms,
 )
@@ -51,9 +51,13 @@ from .stack import ExemplarStack, StackLevel
 # Halved and doubled on 24 textures, eight of them with a lattice (docs/design/012).
 STAGE = 200505  # separates these draws from those of other methods
 REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005, 2006)
-FREE = 2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
-ALWAYS = 3  # levels of 1, 2 and 4 px, corrected even without jitter; 1: straight seams, 6: elements are lost
-DRAWN = 8  # places drawn for each piece of half the exemplar; 4 and 16: as another seed does, 1: a quarter more is lost
+OFF_LATTICE = (
+    2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
+)
+ALWAYS_CORRECTED = 3  # levels of 1, 2 and 4 px, corrected even without jitter; 1: straight seams, 6: elements are lost
+PLACES_DRAWN = (
+    8  # places drawn for each piece of half the exemplar; 4 and 16: as another seed does, 1: a quarter more is lost
+)
 SIDE = 1024  # places at which functions are evaluated at once, along each axis
 BAND = 32  # rows of a parallel task; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
@@ -63,7 +67,7 @@ ALL = Field(1.0)  # all of the jitter
 
 
 @dataclass(frozen=True)
-class Corrections:
+class CorrectionParameters:
     """Parameters of the corrections: `passes` of `subpasses` each, the candidates, and the price of jumps.
 
     ``jitter``: of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
@@ -77,13 +81,13 @@ class Corrections:
     rule: str = "near"
     lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
     pins: tuple[tuple[int, ...], ...] = ()  # exemplar x, y shown at output x, y, and all within a radius; px
-    lie: Orientation | None = None  # rotation and scale; None: as in the exemplar
+    orientation: Orientation | None = None  # rotation and scale; None: as in the exemplar
     # Share of the jitter over the output, and over the exemplar where the coordinates lie before it (2005, section 5).
     output: Field = ALL
     exemplar: Field = ALL
 
     @classmethod
-    def of(cls, method: Any) -> Corrections:
+    def of(cls, method: Any) -> CorrectionParameters:
         """Return the parameters given by the fields of a method."""
         jitter = method.jitter if isinstance(method.jitter, tuple) else (method.jitter,)
         factor = -1 if method.kappa == "inf" else round(ONE * float(method.kappa) ** 2)
@@ -93,8 +97,8 @@ class Corrections:
         pins, lie = method.pin or (), Orientation.of(method.angle, method.zoom)
         own = {name: getattr(method, name) for name in ("subpasses", "rule") if hasattr(method, name)}
         return cls(
-            steps, factor, method.passes, lattice=method.lattice, pins=pins, lie=lie, output=output, exemplar=exemplar,
-            **own,
+            steps, factor, method.passes, lattice=method.lattice, pins=pins, orientation=lie, output=output,
+            exemplar=exemplar, **own,
         )  # fmt: skip
 
     @property
@@ -110,7 +114,7 @@ class Corrections:
     @property
     def border(self) -> int:
         """How far beyond the exemplar a correction may read, in units of the level's spacing."""
-        return REACH if self.lie is None else self.lie.reach
+        return REACH if self.orientation is None else self.orientation.reach
 
     def spread(self, level: int) -> int:
         """Return the jitter of a level, in 1 / 4096 px."""
@@ -118,11 +122,11 @@ class Corrections:
 
 
 @dataclass(frozen=True)
-class Descent:
+class PyramidSynthesis:
     """Synthesises windows of the endless map, from the coarsest level to the finest."""
 
     stack: ExemplarStack
-    rules: Corrections
+    rules: CorrectionParameters
     seed: int
     wanted: StackGuide | None = None  # the guide of a canvas whose first pixel is (0, 0)
 
@@ -139,15 +143,15 @@ class Descent:
         coords = self._first(spans, frame)
 
         def drafted(coords: Array, level: int) -> Array:
-            return shown_by(coords, places_of(level, spans), (rows, cols), self._room.size)
+            return previewed(coords, places_of(level, spans), (rows, cols), self._room.size)
 
         for level in range(top, least - 1, -1):
             part = run.part(top - level, top + 1)
             part.tick(0, 1, partial(drafted, coords, min(level + 1, top)))
             if level < top:
                 frame = self._frame(level, spans)
-                coords = self._handed_down(coords, level, spans, frame)
-            if level < self._mended:
+                coords = self._upsampled(coords, level, spans, frame)
+            if level < self._corrected_levels:
                 drafting = part.drafting(partial(drafted, level=level))
                 coords = self._corrected(coords, level, spans, drafting, frame)
             elif edge := self._margin(level):
@@ -163,7 +167,7 @@ class Descent:
         spans = self._spans(*self._wider(rows, cols))
         return [places_of(level, spans) for level in range(len(spans))]
 
-    def framed(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
+    def oriented_window(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
         """Return the map of a rotated or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
 
         The remainder, (H, W, 2) float32 in px, is the difference of a pixel's exact place from its whole coordinates.
@@ -172,7 +176,7 @@ class Descent:
         assert frame is not None
         size, unit = frame.shape[:2], np.float32(1 / (1 << UNIT))  # a power of two, and few bits: all is exact
         sub = np.empty((*size, 2), np.int32)
-        remainders(coords, frame, self._room.size, sub)
+        subpixel_offsets(coords, frame, self._room.size, sub)
         whole = np.ascontiguousarray(coords[AROUND:-AROUND, AROUND:-AROUND])
         return whole, frame.astype(np.float32).reshape(*size, 2, 2) * unit, sub.astype(np.float32) * unit
 
@@ -183,27 +187,27 @@ class Descent:
     @property
     def around(self) -> int:
         """How many px more than the output are needed on each side."""
-        return 0 if self.rules.lie is None else AROUND
+        return 0 if self.rules.orientation is None else AROUND
 
     def _frame(self, level: int, spans: list[Spans]) -> Array | None:
         """Return J at the pixels of a level, or None if the texture is neither rotated nor scaled."""
-        return None if self.rules.lie is None else self.rules.lie.at(*places_of(level, spans))
+        return None if self.rules.orientation is None else self.rules.orientation.at(*places_of(level, spans))
 
     @cached_property
-    def _mended(self) -> int:
+    def _corrected_levels(self) -> int:
         """How many levels are corrected: up to the coarsest one with jitter."""
         most = len(self.stack.levels)
         moved = [level + 1 for level in range(most) if self.rules.spread(level)]
-        return max([min(ALWAYS, most), *moved])
+        return max([min(ALWAYS_CORRECTED, most), *moved])
 
     def _scattered(self, level: int) -> bool:
         """Return whether a level is that of pieces of half the exemplar, and it is jittered."""
-        return level == self.stack.count - 2 and level >= self._mended and self.rules.spread(level) > 0
+        return level == self.stack.count - 2 and level >= self._corrected_levels and self.rules.spread(level) > 0
 
     def _margin(self, level: int) -> int:
-        if level < self._mended:  # a guide reads 1 px around before the first correction
+        if level < self._corrected_levels:  # a guide reads 1 px around before the first correction
             return self.rules.margin + (self.wanted is not None)
-        return SEEN * (TURNS - 1) if self._scattered(level) else 0
+        return SCATTER_REACH * (SCATTER_CLASSES - 1) if self._scattered(level) else 0
 
     def _spans(self, rows: Span, cols: Span, least: int = 0) -> list[Spans]:
         """Return the rows and columns needed of each level before it is corrected, from the finest to the coarsest."""
@@ -219,7 +223,7 @@ class Descent:
         room, top = self._room, self.stack.count - 1
         places = places_of(top, spans)
         if frame is not None:
-            start = origins(frame, places[0], places[1], room.size, room.lattice)
+            start = warped_origins(frame, places[0], places[1], room.size, room.lattice)
         elif len(room.lattice):
             down, across = (residues(place, room.lattice, axis) for axis, place in enumerate(places))
             start = (down[:, None] + across[None, :] + 128) >> 8
@@ -228,12 +232,12 @@ class Descent:
         return self._begun(start, top, spans, frame)
 
     @cached_property
-    def _room(self) -> Room:
+    def _room(self) -> CoordinateDomain:
         exemplar = self.stack.exemplar
         size = np.array([exemplar.height, exemplar.width, exemplar.toroidal], np.int64)
-        return Room(size, self.stack.home, whole_lattice(self.rules.lattice))
+        return CoordinateDomain(size, self.stack.home, whole_lattice(self.rules.lattice))
 
-    def _handed_down(
+    def _upsampled(
         self, coords: Array, level: int, spans: list[Spans], frame: Array | None
     ) -> Array:
         """Return a level upsampled from the next coarser one (2006, equation 2), then jittered."""
@@ -251,39 +255,39 @@ class Descent:
         return self._begun(coords, level, spans, None)
 
     @cached_property
-    def _calm(self) -> Array:
+    def _exemplar_shares(self) -> Array:
         exemplar = self.stack.exemplar
         return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
     def _begun(self, coords: Array, level: int, spans: list[Spans], frame: Array | None) -> Array:
         """Return the coordinates of a level jittered, then changed as guide and pins ask; finer levels follow."""
         places, (rows, cols) = places_of(level, spans), (span.at for span in spans[level])
-        drawn = DRAWN if self._scattered(level) else 1
+        drawn = PLACES_DRAWN if self._scattered(level) else 1
         out = np.empty((drawn, *coords.shape), np.int32)
         spread = np.array([[self.rules.spread(level)]], np.int64)
         if spread.any() and not self.rules.everywhere:
             output = jitter_shares(self.rules.output, *places)
-            spread = spread_over(self.rules.spread(level), output, self._calm, coords)
-        lattice = self._room.lattice if level >= FREE else self._room.lattice[:0]
+            spread = local_jitter(self.rules.spread(level), output, self._exemplar_shares, coords)
+        lattice = self._room.lattice if level >= OFF_LATTICE else self._room.lattice[:0]
         for number in range(drawn):
             state = np.uint64(seed_state(self.seed, STAGE, level + number * self.stack.count))
             jittered(coords, rows, cols, state, spread, not len(lattice), self._room, out[number])
         made: Array = out[0]
         if drawn > 1:
             made = np.empty_like(out[0])
-            scatter(out, rows, cols, np.int64(1 << level), self._room.size, made)
+            spread_large_pieces(out, rows, cols, np.int64(1 << level), self._room.size, made)
         if self.wanted is not None:
-            made = self.wanted.led(made, level, (rows, cols), (self.seed, STAGE + 1), lattice)
-        for pin in self.rules.pins if level >= FREE else ():
+            made = self.wanted.placed_by_guide(made, level, (rows, cols), (self.seed, STAGE + 1), lattice)
+        for pin in self.rules.pins if level >= OFF_LATTICE else ():
             pinned(made, places, (spans[0][0].period, spans[0][1].period), pin, self.stack.exemplar, frame)
         return made
 
-    def _still(self, coords: Array, level: int, spans: list[Spans]) -> Array | None:
+    def _without_jitter(self, coords: Array, level: int, spans: list[Spans]) -> Array | None:
         """Return which pixels of a level have no jitter: of those only fine levels are corrected. None: no pixel."""
-        if level < ALWAYS or self.rules.everywhere:
+        if level < ALWAYS_CORRECTED or self.rules.everywhere:
             return None
-        part = jitter_shares(self.rules.output, *places_of(level, spans)) * self._calm[coords[..., 0], coords[..., 1]]
-        return np.asarray(part == 0)
+        over = jitter_shares(self.rules.output, *places_of(level, spans))
+        return np.asarray(over * self._exemplar_shares[coords[..., 0], coords[..., 1]] == 0)
 
     def _corrected(
         self, coords: Array, level: int, spans: list[Spans], run: Run, frame: Array | None = None
@@ -293,7 +297,7 @@ class Descent:
         if self.wanted is not None:
             place = self.wanted.beside(place, level)
         work = place.positions(coords)
-        classes, still = [span.at % side for span in spans[level]], self._still(coords, level, spans)
+        classes, still = [span.at % side for span in spans[level]], self._without_jitter(coords, level, spans)
         with run.pool() as each:
             for number in range(self.rules.passes * self.rules.subpasses):
                 run.tick(number, self.rules.passes * self.rules.subpasses, partial(place.pixels, work))
@@ -310,8 +314,8 @@ class Descent:
 
 
 def subpass(
-    work: Array, where: tuple[Array, Array], level: StackLevel, rules: Corrections, frame: Array | None, run: Run,
-    each: Any,
+    work: Array, where: tuple[Array, Array], level: StackLevel, rules: CorrectionParameters, frame: Array | None,
+    run: Run, each: Any,
 ) -> Array:  # fmt: skip
     """Return better positions for the pixels of some rows and columns, in parallel bands; the map is unchanged."""
     rows, cols = where
@@ -360,7 +364,7 @@ def pinned(
     coords[np.ix_(rows, cols)] = block
 
 
-def spread_over(whole: int, output: Array, exemplar: Array, coords: Array) -> Array:
+def local_jitter(whole: int, output: Array, exemplar: Array, coords: Array) -> Array:
     """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
 
     `whole`: jitter of the level; `output` (H, W): its share for each pixel; `exemplar` (H', W'): its share for each
@@ -375,9 +379,9 @@ def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
     return np.asarray(np.rint(field.at(rows, cols) * (1 << FINE)), np.int64)
 
 
-USED: dict[str, Callable[[Field, Array, Array], Array]] = {
+INTEGERS_OF: dict[str, Callable[[Field, Array, Array], Array]] = {
     "angle": turns,
-    "feature": painted,
+    "feature": above_half,
     "jitter_exemplar": jitter_shares,
     "jitter_output": jitter_shares,
     "zoom": zooms,
@@ -385,7 +389,7 @@ USED: dict[str, Callable[[Field, Array, Array], Array]] = {
 """Parameter -> the integers that it is used as, so that hashes differ exactly where pictures may."""
 
 
-def hashed(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
+def field_hash(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
     """Return SHA-256, 64 hexadecimal digits, of the integers that a field is used as at places (rows, columns)."""
     found = hashlib.sha256()
     for rows, cols in places:

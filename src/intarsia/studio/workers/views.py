@@ -27,10 +27,10 @@ from ...model.image import Kind, Plane
 from ...model.sourcemap import SourceMap
 from ...regular.rectify import straight_of
 from ...tasks.completion import healed_scene
-from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, on_paper, pieces, ramp, used
-from ...tasks.inspection import Findings, analyze
+from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, pieces, ramp, to_rgb, usage_colours
+from ...tasks.exemplar_analysis import Findings, analyze
 from ...tasks.scoring import Outcome, outcome_of
-from .looking import Pixels, coloured, exemplar_of, png
+from .decoding import Pixels, coloured, exemplar_of, png
 from .worker import Answer, Json, Tell
 
 LINE, JOINT, RED = (255, 225, 0, 255), (0, 225, 255, 255), (255, 60, 40, 255)
@@ -113,7 +113,7 @@ def _lattice(found: Findings) -> Pixels | None:
         return None
     out, drawn = _clear(found.exemplar), found.overlay("lattice").pixels
     out[..., :3] = drawn
-    out[..., 3] = np.where((drawn != on_paper(found.exemplar.base)).any(axis=2), 255, 0)
+    out[..., 3] = np.where((drawn != to_rgb(found.exemplar.base)).any(axis=2), 255, 0)
     return out
 
 
@@ -211,7 +211,7 @@ def _usage(smap: SourceMap, step: int) -> Pixels:
     """Return each pixel coloured by how often its place of the exemplar is used: white from MANY times the mean on."""
     counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
-    return coloured(smap, 0, step, lambda number, y, x: used(counts[number][y, x] / max(mean, 1e-9)))
+    return coloured(smap, 0, step, lambda number, y, x: usage_colours(counts[number][y, x] / max(mean, 1e-9)))
 
 
 def _provenance(smap: SourceMap, step: int) -> Pixels:

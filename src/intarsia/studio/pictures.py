@@ -14,9 +14,9 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process
+from .requests import MAP, words_of
 from .store import Row, Store
 from .uploads import Uploads
-from .words import MAP, words_of
 
 VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
