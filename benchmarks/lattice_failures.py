@@ -14,7 +14,7 @@ from scipy.ndimage import map_coordinates
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.lattice import find_lattice
-from intarsia.published.lopez_recas2011.goodness import plain_lattice
+from intarsia.published.lopez_recas2011.goodness import goodness_lattice
 
 SIDE = 180
 Vectors = tuple[tuple[float, float], tuple[float, float]]  # rows (dy, dx)
@@ -114,7 +114,7 @@ def answers(name: str) -> tuple[str, str, float]:
     ours = find_lattice(picture)
     accepted = None if ours.accepted is None else ours.accepted.pixels
     confidence = ours.ranked[0].confidence if ours.ranked else 0.0
-    return judged(plain_lattice(picture), truth), judged(accepted, truth), confidence
+    return judged(goodness_lattice(picture), truth), judged(accepted, truth), confidence
 
 
 def main() -> None:

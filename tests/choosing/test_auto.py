@@ -27,7 +27,7 @@ from intarsia.lattice.decision import Lattice
 from intarsia.methods import METHODS, method_class
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.request import Request, parameter_words, settings_of
+from intarsia.request import Request, parameter_words, values_of
 from intarsia.testing import noise, texture
 
 CANVAS = ia.Canvas(200, 200)
@@ -527,7 +527,7 @@ def test_options_give_the_same_method() -> None:
         given |= {"neighbourhood": "appearance"} if "neighbourhood" in names else {}  # colours cannot be turned
         given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
         method = cls(**given)
-        words = parameter_words(Request("grow", method=cls.slug, parameters=settings_of(method)))
+        words = parameter_words(Request("grow", method=cls.slug, parameters=values_of(method)))
         read = {}
         for option, text in zip(words[::2], words[1::2], strict=True):
             name = option[2:].replace("-", "_")

@@ -77,7 +77,7 @@ def test_a_picture_is_what_the_other_stores_are(here: Path) -> None:
 
 def test_a_picture_that_does_not_fit_into_memory_is_refused(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before anything is drawn; a TIFF of this size goes."""
-    enough = disk.SURE * (disk.taken() + (40 << 20))
+    enough = disk.ESTIMATE_MARGIN * (disk.peak_memory() + (40 << 20))
     monkeypatch.setattr(disk, "_limits", lambda: iter([(int(enough), "one has")]))
     before = sorted(os.listdir(here))
     done = run("wall.png", "-o", "o.png", "--size", "2000", "--threads", "1", *LAID)

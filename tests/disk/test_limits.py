@@ -139,11 +139,11 @@ def test_small_files_may_not_take_much_memory_but_large_ones_may() -> None:
     from intarsia import disk
 
     needed = int(told.partition("--max-pixels ")[2].split()[0])
-    disk.check_cost("x", 6000 * 6000 * 16, 40 << 20)
+    disk.check_decoding_cost("x", 6000 * 6000 * 16, 40 << 20)
     with files.allowing(needed):
-        disk.check_cost("x", 6000 * 6000 * 16, len(empty))
+        disk.check_decoding_cost("x", 6000 * 6000 * 16, len(empty))
     with files.allowing(needed - 1), pytest.raises(InputError):
-        disk.check_cost("x", 6000 * 6000 * 16, len(empty))
+        disk.check_decoding_cost("x", 6000 * 6000 * 16, len(empty))
 
 
 def test_sides_that_a_library_does_not_take_are_told_as_such(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

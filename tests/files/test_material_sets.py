@@ -455,7 +455,7 @@ class TestLayers:
         out = ia.read("out.exr")
         assert set(out.planes) == {"albedo", "normal", "roughness", "metallic", "ao"}
         run(f"{line} -o in.exr --depth half --magnify 2 --patch 6")
-        assert list(files.sets.layers_of("out.exr")) == sorted(out.planes)
+        assert list(files.material_sets.layers_of("out.exr")) == sorted(out.planes)
 
     def test_the_library_writes_layers(self) -> None:
         rgba = np.dstack(self.floats(4, 4)).astype(np.float16)

@@ -153,7 +153,7 @@ def test_of_two_filters_a_band_has_that_which_leaves_less() -> None:
     lines = np.broadcast_to(np.random.default_rng(3).integers(0, 256, (64, 1, 3), np.uint8), (64, 64, 3))
     for pixels, way in ((lines, 1), (np.swapaxes(lines, 0, 1), 2)):
         data = png.encode_png(pixels)
-        packed = zlib.decompress(b"".join(bytes(part) for part in png.png(data, "it").packed))
+        packed = zlib.decompress(b"".join(bytes(part) for part in png.parse_png(data, "it").packed))
         assert set(np.frombuffer(packed, np.uint8).reshape(64, -1)[:, 0]) == {way}
 
 
@@ -176,7 +176,7 @@ def test_what_lies_behind_the_packed_pixels_is_passed_over(
 @pytest.mark.parametrize("text", ['{"seed": 1}', "Stra\u00dfe \u77f3 \u2728"])
 def test_a_text_of_any_letters_and_a_profile_are_read_again(text: str) -> None:
     data = png.encode_png(np.zeros((3, 4, 3), np.uint8), icc=b"p" * 200, text=text)
-    facts = png.png(data, "it")
+    facts = png.parse_png(data, "it")
     assert facts.texts == {"Description": text}
     assert facts.icc == b"p" * 200
     with Image.open(io.BytesIO(data)) as image:

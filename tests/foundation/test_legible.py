@@ -20,7 +20,7 @@ from files.corpus_maps import ABOUT, packed
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.files.formats import damaged
+from intarsia.files.formats import damaged_error
 
 HARM = "\x1b]0;own\x07\x1b[31mred\u202e\u200b\x9b1m\x7f\ud800" + "a" + "\u0301" * 200 + "\r\nintarsia: all is well"
 """Escape sequences, marks that turn a line round or hide, half a character, accents without end, a second line."""
@@ -98,7 +98,7 @@ def test_texts_of_headers_are_told_legibly(tmp_path: Path) -> None:
         with pytest.raises(ia.InputError) as caught:
             files.read_plane(bent)
         assert legible(str(caught.value))
-    error = damaged("x", HARM)
+    error = damaged_error("x", HARM)
     assert legible(str(error))
 
 

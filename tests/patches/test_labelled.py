@@ -16,8 +16,8 @@ from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Plane
 from intarsia.model.sourcemap import HOLE, identity
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis, Repeats
-from intarsia.published.multrus2003 import sampling
-from intarsia.published.multrus2003.sampling import join_in, settings_of
+from intarsia.published.multrus2003 import engine
+from intarsia.published.multrus2003.engine import place_patch, settings_of
 from intarsia.tasks.completion import with_hole
 from intarsia.testing.cases import texture
 
@@ -81,13 +81,13 @@ class TestPainting:
         def choose(window: Any, found: Any, bits: int) -> Any:
             at_boundary = growth.at_boundary(window)
             most = few if at_boundary else 5
-            picks = {sampling.choose(method, growth, window, found, k << 32, []) for k in range(0, 1 << 32, 1 << 26)}
+            picks = {engine.choose(method, growth, window, found, k << 32, []) for k in range(0, 1 << 32, 1 << 26)}
             assert picks == {tuple(row) for row in found.rows[:most, 1:].tolist()}
             seen[at_boundary] += 1
-            return sampling.choose(method, growth, window, found, bits, [])
+            return engine.choose(method, growth, window, found, bits, [])
 
         growth.fill(
-            1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: join_in(method, growth, at, pick, found)
+            1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: place_patch(method, growth, at, pick, found)
         )
         assert min(seen.values()) > 5
 
@@ -98,7 +98,7 @@ class TestPainting:
         method = ia.PatchSampling(patch=4, overlap=4, boundary_candidates=100, repetition="none")
         found = scene.found()
         assert len(found.rows) < 64
-        picks = {sampling.choose(method, scene.growth, (0, 0), found, k << 32, []) for k in range(0, 1 << 32, 1 << 24)}
+        picks = {engine.choose(method, scene.growth, (0, 0), found, k << 32, []) for k in range(0, 1 << 32, 1 << 24)}
         every = [
             scene.cost(v, int(u), int(s))
             for v, allowed in enumerate(scene.guided.allowed[0b11])

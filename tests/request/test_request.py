@@ -25,11 +25,11 @@ from intarsia.request import (
     from_json,
     from_recipe,
     inputs_of,
-    once_more,
     parameters_of_verb,
-    settings_of,
+    repeated,
     to_argv,
     to_json,
+    values_of,
 )
 from intarsia.request.field import Field, Kind, Whole
 from intarsia.request.fields import EVERY
@@ -135,7 +135,7 @@ def test_the_same_picture_is_asked_for_once_more(slug: str) -> None:
     """The method is named with all that it has; what bears on nothing in the picture is left out."""
     request = plain("grow", trials=3, page="r.html", gates=(("total", 50.0),), threads=2, level=0, crop=(0, 0, 9, 9))
     method = method_class(slug)()
-    again = once_more(request, [{"albedo": "a.png", "normal": "n.png", "mask": "m.png"}], method, 5, out="o.png")
+    again = repeated(request, [{"albedo": "a.png", "normal": "n.png", "mask": "m.png"}], method, 5, out="o.png")
     assert (again.files, again.maps, again.masks) == (("a.png",), (("normal", "n.png"),), ("m.png",))
     assert (again.trials, again.page, again.gates, again.threads) == (None, None, (), None)
     assert (again.seed, again.level, again.crop, again.out) == (5, 0, (0, 0, 9, 9), "o.png")
@@ -182,7 +182,7 @@ def test_a_recipe_is_a_request_again() -> None:
         f.name: 2 if f.name == "scale" else getattr(was, f.name) for f in FIELDS if f.of_exemplars
     }
     assert (again.depth, again.out, again.method) == ("16", "o.png", "image-quilting")
-    assert settings_of(again.chosen)["patch"] == (6, 8)  # type: ignore[arg-type]
+    assert values_of(again.chosen)["patch"] == (6, 8)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -207,7 +207,7 @@ MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": No
 def test_a_recipe_may_say_what_correction_2008_took_over_where_it_says_what_is_done_anyway() -> None:
     given = Request("replay", picture="p.png", out="o.png", files=("a.png",))
     old = RECIPE | {"method": "parallel-controllable", "parameters": {"passes": 1, **MOVED}}
-    assert settings_of(from_recipe(old, given, "the recipe").chosen)["passes"] == 1  # type: ignore[arg-type]
+    assert values_of(from_recipe(old, given, "the recipe").chosen)["passes"] == 1  # type: ignore[arg-type]
     for name, other in {"rule": "memo", "neighbourhood": "colour", "neighbourhood_mask": [1] * 9, "k": 1}.items():
         asked = old | {"parameters": MOVED | {name: other}}
         with pytest.raises(InputError, match=f"^the recipe cannot be followed: {name} of .* correction-2008"):

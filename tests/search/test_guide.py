@@ -16,7 +16,7 @@ from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Kind, Plane
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis, stray_pixels
-from intarsia.published.multrus2003.guided import GuidedByRoots
+from intarsia.published.multrus2003.guided_search import GuidedPatchSearch
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
 from intarsia.search.guide import ONE, label_sets, pure_patch, seam_unit
 from intarsia.testing.cases import texture
@@ -133,7 +133,7 @@ class Scene:
         way = "fast" if search == "fast" else "exact"
         settings = PatchSettings((12, 12), (4, 4), isometries=isometries, search=way)
         if search == "roots":
-            settings = replace(settings, guided=GuidedByRoots)
+            settings = replace(settings, guided=GuidedPatchSearch)
         if search == "pyramid":
             settings = replace(
                 settings, guided=GuidedPyramid,

@@ -10,9 +10,9 @@ from search.search_contract import HEIGHT, WIDTH, Patch, SearchContract, SearchS
 from intarsia.foundation.geometry import Wrap
 from intarsia.model.canvas import Guide
 from intarsia.model.image import Kind, Plane
-from intarsia.published.multrus2003.guided import GuidedByRoots
+from intarsia.published.multrus2003.guided_search import GuidedPatchSearch
 from intarsia.published.multrus2003.pyramid import GuidedPyramid, PyramidSearch
-from intarsia.published.segments.laying import SegmentSearch
+from intarsia.published.segments.engine import SegmentSearch
 from intarsia.search import Candidates, WindowGrid
 from intarsia.search.fourier import PatchSearch
 from intarsia.search.guide import ONE, GuidedSearch, WindowGuide, seam_unit
@@ -128,7 +128,7 @@ class TestGuidedSearchByWeight(TestGuidedSearch):
 
 
 class TestGuidedByRoots(TestGuidedSearchByWeight):
-    kind = GuidedByRoots
+    kind = GuidedPatchSearch
 
 
 class TestGuidedPyramid(GuidedContract):
@@ -145,11 +145,11 @@ UNDER_GUIDES = {"GuidedSearch", "GuidedByRoots", "GuidedPyramid"}
 
 def test_every_search_is_under_contract() -> None:
     """What is called so in the room, and what a guided search is made of."""
-    from intarsia.published.multrus2003 import guided, pyramid
-    from intarsia.published.segments import laying
+    from intarsia.published.multrus2003 import guided_search, pyramid
+    from intarsia.published.segments import engine
     from intarsia.search import fourier, guide
 
-    rooms = (fourier, laying, pyramid, guide, guided)
+    rooms = (fourier, engine, pyramid, guide, guided_search)
     every = {n: made for room in rooms for n, made in vars(room).items() if isinstance(made, type)}
     makers = {n for n, made in every.items() if {"find", "batch"} <= set(dir(made)) or issubclass(made, GuidedSearch)}
     within = {"Search", "GuideSearch"}  # promises; what guided searches are made of

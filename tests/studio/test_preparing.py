@@ -11,7 +11,7 @@ import pytest
 from studio.served import QUICK, pixels, png
 
 from intarsia.cli import Report
-from intarsia.cli.exemplars import Held, Shelf, hold
+from intarsia.cli.exemplars import ExemplarCache, Inputs, set_cache
 from intarsia.request import Request
 from intarsia.studio.jobs import PREPARED, Jobs
 from intarsia.studio.processes import FailedError
@@ -220,12 +220,12 @@ def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use
 def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Path) -> None:
     path, told = tmp_path / "a.png", list[str]()
     path.write_bytes(png(pixels()))
-    held, inputs = Held(most=2, uses=3), Request("grow", files=(str(path),))
-    hold(held)
+    held, inputs = ExemplarCache(most=2, uses=3), Request("grow", files=(str(path),))
+    set_cache(held)
     try:
         def read(inputs: Request = inputs) -> Any:
             report = Report(quiet=True)
-            (found,) = Shelf([{"albedo": str(path)}], inputs, report).exemplars
+            (found,) = Inputs([{"albedo": str(path)}], inputs, report).exemplars
             told.extend(report.warnings)
             return found
 
@@ -244,5 +244,5 @@ def test_exemplars_are_shared_by_commands_until_their_files_change(tmp_path: Pat
             read(Request("grow", files=(str(path),), crop=(0, 0, 20 + n, 20)))
         assert len(held.known) == 2
     finally:
-        hold(None)
+        set_cache(None)
     assert read() is not read()

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from ..disk import make_room, reason_of
+from ..disk import prepare_memory, reason_of
 from ..foundation import IntarsiaError, ResourceError, legible
 from ..version import VERSION
 
@@ -47,7 +47,7 @@ class Interrupted(BaseException):
     """Raised in the main thread by Ctrl-C, SIGTERM and SIGHUP; handlers of ordinary errors do not catch it."""
 
 
-def begun() -> None:
+def enable_collection() -> None:
     """Enable garbage collection after all imports, for objects that are made from now on."""
     if not gc.isenabled():
         gc.freeze()
@@ -55,7 +55,7 @@ def begun() -> None:
         gc.enable()
 
 
-def judge(e: BaseException) -> tuple[int, str]:
+def describe_error(e: BaseException) -> tuple[int, str]:
     """Return the exit code and the message, in one line, of an error."""
     if isinstance(e, IntarsiaError):
         return e.exit_code, one_line(e)
@@ -79,13 +79,13 @@ def one_line(message: object) -> str:
     return line if len(line) <= MOST else line[: MOST - 500] + " ... " + line[-400:]
 
 
-def tell(line: str) -> None:
+def print_error(line: str) -> None:
     """Write a line to stderr; a closed one is ignored."""
     with suppress(OSError, ValueError):
         click.echo(legible(line), err=True)
 
 
-def say(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
+def print_lines(lines: Iterable[str], done: str = "nothing else was to be done") -> None:
     """Write lines to stdout; ResourceError if that fails, with what is `done` nevertheless."""
     try:
         click.echo("\n".join(map(legible, lines)))
@@ -100,7 +100,7 @@ def say_json(answer: Any, done: str = "nothing else was to be done") -> None:
     """Write an object to stdout as JSON, in plain ASCII without control characters."""
     import json
 
-    say(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
+    print_lines(json.dumps(answer, indent=2).replace("\x7f", "\\u007f").splitlines(), done)
 
 
 @contextmanager
@@ -183,7 +183,7 @@ class LazyGroup(click.Group):
         home = ".verbs" if planned else f".commands.{name.replace('-', '_')}"
         module = importlib.import_module(home, __package__)
         if not planned:
-            begun()
+            enable_collection()
         command: click.Command = module.command_of(name) if planned else module.command
         return command
 
@@ -204,7 +204,7 @@ class LazyGroup(click.Group):
         try:
             with stoppable():
                 if given and not LIGHT & set(given):
-                    make_room()
+                    prepare_memory()
                 with self.make_context(name, given) as ctx:
                     self.invoke(ctx)
                 if sys.stdout is not None:
@@ -221,9 +221,9 @@ class LazyGroup(click.Group):
                 import traceback
 
                 for line in traceback.format_exc().splitlines():
-                    tell(line)
-            code, message = judge(e)
-            tell(f"intarsia: {message}")
+                    print_error(line)
+            code, message = describe_error(e)
+            print_error(f"intarsia: {message}")
         sys.exit(code)
 
 
@@ -269,7 +269,7 @@ class Report:
     progress: str | None = None
     quiet: bool = False
     warnings: list[str] = field(default_factory=list)
-    say: Callable[[str], None] = tell  # above the progress bar, while there is one
+    say: Callable[[str], None] = print_error  # above the progress bar, while there is one
 
     def note(self, line: str) -> None:
         """Print a line for a person, unless quiet."""
@@ -291,11 +291,11 @@ class Report:
             say_json({**result, "warnings": self.warnings}, done)
 
     @contextmanager
-    def watching(self, parts: int) -> Iterator[Meter]:
+    def watching(self, parts: int) -> Iterator[Progress]:
         """Show the progress of a work of so many equal parts in this context, and note if kernels are compiled."""
         _listening.append(self)
         _listen()
-        meter = Meter(self, parts)
+        meter = Progress(self, parts)
         try:
             yield meter
         finally:
@@ -303,7 +303,7 @@ class Report:
             meter.close()
 
 
-class Meter:
+class Progress:
     """Progress from 0 to 1, never backwards, as a bar, as JSON lines or not at all."""
 
     def __init__(self, report: Report, parts: int) -> None:
@@ -332,7 +332,7 @@ class Meter:
         """Remove the bar."""
         if self._bar is not None:
             self._bar.stop()
-            self._bar, self._report.say = None, tell
+            self._bar, self._report.say = None, print_error
 
     def _step(self, done: int, total: int, draft: Any = None) -> None:
         self._show(done, total, last=done == total)
@@ -351,7 +351,7 @@ class Meter:
             import json
 
             facts = {"stage": self._stage, "done": done, "total": total, "fraction": round(self._fraction, 4)}
-            tell(json.dumps(facts))
+            print_error(json.dumps(facts))
             return
         if self._bar is None:
             from rich.console import Console

@@ -14,18 +14,18 @@ import numpy as np
 
 from ..disk import check_fits
 from ..files import write, write_bytes
-from ..files.sets import Material
+from ..files.material_sets import Material
 from ..foundation import CancelledError, IntarsiaError, QualityError
 from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
 from ..model.image import Kind, Plane, Transfer, dtype_of
-from ..request import FIELDS, Json, Request, inputs_of, once_more, to_line
+from ..request import FIELDS, Json, Request, inputs_of, repeated, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
-from . import CANCEL, Meter, Report, Step, as_json, explain, judge, one_line
-from .exemplars import Shelf
+from . import CANCEL, Progress, Report, Step, as_json, describe_error, explain, one_line
+from .exemplars import Inputs
 from .outputs import Staging, by_file, check_all, index_name, write_page
-from .plan import Order, materials_of, method_as_json, orders_of, shelves_of
+from .plan import Output, materials_of, method_as_json, orders_of, shelves_of
 
 if TYPE_CHECKING:
     from ..tasks.drawings import Pixels
@@ -44,7 +44,7 @@ class Batch:
     request: Request
     report: Report
     materials: list[Material] = field(default_factory=list)
-    lots: list[tuple[str, list[Order]]] = field(default_factory=list)
+    groups: list[tuple[str, list[Output]]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
     index: str | None = None
     thumbnails: list[Pixels] = field(default_factory=list)
@@ -70,7 +70,7 @@ class Batch:
                 shelf.forget()
         return batch
 
-    def _plan(self, shelf: Shelf, name: str, check: Callable[[Scene], None] | None = None) -> None:
+    def _plan(self, shelf: Inputs, name: str, check: Callable[[Scene], None] | None = None) -> None:
         """Plan the outputs of some exemplars; ResourceError if one does not fit into memory, except on a dry run."""
         request, orders = shelf.request, orders_of(shelf, self.index is None, check)
         if request.verb == "tile" and request.size is None:
@@ -81,7 +81,7 @@ class Batch:
         for order in orders:
             if not request.dry_run:
                 check_fits(order.memory, order.line(shelf.plan.method.slug))
-        self.lots.append((name, orders))
+        self.groups.append((name, orders))
 
     def _plan_materials(self, step: Step) -> None:
         """Plan each material; those that cannot be made are reported at once.
@@ -102,7 +102,7 @@ class Batch:
     def tell_plan(self) -> None:
         """Report what would be made (a dry run)."""
         self._plan_materials(lambda *_: None)
-        for name, orders in self.lots:
+        for name, orders in self.groups:
             with self._minding(name):
                 self.results += map(self._planned, orders)
             orders[0].shelf.forget()
@@ -111,12 +111,12 @@ class Batch:
     def carry_out(self) -> None:
         """Make everything, and report it."""
         each = len(self.request.seeds)
-        parts = 1 + len(self.materials) * each if self.materials else sum(len(orders) for _, orders in self.lots)
+        parts = 1 + len(self.materials) * each if self.materials else sum(len(orders) for _, orders in self.groups)
         with self.report.watching(parts) as meter, Staging(self.request.force) as whole:
             if self.materials:
                 self._plan_materials(meter.stage("check", 0.0, 1.0))
                 meter.next_part(1 + each * len(self.failed))
-            for name, orders in self.lots:
+            for name, orders in self.groups:
                 left = len(orders)
                 with self._minding(name):
                     for order in orders:
@@ -135,7 +135,7 @@ class Batch:
         self._tell()
         self._end(beside)
 
-    def _carry_out(self, order: Order, meter: Meter, whole: Staging) -> None:
+    def _carry_out(self, order: Output, meter: Progress, whole: Staging) -> None:
         """Make an output; with gates or one report on all, files appear together at the end, else one by one."""
         if not self.materials and (self.request.gates or self.index is not None):
             self._make(order, meter, whole)
@@ -165,7 +165,7 @@ class Batch:
         except (IntarsiaError, OSError, MemoryError) as e:
             if not name or isinstance(e, (CancelledError, BrokenPipeError)):
                 raise
-            code, said = judge(e)
+            code, said = describe_error(e)
             self.failed.append({"material": name, "error": said, "exit_code": code})
             self.report.say(one_line(f"intarsia: {name}: {said}"))
 
@@ -181,7 +181,7 @@ class Batch:
             raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
         self._check_missed()
 
-    def _planned(self, order: Order) -> Json:
+    def _planned(self, order: Output) -> Json:
         """Print what would be made, and return it as JSON."""
         plan, memory = order.shelf.plan, order.memory >> 20
         self.report.warn(*order.warnings)
@@ -194,7 +194,7 @@ class Batch:
         explain(self.report, about, order.warnings)
         return about
 
-    def _make(self, order: Order, meter: Meter, staging: Staging) -> None:
+    def _make(self, order: Output, meter: Progress, staging: Staging) -> None:
         """Make one output and score it; unless it is refused write its files, to appear when `staging` is committed."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
         plan, asked = shelf.plan, request.distance_map
@@ -239,7 +239,7 @@ class Batch:
         line = f"{order.line(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s"
         self.made.append((line, about, order.warnings))
 
-    def _judged(self, order: Order, grown: Synthesis, drawn: Plane) -> Outcome:
+    def _judged(self, order: Output, grown: Synthesis, drawn: Plane) -> Outcome:
         """Score an output whose base plane is `drawn`, and keep the gates that it misses."""
         from ..tasks import report, scoring
 
@@ -275,12 +275,12 @@ class Batch:
             explain(self.report, about, warnings)
         self.made = []
 
-    def _about(self, order: Order, grown: Synthesis | None) -> Json:
+    def _about(self, order: Output, grown: Synthesis | None) -> Json:
         """Return a result as JSON, x before y, with how its method was chosen."""
         request, plan = order.shelf.request, order.shelf.plan
         method, seed = (plan.method, order.seed) if grown is None else (grown.method, grown.recipe["seed"])
         files = [{"path": path, "holds": held} for path, held in order.files]
-        about = {"files": files, "size": list(order.shelf.size), "seed": order.seed, "wrap": request.closing}
+        about = {"files": files, "size": list(order.shelf.size), "seed": order.seed, "wrap": request.wrap_axes}
         about |= method_as_json(method, plan.joined)
         if order.cut_from is not None:
             about["cut_from"] = list(order.cut_from)
@@ -311,12 +311,12 @@ class Batch:
         return grown, {"repair": said}
 
 
-def _again(order: Order, method: Method, seed: int) -> str:
+def _again(order: Output, method: Method, seed: int) -> str:
     """Return the command that makes an output again; one that continued a map is made again from its recipe."""
     request, sets, picture = order.shelf.request, order.shelf.sets, next(iter(order.pictures.values()))
     if request.start is not None:
         kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
-        again = once_more(request, sets[:1], method, seed)
+        again = repeated(request, sets[:1], method, seed)
         files = tuple(next(iter(found.values())) for found in sets)
         return to_line(Request(
             "replay", picture=picture, out="again.png", files=files, maps=again.maps, masks=again.masks,
@@ -328,13 +328,13 @@ def _again(order: Order, method: Method, seed: int) -> str:
         "out": picture,
         "folder": "",
     }
-    meant = () if request.begun or request.finishing is not None else order.shelf.plan.joined.finish
+    meant = () if request.begun or request.corrections is not None else order.shelf.plan.joined.finish
     if meant:  # evened out, as it was chosen
         more["level"] = meant[0].radius
-    return to_line(once_more(request, sets[:1] if request.begun else sets, method, seed, **more))
+    return to_line(repeated(request, sets[:1] if request.begun else sets, method, seed, **more))
 
 
-def _bytes(order: Order) -> int:
+def _bytes(order: Output) -> int:
     """Return the bytes of the pixels of an order in the depth that is written."""
     request, exemplar, (width, height) = order.shelf.request, order.shelf.scene.exemplars[0], order.shelf.size
     area, total = exemplar.height * exemplar.width * request.magnify**2, 0
@@ -345,7 +345,7 @@ def _bytes(order: Order) -> int:
 
 
 def _write_more(
-    order: Order, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
+    order: Output, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
 ) -> None:
     """Write the other files of an output: map, report, preview and the like."""
     from ..search import distance_map

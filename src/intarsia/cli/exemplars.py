@@ -103,11 +103,11 @@ def _named(exemplar: Exemplar) -> str:
 NO_NORMALS = 0.15
 """Mean deviation of vectors from length 1 that normal maps stay below, even reduced or strongly compressed."""
 
-Set = dict[str, str]
+PlaneFiles = dict[str, str]
 """The files of one exemplar or output: plane -> path, the base first; ``mask`` says which pixels are usable."""
 
 
-def sets_of(request: Request, report: Report) -> list[Set]:
+def sets_of(request: Request, report: Report) -> list[PlaneFiles]:
     """Group the files of a request into exemplars, add those of --map and --mask, and report the groups."""
     sets = grouped(request.files, request.how)
     by_name: dict[str, list[str]] = {}
@@ -133,12 +133,12 @@ def check_each(option: str, given: int, several: int) -> None:
         raise ParameterError(f"{option}: {number}; give it once for each, in the same order.")
 
 
-def grouped(paths: tuple[str, ...], how: str = "auto") -> list[Set]:
+def grouped(paths: tuple[str, ...], how: str = "auto") -> list[PlaneFiles]:
     """Group files into exemplars."""
     return [{name: os.fspath(path) for name, path in found.items()} for found in files.group(paths, how)]
 
 
-def stem_of(found: Set) -> str:
+def stem_of(found: PlaneFiles) -> str:
     """Return the value of {stem}: the stem of the file, or of the set, or the name of the folder."""
     pictures = [path for name, path in found.items() if name != "mask"]
     first = pictures[0]
@@ -147,11 +147,11 @@ def stem_of(found: Set) -> str:
     if first.startswith("sample:"):
         return first.removeprefix("sample:").partition(files.formats.LAYER)[0]
     file = Path(files.formats.split_layer(first)[0])
-    return file.stem if len(pictures) == 1 else files.sets.name_of(first)[0] or file.parent.name or file.stem
+    return file.stem if len(pictures) == 1 else files.material_sets.name_of(first)[0] or file.parent.name or file.stem
 
 
 @dataclass
-class Held:
+class ExemplarCache:
     """An LRU cache of exemplars, with what was measured of them, for several commands in one process.
 
     It holds `most` exemplars of `pixels` px together; one is read anew after so many `uses`, as its memory grows, and
@@ -177,16 +177,16 @@ class Held:
         return exemplar
 
 
-_held: Held | None = None
+_held: ExemplarCache | None = None
 
 
-def hold(held: Held | None) -> None:
+def set_cache(held: ExemplarCache | None) -> None:
     """Set the cache of exemplars of this process; None: each command reads its own."""
     global _held
     _held = held
 
 
-def _signs(found: Set) -> tuple[Any, ...] | None:
+def _signs(found: PlaneFiles) -> tuple[Any, ...] | None:
     """Return a key that changes with the files of an exemplar; None if there is none."""
     try:
         states = [os.stat(path) for path in found.values() if not path.startswith("sample:")]
@@ -195,13 +195,13 @@ def _signs(found: Set) -> tuple[Any, ...] | None:
     return tuple((s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for s in states)
 
 
-class Shelf:
+class Inputs:
     """The exemplars, scene and plan of a request, made when needed and kept until :meth:`forget`.
 
     ``sets`` are the files of exemplars, those of donors last.
     """
 
-    def __init__(self, sets: Sequence[Set], request: Request, report: Report) -> None:
+    def __init__(self, sets: Sequence[PlaneFiles], request: Request, report: Report) -> None:
         self.sets, self.request, self._report = sets, request, report
 
     def forget(self) -> None:
@@ -264,12 +264,12 @@ class Shelf:
         cut = [adapted(e, asked, lambda line: None).base for e in alone]
         return Guide(cut, target, self.request.weight, self.request.reach)
 
-    def _read(self, found: Set, n: int) -> Exemplar:
+    def _read(self, found: PlaneFiles, n: int) -> Exemplar:
         def unused(base: Plane, name: str) -> Mask:
             """Return the pixels of a picture that are filled anew, and may hold anything."""
             from ..tasks.completion import dilated_hole
 
-            return dilated_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.closing))
+            return dilated_hole(self.hole(base, name), self.request.grow or 0, Wrap(self.request.wrap_axes))
 
         healed = self.request.holes and not n
 

@@ -11,14 +11,14 @@ from os.path import basename, dirname, exists, isdir, join, lexists, realpath, s
 from typing import TYPE_CHECKING, Any
 
 from .. import files
-from ..disk import reason_of, whole
+from ..disk import atomic, reason_of
 from ..foundation import ParameterError, ResourceError, printable
 from ..foundation.arrays import Pair
 from ..model import Exemplar
 from ..model.image import Plane
 from ..request import Request
 from . import unbroken
-from .exemplars import Set, stem_of
+from .exemplars import PlaneFiles, stem_of
 
 if TYPE_CHECKING:
     from ..tasks.scoring import Outcome
@@ -37,7 +37,7 @@ def filled_name(template: str, values: Mapping[str, object]) -> str:
     return re.sub(r"\{([^{}]*)\}", value, template)
 
 
-def plane_files(out: str, planes: Set) -> Set:
+def plane_files(out: str, planes: PlaneFiles) -> PlaneFiles:
     """Return the file of each plane: `out` for the base, OUT_NAME in the format of the input for the others."""
     names = [name for name in planes if name != "mask"]
     if out == "-":
@@ -54,7 +54,7 @@ def _ending(path: str) -> str:
     return ending if ending.lower() in files.formats.SUFFIXES else ""
 
 
-def usual_name(sets: Sequence[Set], done: str, seed: int | None = None) -> str:
+def usual_name(sets: Sequence[PlaneFiles], done: str, seed: int | None = None) -> str:
     """Return the default name of an output, without ending: stones_grown.
 
     It has the names of all exemplars, or of the first of more than three; the standard input has none. `seed` is added
@@ -77,14 +77,14 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
     return ".tif"
 
 
-def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> Set:
+def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> PlaneFiles:
     """Return one file for all planes; ParameterError if they cannot be its layers."""
     planes = {name: exemplar.planes[name] for name in exemplar.drawn}
     files.check_layered(out, planes, depth)
     return dict.fromkeys(planes, out)
 
 
-def check_depths(pictures: Set, exemplar: Exemplar, size: Pair, request: Request) -> None:
+def check_depths(pictures: PlaneFiles, exemplar: Exemplar, size: Pair, request: Request) -> None:
     """Raise ParameterError for depths, channels and sides that files cannot hold; `size`: width, height of the base."""
     for name, path in pictures.items():
         plane = exemplar.picture(name)
@@ -93,7 +93,7 @@ def check_depths(pictures: Set, exemplar: Exemplar, size: Pair, request: Request
         files.check_depth(path, plane, request.depth, (width, height))
 
 
-def by_file(pictures: Set) -> dict[str, list[str]]:
+def by_file(pictures: PlaneFiles) -> dict[str, list[str]]:
     """Return the planes of each file."""
     found: dict[str, list[str]] = {}
     for name, path in pictures.items():
@@ -101,7 +101,7 @@ def by_file(pictures: Set) -> dict[str, list[str]]:
     return found
 
 
-def check_apart(pictures: Set) -> None:
+def check_apart(pictures: PlaneFiles) -> None:
     """Raise ParameterError if two planes would be written to one file."""
     for path, names in by_file(pictures).items():
         if len(names) > 1 and path != "-":
@@ -147,7 +147,7 @@ class Staging:
     def __init__(self, force: bool, making: bool = False) -> None:
         self._force, self._making = force, making
         self._made: list[str] = []
-        self._folders: Set = {}
+        self._folders: PlaneFiles = {}
         self._moves: list[tuple[str, str]] = []
 
     def __enter__(self) -> Staging:
@@ -156,9 +156,9 @@ class Staging:
     def __exit__(self, *error: object) -> None:
         with unbroken():
             for folder in self._folders.values():
-                whole.take_away(folder)
+                atomic.remove_temporary(folder)
             for staged, _ in self._moves:
-                whole.forget(staged)
+                atomic.forget_name(staged)
             for folder in reversed(self._made):
                 with suppress(OSError):
                     os.rmdir(folder)  # only where nothing lies in it
@@ -172,8 +172,8 @@ class Staging:
         if folder not in self._folders:
             if self._making:
                 self._make(folder)
-            whole.sweep(folder)
-            name = self._folders[folder] = whole.name_in(folder)
+            atomic.sweep(folder)
+            name = self._folders[folder] = atomic.temporary_name(folder)
             try:
                 os.mkdir(name, 0o700)
             except OSError as e:
@@ -181,7 +181,7 @@ class Staging:
                 raise ResourceError(f"{folder} cannot be written ({reason_of(e)}); name another folder.") from None
         staged = join(self._folders[folder], basename(target))
         self._moves.append((staged, target))
-        whole.asked_for(staged, path)
+        atomic.displayed_name(staged, path)
         return staged
 
     def _make(self, folder: str) -> None:

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from .. import files
-from ..disk import taken
+from ..disk import peak_memory
 from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
-from ..files.sets import Material
+from ..files.material_sets import Material
 from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
@@ -24,11 +24,11 @@ from ..model.canvas import Canvas
 from ..model.image import dtype_of
 from ..rendering.render import check_alike, check_drawable
 from ..request import Json, Request
-from ..request.fields import DONE
+from ..request.fields import OUTPUT_SUFFIX
 from ..synthesis import Scene
 from ..tasks import small_of
 from . import Report
-from .exemplars import Set, Shelf, check_each, grouped, sets_of, stem_of
+from .exemplars import Inputs, PlaneFiles, check_each, grouped, sets_of, stem_of
 from .outputs import (
     by_file,
     check_apart,
@@ -68,13 +68,13 @@ KEPT = {
 
 
 @dataclass(frozen=True)
-class Order:
+class Output:
     """One output: its exemplars, its seed, and its files."""
 
-    shelf: Shelf
+    shelf: Inputs
     seed: int
-    pictures: Set  # plane -> file
-    beside: Set  # what else is written, of `KEPT` -> file
+    pictures: PlaneFiles  # plane -> file
+    beside: PlaneFiles  # what else is written, of `KEPT` -> file
 
     @property
     def files(self) -> list[tuple[str, str]]:
@@ -114,7 +114,7 @@ class Order:
             written = (made if made != held else 0) + ENCODED * made + swapped
             drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
         judged = LIBRARIES + EACH * width * height if request.page is not None or request.gates else 0
-        return int(max(LEAST, taken() + WORKING) + own * searched + area * each + drawn) + judged
+        return int(max(LEAST, peak_memory() + WORKING) + own * searched + area * each + drawn) + judged
 
     def line(self, slug: str) -> str:
         """Return files, size, method `slug` and seed in one line."""
@@ -161,7 +161,7 @@ def check_folder(out: str, sources: tuple[str, ...]) -> None:
         check_place(join(out, "o"), True, True)
 
 
-def shelves_of(request: Request, report: Report) -> list[Shelf]:
+def shelves_of(request: Request, report: Report) -> list[Inputs]:
     """Return a shelf for each output, or one for the outputs of all seeds; nothing is read yet."""
     sets, donors, holes, labels = sets_of(request, report), grouped(request.donors), request.holes, request.labels
     each = "{stem}" in (request.out or "") or (not request.out and request.begun)
@@ -176,17 +176,17 @@ def shelves_of(request: Request, report: Report) -> list[Shelf]:
             "give one for all, or one for each, in the same order."
         )
     if not each:
-        return [Shelf([*sets, *donors], request, report)]
+        return [Inputs([*sets, *donors], request, report)]
     if request.verb == "paint":
         check_each("--labels", len(labels), len(sets))
     shelves = []
     for n, found in enumerate(sets):
         mine = replace(request, holes=holes[n:][:1] if len(holes) > 1 else holes, labels=labels[n:][:1])
-        shelves.append(Shelf([found, *donors], mine, report))
+        shelves.append(Inputs([found, *donors], mine, report))
     return shelves
 
 
-def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) -> list[Order]:
+def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None) -> list[Output]:
     """Return the orders of a shelf, one for each seed; an error if something cannot work.
 
     `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.
@@ -200,7 +200,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) 
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
     if check is not None:
         check(shelf.scene)
-    plan, orders = shelf.plan, list[Order]()
+    plan, orders = shelf.plan, list[Output]()
     exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
     fields |= {"method": plan.method.slug} | dict(zip("wh", shelf.size, strict=True))
     asked = {what: getattr(request, name) for name, what in KEPT.items()}
@@ -212,7 +212,7 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) 
         if not request.layers:
             check_apart(pictures)
         beside = {what: filled_name(path, fields) for what, path in asked.items() if path is not None}
-        orders.append(Order(shelf, seed, pictures, beside))
+        orders.append(Output(shelf, seed, pictures, beside))
     check_formats(orders[0])
     check_alike(exemplars)
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
@@ -223,9 +223,9 @@ def orders_of(shelf: Shelf, paged: bool, check: Callable[[Scene], None] | None) 
     return orders
 
 
-def named(sets: Sequence[Set], exemplar: Exemplar, request: Request, fields: Json) -> Set:
+def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fields: Json) -> PlaneFiles:
     """Return the file of each plane: as -o names it, or by the exemplars, and by the seed if there are several."""
-    usual = usual_name(sets, DONE[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
+    usual = usual_name(sets, OUTPUT_SUFFIX[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
     if request.layers:
         if request.folder:
             out = join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
@@ -257,7 +257,7 @@ def method_as_json(method: Method, blend: Blend) -> Json:
     return its | traits(method).spans | {"blend": blend.as_recipe}
 
 
-def check_formats(order: Order) -> None:
+def check_formats(order: Output) -> None:
     """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
     request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
     first = exemplars[0]

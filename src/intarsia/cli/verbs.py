@@ -19,8 +19,8 @@ from ..foundation.params import KINDS, Parameter, parameters
 from ..methods import METHODS, method_class, preset
 from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
 from ..request.field import FLAG, Field, File, Kind, Number, Pair, Whole
-from ..request.fields import able
-from . import Report, begun
+from ..request.fields import methods_for
+from . import Report, enable_collection
 
 if TYPE_CHECKING:
     ParamType = click.ParamType[Any]
@@ -125,7 +125,7 @@ def method_option(p: Parameter, owners: list[str], every: bool) -> ParameterOpti
 
 def parameters_of(verb: str, slug: str | None = None) -> list[click.Parameter]:
     """Return arguments and options of a verb, or those of one method; arguments first, to be reported missing first."""
-    fields, number = fields_of_verb(verb), len(able(verb))
+    fields, number = fields_of_verb(verb), len(methods_for(verb))
     offered = parameters_of_verb(verb, slug).values()
     own = [method_option(p, owners, slug is not None or len(owners) == number) for p, owners in offered]
     debug = click.Option(["--debug"], is_flag=True, expose_value=False, hidden=True)
@@ -359,7 +359,7 @@ def carry_out(request: Request, report: Report) -> None:
     from .batch import Batch
 
     batch = Batch.plan(request, report)
-    begun()
+    enable_collection()
     batch.tell_plan() if request.dry_run else batch.carry_out()
 
 

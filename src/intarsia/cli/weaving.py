@@ -14,11 +14,11 @@ from ..foundation.run import Run
 from ..giant import Weave, planned_windows, woven
 from ..giant.picture import Store, gigabytes
 from ..giant.stream import STORES, check_executor, estimated, fill, finish, memory_of
-from ..request import Json, Request, once_more, to_line
+from ..request import Json, Request, repeated, to_line
 from ..synthesis import as_exemplars, recipe_exemplars
 from ..tasks import with_joins
 from . import CANCEL, Interrupted, Report, as_json, explain, unbroken
-from .exemplars import Shelf, sets_of, stem_of
+from .exemplars import Inputs, sets_of, stem_of
 from .outputs import filled_name, usual_name
 from .plan import method_as_json
 
@@ -61,7 +61,7 @@ class Weaving:
         seed, method = request.seed or 0, request.chosen
         filled_name(request.out or "", {})  # refuses unknown fields before anything is read
         sets = sets_of(request, report)
-        exemplars = as_exemplars(list(Shelf(sets, request, report).exemplars))
+        exemplars = as_exemplars(list(Inputs(sets, request, report).exemplars))
         plan = with_joins(planned_windows(exemplars, method), request)
         texture, choice = woven(plan, seed), plan.choice
         fields = {"stem": stem_of(sets[0]), "method": texture.method.slug, "seed": seed, "w": width, "h": height}
@@ -83,7 +83,7 @@ class Weaving:
             stores[name].look()
         auto = {} if choice is None else as_json(choice, request.explain)
         if choice is not None:
-            auto["command"] = to_line(once_more(request, sets, texture.method, seed, out=out, force=False))
+            auto["command"] = to_line(repeated(request, sets, texture.method, seed, out=out, force=False))
         warnings, spent = () if choice is None else choice.warnings, time.perf_counter() - began
         return cls(names, texture, (width, height), request, report, stores, auto, warnings, spent)
 

@@ -24,10 +24,10 @@ VARIABLE = "INTARSIA_MAX_PIXELS"
 
 SIDE = 1 << 20
 MAX_CHANNELS = 64
-FREE = 6
+FREE_BYTES_PER_PIXEL = 6
 """Bytes of memory for each pixel that is allowed, which a file may take however small it is."""
 
-HELD = 32
+BYTES_PER_FILE_BYTE = 32
 """Bytes of memory for each byte of the file, which it may take beyond that: real textures hold what they unpack to."""
 
 _asked: ContextVar[int | None] = ContextVar("max_pixels", default=None)
@@ -70,14 +70,14 @@ def check_size(name: str, width: int, height: int, channels: int = 1, side: int 
         raise InputError(f"{name} has {channels} channels; at most {MAX_CHANNELS}, so save fewer.")
 
 
-def check_cost(name: str, cost: float, held: int) -> None:
+def check_decoding_cost(name: str, cost: float, held: int) -> None:
     """Raise InputError if a file of `held` bytes needs out of proportion much memory (`cost` bytes) to decode."""
     most = most_pixels()
-    if cost <= max(FREE * most, HELD * held) or most >= MAX_PIXELS:
+    if cost <= max(FREE_BYTES_PER_PIXEL * most, BYTES_PER_FILE_BYTE * held) or most >= MAX_PIXELS:
         return
     raise InputError(
         f"{name} would take {_words(cost)} of memory, with {_words(held)} in the file; so small a one may take "
-        f"{_words(FREE * most)}, so {_remedy(min(-(-int(cost) // FREE), MAX_PIXELS))}."
+        f"{_words(FREE_BYTES_PER_PIXEL * most)}, so {_remedy(min(-(-int(cost) // FREE_BYTES_PER_PIXEL), MAX_PIXELS))}."
     )
 
 
@@ -126,7 +126,7 @@ With less, LLVM crashes, and OpenBLAS (in numpy and scipy) asks for its buffers 
 RESERVED = 240 << 20
 """Bytes of address space that are taken and never filled: the code of the libraries, and room for their heaps."""
 
-SURE = 0.8
+ESTIMATE_MARGIN = 0.8
 """Work is refused if this share of its estimated memory does not fit: the estimate is right within 25 %."""
 
 
@@ -134,7 +134,7 @@ BLAS = "OPENBLAS_NUM_THREADS"
 """Read when numpy is imported; no result depends on it."""
 
 
-KEPT = ((-1, 64 << 20), (-3, 32 << 20))
+HEAP_OPTIONS = ((-1, 64 << 20), (-3, 32 << 20))
 """Options of glibc's heap: it gives back what is free beyond so many bytes, and maps arrays of so many each by itself.
 
 By itself it gives back each array as it is dropped, and the next one is made of pages that the system first clears: 70
@@ -142,12 +142,12 @@ thousand of 107 thousand for a picture of 512 px, which took 0.15 s of 2.5.
 """
 
 
-def make_room() -> None:
+def prepare_memory() -> None:
     """Raise ResourceError if the address space is too small for the libraries; set up the heap for its limit."""
     os.environ.setdefault(BLAS, "1")  # its threads cost each start 0.2 s of CPU, and shorten nothing that is done here
     limit = address_space()
     if limit is None:
-        _set_heap(KEPT)
+        _set_heap(HEAP_OPTIONS)
         return
     if limit < FLOOR:
         raise ResourceError(
@@ -181,7 +181,7 @@ def address_space() -> int | None:
 def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, or weave it") -> None:
     """Raise ResourceError if `needed` bytes, the peak of the whole process, do not fit into memory."""
     for there, whose in _limits():
-        if needed * SURE > there:
+        if needed * ESTIMATE_MARGIN > there:
             raise ResourceError(
                 f"{what} takes about {needed >> 20} MiB of memory, and {whose} {max(there, 0) >> 20} MiB; {instead}."
             )
@@ -199,7 +199,7 @@ def free_memory() -> int | None:
     return min(found, default=None)
 
 
-def taken() -> int:
+def peak_memory() -> int:
     """Return the peak memory of this process so far in bytes; 0 if the system does not report it."""
     return _numbers("/proc/self/status").get("VmHWM", 0)
 

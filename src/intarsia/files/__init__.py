@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..disk import allowing
-from ..disk.whole import PathLike, check_writable, write_bytes
+from ..disk.atomic import PathLike, check_writable, write_bytes
 from ..foundation import (
     ALPHAS,
     MATERIALS,
@@ -35,9 +35,9 @@ from ..foundation import (
 from ..foundation.arrays import Mask
 from ..model import KIND_OF_NAME, Exemplar, check_size, finite
 from ..model.image import PACKED, PACKINGS, Kind, Plane, Transfer, unpacked
-from .decode import decoded
-from .formats import LAYER, format_of, look, split_layer
-from .sets import describe, group, layered, materials, name_of, uses_directx
+from .decode import decode
+from .formats import LAYER, format_of, open_picture, split_layer
+from .material_sets import describe, group, layered, materials, name_of, uses_directx
 from .write import RECIPE, check_depth, check_layered, encode, preview, read_recipe, recipe_path, write
 
 __all__ = [
@@ -144,10 +144,10 @@ def read_plane(path: PathLike | bytes, kind: Kind | str | None = None) -> Plane:
         made = sample(path)
         return made if kind is None else replace(made, kind=chosen(Kind, "kind", kind))
     file, layer = (path, None) if isinstance(path, bytes) else split_layer(path)
-    picture = look(file)
+    picture = open_picture(file)
     if layer is not None:
         picture = replace(picture, name=printable(path))
-    found = decoded(picture, layer)
+    found = decode(picture, layer)
     pixels, kind = found.pixels, Kind.COLOUR if kind is None else chosen(Kind, "kind", kind)
     if kind is Kind.NORMAL:
         pixels = _three_channels(pixels, picture.name)
@@ -279,9 +279,9 @@ def sample(name: str) -> Plane:
     path = Path(found.origin or "").parent / "data" / f"{word}.png" if found else None
     if path is None or not path.is_file():
         raise InputError(f"this scikit-image carries no {word}.png; choose a painted one, such as sample:tiles.")
-    return Plane(decoded(look(path)).pixels, meta={"name": "png"})
+    return Plane(decode(open_picture(path)).pixels, meta={"name": "png"})
 
 
 def _painted(stem: str, kind: Kind) -> Plane:
     """Read a file of the folder `painted`."""
-    return Plane(decoded(look(FOLDER / f"{stem}.png")).pixels, kind, meta={"name": "sample"})
+    return Plane(decode(open_picture(FOLDER / f"{stem}.png")).pixels, kind, meta={"name": "sample"})

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from ..disk import check_cost, check_size, most_pixels, no_room
+from ..disk import check_decoding_cost, check_size, most_pixels, no_room
 from ..foundation import InputError, IntarsiaError
 from ..foundation.arrays import Array
 from . import netpbm, png
-from .formats import PictureFile, channels_in, damaged
+from .formats import PictureFile, channels_in, damaged_error
 
 READ = 1 << 24
 """Bytes that are read of a file at a time, at least."""
@@ -34,7 +34,7 @@ DTYPES = {"uint8": 1, "uint16": 2, "uint": 4, "uint32": 4, "half": 2, "float": 4
 MOST_SCANS = 500
 """Most scans of a progressive JPEG; each of them goes over the whole picture again."""
 
-WEBP = 10
+WEBP_BYTES_PER_PIXEL = 10
 """Bytes per pixel that libwebp takes to decode."""
 
 SCANS = 16
@@ -43,7 +43,7 @@ SCANS = 16
 BAND = 1 << 20
 """Pixels that are converted at a time."""
 
-UNSEEN = 0xA5
+UNDECODED = 0xA5
 """Value of the last row before it is decoded."""
 
 _STORED = {"L": 1, "P": 1, "LA": 4, "RGB": 4, "RGBA": 4, "CMYK": 4, "I;16": 2}
@@ -61,7 +61,7 @@ class Decoded:
     icc: bytes | None = None
 
 
-def decoded(picture: PictureFile, layer: str | None = None) -> Decoded:
+def decode(picture: PictureFile, layer: str | None = None) -> Decoded:
     """Return the pixels of a file exactly as stored, turned upright; InputError for whatever fails.
 
     Of an EXR `layer` may be read, by default one that looks like a picture. Nobody else can write to the pixels.
@@ -75,7 +75,7 @@ def decoded(picture: PictureFile, layer: str | None = None) -> Decoded:
     except MemoryError:
         raise no_room(picture.name) from None
     except Exception as e:  # a damaged file can fail in any way
-        raise damaged(picture.name, str(e) or type(e).__name__) from None
+        raise damaged_error(picture.name, str(e) or type(e).__name__) from None
     pixels = decoded.pixels
     if pixels.ndim == 3 and pixels.shape[2] == 1:
         pixels = pixels[:, :, 0]
@@ -102,20 +102,20 @@ def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
 
 def _png(picture: PictureFile) -> Decoded:
     data = picture.data()
-    facts = png.png(data, picture.name)
+    facts = png.parse_png(data, picture.name)
     # libpng tells the terminal what it does not like. Pillow has its own decoder, which knows no 16 bit but gray.
     if facts.colour == png.PALETTE or not (facts.key or (facts.depth == 16 and facts.colour != png.GRAY)):
         stored = 1 if facts.colour in (png.GRAY, png.PALETTE) else 4
         own = facts.channels if facts.colour == png.PALETTE or facts.depth == 1 else facts.depth == 16
-        check_cost(picture.name, (stored + own) * facts.width * facts.height, len(data))
+        check_decoding_cost(picture.name, (stored + own) * facts.width * facts.height, len(data))
         if facts.interlaced:  # of these, Pillow takes some that are cut off
-            png.check_rows(facts, picture.name)
-        check = partial(png.check_rows, facts, picture.name)
+            png.check_pixels(facts, picture.name)
+        check = partial(png.check_pixels, facts, picture.name)
         found = _by_pillow(picture, facts.clean(), check)
     else:
         cost = COSTS["png"] * facts.width * facts.height * facts.channels * -(-facts.depth // 8)
-        check_cost(picture.name, cost, len(data))
-        png.check_rows(facts, picture.name)
+        check_decoding_cost(picture.name, cost, len(data))
+        png.check_pixels(facts, picture.name)
         found = _by_oiio(picture, facts.clean())
     return Decoded(upright(found.pixels, _exif_orientation(facts.exif)), facts.icc)
 
@@ -135,7 +135,7 @@ def _by_pillow(picture: PictureFile, data: bytes, doubt: Callable[[], None] | No
             if picture.format == "jpeg":
                 _check_jpeg(image, data, picture.name)
             if picture.format == "gif":
-                check_cost(picture.name, 5.0 * image.size[0] * image.size[1], len(data))
+                check_decoding_cost(picture.name, 5.0 * image.size[0] * image.size[1], len(data))
             inks = image.mode == "CMYK"
             pixels = _loaded(image, doubt)
             icc = None if inks else image.info.get("icc_profile")  # it describes the inks, which are gone
@@ -153,11 +153,11 @@ def _check_jpeg(image: Any, data: bytes, name: str) -> None:
     """
     start = image.fp.tell()  # behind the header of the first scan
     if data.rfind(b"\xff\xd9") < start:
-        raise damaged(name, "it has no end")
+        raise damaged_error(name, "it has no end")
     pixels, scans = image.size[0] * image.size[1], 1 + data.count(b"\xff\xda", start)
     sizes = [max(h, 1) * max(v, 1) for _, h, v, _ in image.layer]  # of channels: 3 samples a px, 1.5 where 4:2:0
     kept = "progressive" in image.info or scans > 1  # then all coefficients are, 16 bit each
-    check_cost(name, pixels * (4 + 2 * kept * sum(sizes) / max(sizes)), len(data))
+    check_decoding_cost(name, pixels * (4 + 2 * kept * sum(sizes) / max(sizes)), len(data))
     most = min(MOST_SCANS, max(SCANS, SCANS * most_pixels() // max(pixels, 1)))
     if scans > most:
         raise InputError(
@@ -172,7 +172,7 @@ def _check_webp(picture: PictureFile) -> None:
     """
     kind, body = picture.head[12:16], picture.head[20:30]
     if len(body) < 10 or kind not in (b"VP8X", b"VP8L", b"VP8 "):
-        raise damaged(picture.name, "it has no header")
+        raise damaged_error(picture.name, "it has no header")
     if kind == b"VP8X":
         width, height = (1 + int.from_bytes(body[k : k + 3], "little") for k in (4, 7))
     elif kind == b"VP8L":
@@ -181,7 +181,7 @@ def _check_webp(picture: PictureFile) -> None:
     else:
         width, height = (int.from_bytes(body[k : k + 2], "little") & 0x3FFF for k in (6, 8))
     check_size(picture.name, width, height)
-    check_cost(picture.name, WEBP * width * height, picture.size)
+    check_decoding_cost(picture.name, WEBP_BYTES_PER_PIXEL * width * height, picture.size)
 
 
 def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
@@ -199,9 +199,9 @@ def _loaded(image: Any, doubt: Callable[[], None] | None = None) -> Array:
     if mode in _STORED and image.format != "GIF":  # which fills its memory by itself
         held = np.zeros((height, width, _STORED[mode]), np.uint8)
         image.im = core.map_buffer(held, image.size, "raw", 0, (mode, width * held.shape[2], 1))
-        held[-1] = UNSEEN
+        held[-1] = UNDECODED
     image.load()
-    if doubt is not None and (held is None or (held[-1] == UNSEEN).all()):
+    if doubt is not None and (held is None or (held[-1] == UNDECODED).all()):
         doubt()
     wanted = _full_mode(image)
     if held is not None and mode == wanted and mode in _DENSE:
@@ -239,7 +239,7 @@ def opened(picture: PictureFile, data: bytes | None = None) -> Iterator[tuple[An
         hints.attribute("oiio:UnassociatedAlpha", 1)  # without it colours would be multiplied by alpha
         file = oiio.ImageInput.open(path, hints)
         if file is None:
-            raise damaged(picture.name, oiio.geterror().replace(path, "file"))
+            raise damaged_error(picture.name, oiio.geterror().replace(path, "file"))
         try:
             yield file, path
         finally:
@@ -253,7 +253,7 @@ def _by_oiio(picture: PictureFile, data: bytes | None = None, layer: str | None 
         pixels = _bands(file, spec, first, stop, dtype)
         error = file.geterror()
     if pixels is None or error:
-        raise damaged(picture.name, error.replace(path, "file") or "no pixels came")
+        raise damaged_error(picture.name, error.replace(path, "file") or "no pixels came")
     if chosen != list(range(pixels.shape[2])):
         pixels = pixels[:, :, chosen]
     profile = spec.getattribute("ICCProfile")
@@ -299,7 +299,7 @@ def _what_to_read(picture: PictureFile, spec: Any, layer: str | None) -> tuple[i
         raise InputError(f"{name} holds {dtype} pixels; save it with 8 or 16 bit, half or float.")
     first = min(chosen)
     unpacked = spec.width * spec.height * (max(chosen) + 1 - first) * DTYPES[dtype]
-    check_cost(name, unpacked * COSTS.get(picture.format, 1.0), picture.size)
+    check_decoding_cost(name, unpacked * COSTS.get(picture.format, 1.0), picture.size)
     return first, max(chosen) + 1, [c - first for c in chosen], dtype
 
 

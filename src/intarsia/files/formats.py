@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from ..disk import MAX_CHANNELS, no_room, reason_of
-from ..disk.whole import PathLike, ordinary, working_folder
+from ..disk.atomic import PathLike, file_size, working_folder
 from ..foundation import InputError, ParameterError, ResourceError, printable
 from ..model.image import DTYPE_OF_DEPTH
 
@@ -200,13 +200,13 @@ class PictureFile:
             yield str(target)
 
 
-def damaged(name: str, why: str) -> InputError:
+def damaged_error(name: str, why: str) -> InputError:
     """Return the error for a file that cannot be decoded."""
     why = " ".join(str(why).split())[:160].rstrip(".")
     return InputError(f"{name} is damaged or cut off ({why}); copy or save it again.")
 
 
-def look(source: PathLike | bytes) -> PictureFile:
+def open_picture(source: PathLike | bytes) -> PictureFile:
     """Return the picture file at a path or of some bytes; InputError if it is none. Never blocks on a pipe."""
     if isinstance(source, bytes | bytearray | memoryview):
         return _known_picture("the data", bytes(source), len(source))
@@ -217,7 +217,7 @@ def look(source: PathLike | bytes) -> PictureFile:
     if not text:
         raise InputError("an empty file name was given; name a picture, or a sample such as sample:brick.")
     path, name = Path(text), printable(text)
-    return _known_picture(name, path, ordinary(path, name))
+    return _known_picture(name, path, file_size(path, name))
 
 
 def _standard_input() -> bytes:

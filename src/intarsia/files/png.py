@@ -17,7 +17,7 @@ from ..disk import check_size
 from ..foundation import InputError
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run, run_of
-from .formats import PNG_SIDE, damaged
+from .formats import PNG_SIDE, damaged_error
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"\0\0\0\0IEND\xaeB`\x82"
 
@@ -77,7 +77,7 @@ def chunk(kind: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(body, zlib.crc32(kind)))
 
 
-def png(data: bytes, name: str) -> PngFacts:
+def parse_png(data: bytes, name: str) -> PngFacts:
     """Parse a PNG; InputError if a checksum is wrong, or a chunk is missing, misplaced or invalid."""
     facts, pos, budget, last = PngFacts(), 8, MAX_UNPACKED, b""
     view = memoryview(data)
@@ -85,22 +85,22 @@ def png(data: bytes, name: str) -> PngFacts:
         head = data[pos : pos + 8]
         end = pos + 12 + int.from_bytes(head[:4], "big")
         if len(head) < 8 or end > len(data):
-            raise damaged(name, "it has no end")
+            raise damaged_error(name, "it has no end")
         kind, body = head[4:], view[pos + 8 : end - 4]
         if zlib.crc32(view[pos + 4 : end - 4]) != int.from_bytes(data[end - 4 : end], "big"):
-            raise damaged(name, f"the checksum of its part {kind.decode('latin-1')!r} is wrong")
+            raise damaged_error(name, f"the checksum of its part {kind.decode('latin-1')!r} is wrong")
         if pos == 8:
             if kind != b"IHDR" or len(body) != 13:
-                raise damaged(name, "it has no header")
+                raise damaged_error(name, "it has no header")
             facts.width, facts.height, facts.depth, facts.colour, *ways = struct.unpack(">IIBBBBB", body)
             check_size(name, facts.width, facts.height, side=PNG_SIDE)
             if facts.depth not in _DEPTHS.get(facts.colour, ()) or ways not in ([0, 0, 0], [0, 0, 1]):
-                raise damaged(name, "its header states what no PNG can be")
+                raise damaged_error(name, "its header states what no PNG can be")
             facts.interlaced = ways[2] == 1
             facts.head = [chunk(kind, bytes(body))]
         if kind == b"IDAT":
             if facts.packed and last != b"IDAT":
-                raise damaged(name, "its pixels are torn apart")
+                raise damaged_error(name, "its pixels are torn apart")
             facts.packed.append(body)
         elif kind in (b"iCCP", b"zTXt", b"iTXt", b"tEXt"):
             budget -= _keep_text(facts, kind, bytes(body), name, budget)
@@ -110,9 +110,9 @@ def png(data: bytes, name: str) -> PngFacts:
             _meaning(facts, kind, bytes(body), name)
         pos, last = end, kind
     if not facts.packed:
-        raise damaged(name, "it holds no pixels")
+        raise damaged_error(name, "it holds no pixels")
     if facts.colour == PALETTE and len(facts.head) < 2:
-        raise damaged(name, "it has no palette")
+        raise damaged_error(name, "it has no palette")
     return facts
 
 
@@ -120,12 +120,12 @@ def _meaning(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
     """Keep a chunk if it is a palette or a transparent colour that bears on the pixels."""
     known = [part[4:8] for part in facts.head]
     if kind == b"IHDR":
-        raise damaged(name, "it has two headers")
+        raise damaged_error(name, "it has two headers")
     if facts.packed or kind in known:
         return
     if kind == b"PLTE" and facts.colour == PALETTE:
         if not body or len(body) % 3 or len(body) > 3 << facts.depth:
-            raise damaged(name, "its palette is broken")
+            raise damaged_error(name, "its palette is broken")
     elif kind == b"tRNS":
         if facts.colour == PALETTE:  # an opacity for each colour, the last may be left out
             facts.key = len(facts.head) == 2 and 0 < len(body) <= (len(facts.head[1]) - 12) // 3
@@ -138,7 +138,7 @@ def _meaning(facts: PngFacts, kind: bytes, body: bytes, name: str) -> None:
     facts.head.append(chunk(kind, body))
 
 
-def check_rows(facts: PngFacts, name: str) -> None:
+def check_pixels(facts: PngFacts, name: str) -> None:
     """Unpack the pixels, keeping none; InputError for what libpng would complain of on the terminal."""
     unpacker, rows = zlib.decompressobj(), _packed_rows(facts)
     count, size = next(rows)  # rows that are left of a pass, and their bytes
@@ -152,18 +152,18 @@ def check_rows(facts: PngFacts, name: str) -> None:
                     packed, stop = unpacker.unconsumed_tail, done + len(out)
                     while at < stop:
                         if not count:
-                            raise damaged(name, "it holds more than its pixels")
+                            raise damaged_error(name, "it holds more than its pixels")
                         here = min(count, -(-(stop - at) // size))
                         if max(out[at - done : stop - done : size][:here]) > 4:
-                            raise damaged(name, "a row is packed in an unknown way")
+                            raise damaged_error(name, "a row is packed in an unknown way")
                         count, at = count - here, at + here * size
                         if not count:
                             count, size = next(rows, (0, 1))
                     done = stop
     except zlib.error:
-        raise damaged(name, "its pixels cannot be unpacked") from None
+        raise damaged_error(name, "its pixels cannot be unpacked") from None
     if count or at != done or not unpacker.eof:
-        raise damaged(name, "it ends within its pixels")
+        raise damaged_error(name, "it ends within its pixels")
 
 
 def _packed_rows(facts: PngFacts) -> Iterator[Pair]:

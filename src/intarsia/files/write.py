@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 from ..disk import MAX_CHANNELS
-from ..disk.whole import PathLike, check_writable, put_all, working_folder, write_bytes
+from ..disk.atomic import PathLike, check_writable, replace_files, working_folder, write_bytes
 from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, legible, printable
 from ..foundation.arrays import Array, Pair, UInt8, pixels_of
 from ..foundation.run import Run
 from ..model.image import Kind, Plane, Transfer, converted, dtype_of, to_display
 from . import png
 from .decode import opened, pillow_opened
-from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged, format_of, look
+from .formats import FORMATS, SUFFIXES, Format, PictureFile, channel_names, damaged_error, format_of, open_picture
 
 Depth = int | str | None
 """8, 16, "half" or "float"; None: as it is."""
@@ -36,7 +36,7 @@ MARK = "intarsia recipe: "
 RECIPE = ".recipe.json"
 """Suffix of the file that holds the recipe of a picture."""
 
-LONGEST = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
+MAX_EMBEDDED = {"jpeg": 60000, "tiff": 60000, "webp": 1 << 20}
 """Format -> most bytes of an embedded recipe; longer ones lie beside. OpenImageIO reads no more of a TIFF."""
 
 _WORDS = {
@@ -66,7 +66,7 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
 
 def holds_recipe(target: Format, recipe: str) -> bool:
     """Return whether a recipe fits into a file of this format."""
-    return target.text and len(recipe.encode()) <= LONGEST.get(target.name, 1 << 22)
+    return target.text and len(recipe.encode()) <= MAX_EMBEDDED.get(target.name, 1 << 22)
 
 
 def check_holds(target: Format, plane: Plane, depth: Depth = None, size: Pair | None = None) -> None:
@@ -167,7 +167,7 @@ def _bytes_by_oiio(
             return made.read()
 
 
-def lettered(text: str, size: int) -> UInt8:
+def rendered_text(text: str, size: int) -> UInt8:
     """Render a line of text about `size` px high as coverage (height, width), 255 for ink."""
     from PIL import Image, ImageDraw, ImageFont
 
@@ -218,7 +218,7 @@ def write(
     aside = () if recipe is None or holds_recipe(target, recipe) else ((beside, recipe.encode()),)
     for place in (path, *(place for place, _ in aside)):
         check_writable(place, force)
-    put_all([(path, encode(plane, target.name, recipe, run)), *aside], force)
+    replace_files([(path, encode(plane, target.name, recipe, run)), *aside], force)
     if force and not aside:
         with suppress(OSError):  # the recipe of what was here before
             os.unlink(beside)
@@ -237,7 +237,7 @@ def _write_layers(
     types = [_OIIO[p.pixels.dtype.name] for p in made.values() for _ in range(p.channels)]
     pixels = np.concatenate([p.samples.astype(np.float32, copy=False) for p in made.values()], axis=2)
     text = _text(SUFFIXES[".exr"], recipe)
-    put_all([(path, _bytes_by_oiio("exr", pixels, text, None, (names, types)))], force)
+    replace_files([(path, _bytes_by_oiio("exr", pixels, text, None, (names, types)))], force)
 
 
 def check_layered(path: PathLike, planes: Mapping[str, Plane], depth: Depth = None) -> None:
@@ -313,7 +313,7 @@ def read_recipe(path: PathLike) -> dict[str, Any] | None:
     """
     if os.fspath(path).lower().endswith(".json"):
         return _from_file(Path(path))
-    _, mark, text = _description(look(path)).partition(MARK)
+    _, mark, text = _description(open_picture(path)).partition(MARK)
     if mark:
         return _parse(text, printable(path))
     beside = recipe_path(path)
@@ -345,7 +345,7 @@ def _description(picture: PictureFile) -> str:
     """Return the texts that a file holds, joined."""
     try:
         if picture.format == "png":
-            return "\n".join(png.png(picture.data(), picture.name).texts.values())
+            return "\n".join(png.parse_png(picture.data(), picture.name).texts.values())
         if picture.format in ("jpeg", "webp"):
             with pillow_opened(picture.format, picture.data()) as image:
                 if picture.format == "jpeg":
@@ -357,5 +357,5 @@ def _description(picture: PictureFile) -> str:
     except InputError:
         raise
     except Exception as e:  # a damaged file can fail in any way
-        raise damaged(picture.name, str(e) or type(e).__name__) from None
+        raise damaged_error(picture.name, str(e) or type(e).__name__) from None
     return ""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from ..choosing.auto import Auto
-from ..disk.whole import PathLike
+from ..disk.atomic import PathLike
 from ..foundation import AUTO_METHOD, ParameterError
 from ..foundation.arrays import Array, Pair
 from ..foundation.blend import Blend

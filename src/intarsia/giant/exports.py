@@ -21,10 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..disk import whole
-from ..disk.whole import PathLike, check_writable
-from ..files.decode import decoded
-from ..files.formats import format_of, look
+from ..disk import atomic
+from ..disk.atomic import PathLike, check_writable
+from ..files.decode import decode
+from ..files.formats import format_of, open_picture
 from ..files.write import MARK, check_depth, encode, holds_recipe, recipe_path, write
 from ..foundation import InputError, ParameterError, ResourceError, printable
 from ..foundation.arrays import Array, Pair
@@ -55,7 +55,7 @@ def check_place(path: Path, woven: bool = False) -> None:
         raise InputError(f"{str(path)!r} is no name of a file; choose another.") from None
     if woven:
         _check_woven(path)
-    elif os.path.lexists(path) and not (path.is_dir() and all(whole.is_temporary(e.name) for e in path.iterdir())):
+    elif os.path.lexists(path) and not (path.is_dir() and all(atomic.is_temporary(e.name) for e in path.iterdir())):
         raise ParameterError(f"{path} exists, and is no texture that was woven; name another place.")
 
 
@@ -66,7 +66,7 @@ def _check_woven(path: Path) -> None:
             full = Path(at, entry)
             place, names = full.relative_to(path), FOLDERS if entry in below else FILES
             plain = (full.is_dir() or full.is_file()) and not full.is_symlink()
-            if not ((plain and names.fullmatch(place.as_posix())) or whole.left_over(full)):
+            if not ((plain and names.fullmatch(place.as_posix())) or atomic.is_left_over(full)):
                 raise ParameterError(
                     f"{path} holds {printable(place)}, which was not woven; move it elsewhere, or name another place."
                 )
@@ -113,20 +113,20 @@ class Export(Store):
             os.replace(beside, target)
         elif self.force:  # the recipe of the file that is replaced
             target.unlink(missing_ok=True)
-        whole.settle(target.parent)
+        atomic.sync_folder(target.parent)
 
     def close(self) -> None:
         """Remove the hidden folder."""
         if self._draft:
-            whole.forget(self._staged)
-            whole.take_away(self._draft)
+            atomic.forget_name(self._staged)
+            atomic.remove_temporary(self._draft)
 
     def _stage(self) -> Path:
         """Make the hidden folder; return the path in it with the name of the store."""
-        whole.sweep(self._target.parent)
-        self._draft = whole.name_in(self._target.parent)
+        atomic.sweep(self._target.parent)
+        self._draft = atomic.temporary_name(self._target.parent)
         os.mkdir(self._draft, 0o700)
-        whole.asked_for(self._staged, self.path)
+        atomic.displayed_name(self._staged, self.path)
         return self._staged
 
     def _check_new(self, exists: bool) -> None:
@@ -189,8 +189,8 @@ class TiffStore(Export):
                 description=MARK + texts, metadata=None, software=False,
             )  # fmt: skip
         next(results, None)  # so that the last cell is counted
-        with whole.open_again(staged) as written:
-            whole.sync(written)
+        with atomic.open_regular(staged) as written:
+            atomic.sync_file(written)
 
 
 @dataclass(frozen=True)
@@ -258,7 +258,7 @@ class TileStore(Export):
             box, data = cell.box, iter(pieces)
             for row in range(box.y0 // tile, -(-box.y1 // tile)):
                 for column in range(box.x0 // tile, -(-box.x1 // tile)):
-                    whole.fill(self._tile(self.levels - 1, row, column), next(data), durable=False)
+                    atomic.write_new(self._tile(self.levels - 1, row, column), next(data), durable=False)
         with run.pool() as each:
             for level in range(self.levels - 2, -1, -1):
                 tiles = iter(self.tiles(level))
@@ -270,8 +270,8 @@ class TileStore(Export):
             f'Format="png" Overlap="0" TileSize="{tile}">'
             f'<Size Width="{self.grid.width}" Height="{self.grid.height}"/></Image>\n'
         )
-        whole.fill(staged / "image.dzi", text.encode())
-        whole.fill(recipe_path(staged / "image.dzi"), self.text.encode())
+        atomic.write_new(staged / "image.dzi", text.encode())
+        atomic.write_new(recipe_path(staged / "image.dzi"), self.text.encode())
         getattr(os, "sync", lambda: None)()  # for many small files quicker than syncing each
 
     def finish(self) -> None:
@@ -280,20 +280,22 @@ class TileStore(Export):
         if self._target.exists():
             os.replace(self._target, f"{self._staged}.old")
         os.replace(self._staged, self._target)
-        whole.settle(self._target.parent)
+        atomic.sync_folder(self._target.parent)
 
     def _reduce(self, level: int, cell: Cell) -> None:
         """Make a tile of a level from the four of the next finer one."""
         below = self.tiles(level + 1)
         rows = range(2 * cell.row, min(2 * cell.row + 2, below.down))
         columns = range(2 * cell.column, min(2 * cell.column + 2, below.across))
-        parts = [[decoded(look(self._tile(level + 1, row, column))).pixels for column in columns] for row in rows]
+        parts = [
+            [decode(open_picture(self._tile(level + 1, row, column))).pixels for column in columns] for row in rows
+        ]
         pixels = np.atleast_3d(np.concatenate([np.concatenate(p, axis=1) for p in parts]))
         height, width = pixels.shape[:2]
         even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
         even = even > 0 if self.texture.dtype == bool else even
         smaller = self.packer.one(averaged(self.packer.like.like(even), 2))
-        whole.fill(self._tile(level, cell.row, cell.column), smaller, durable=False)
+        atomic.write_new(self._tile(level, cell.row, cell.column), smaller, durable=False)
 
     def _tile(self, level: int, row: int, column: int) -> Path:
         """Return the path of a tile."""

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from ..disk import free_memory
-from ..disk.whole import PathLike
+from ..disk.atomic import PathLike
 from ..foundation import (
     MissingExtraError,
     ParameterError,

@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from ..disk import taken
+from ..disk import peak_memory
 from ..foundation import InputError, ParameterError, ResourceError, called, said
 from ..foundation.arrays import Array, Pair
 from ..foundation.geometry import Box
@@ -279,7 +279,7 @@ class DrawnAndPacked:
 
 def memory_of(store: Store, workers: int) -> int:
     """Return the least memory, in bytes, of this process while `workers` fill a store."""
-    return taken() + store.held + min(workers, len(store.grid)) * _drawn(store)
+    return peak_memory() + store.held + min(workers, len(store.grid)) * _drawn(store)
 
 
 def estimated(store: Store, workers: int) -> tuple[float, int]:
@@ -294,7 +294,7 @@ def estimated(store: Store, workers: int) -> tuple[float, int]:
     spent, packed = time.perf_counter() - began, sum(map(len, pieces))
     share = cell.box.height * cell.box.width / (store.grid.height * store.grid.width)
     others = min(workers, len(store.grid)) - 1  # the first was measured just now
-    memory = taken() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
+    memory = peak_memory() + store.held + others * _drawn(store) + AHEAD * (others + 1) * packed
     return (spent / workers + store.packing(cell, pieces)) / share, memory
 
 

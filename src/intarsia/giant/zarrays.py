@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from ..disk import whole
-from ..disk.whole import PathLike
+from ..disk import atomic
+from ..disk.atomic import PathLike
 from ..foundation import InputError, ParameterError, Record
 from ..foundation.arrays import Array, Pair
 from ..foundation.run import Run
@@ -97,7 +97,7 @@ class ZarrStore(Store):
         """Start or resume; return the numbers of the cells whose files are missing or damaged."""
         if not self._begun():
             self._begin()
-        whole.sweep(self.path)
+        atomic.sweep(self.path)
         return [cell.number for cell in self.grid if not self._sound(cell)]
 
     def fill(self, results: Results, run: Run) -> None:
@@ -105,7 +105,7 @@ class ZarrStore(Store):
         for cell, (data,) in results:
             place = self._place(cell)
             place.parent.mkdir(parents=True, exist_ok=True)
-            whole.put(place, data, by=self.path)
+            atomic.replace_file(place, data, by=self.path)
 
     def _begun(self) -> bool:
         """Whether this array exists at its path; raise if it cannot be made there."""
@@ -129,21 +129,21 @@ class ZarrStore(Store):
     def _begin(self) -> None:
         """Make a new array without chunks; an array that it replaces is removed atomically."""
         target = Path(os.path.realpath(self.path))
-        new, old = not target.exists(), whole.name_in(target.parent)
-        whole.sweep(target.parent)
+        new, old = not target.exists(), atomic.temporary_name(target.parent)
+        atomic.sweep(target.parent)
         try:
             if described(target / SIGN) is not None:
                 os.replace(target, old)
             target.mkdir(exist_ok=True)
-            whole.settle(target.parent)
-            whole.put(target / SIGN, self._sign(), durable=True)
+            atomic.sync_folder(target.parent)
+            atomic.replace_file(target / SIGN, self._sign(), durable=True)
         except BaseException:
             with suppress(OSError):
                 if new:
                     target.rmdir()
             raise
         finally:
-            whole.take_away(old)
+            atomic.remove_temporary(old)
 
     def _sign(self) -> bytes:
         """Return the content of ``zarr.json``, with the recipe among the attributes."""
@@ -156,10 +156,10 @@ class ZarrStore(Store):
     def _sound(self, cell: Cell) -> bool:
         """Whether the file of a cell exists and is valid; ParameterError if it is no ordinary file."""
         place = self._place(cell)
-        if not whole.is_file(place):
+        if not atomic.is_file(place):
             return False
         try:
-            with whole.open_again(place, "rb") as file:
+            with atomic.open_regular(place, "rb") as file:
                 return self.packer.sound(file.read())
         except OSError:
             return False
@@ -179,10 +179,10 @@ def described(place: Path) -> Record | None:
 
     Raises InputError if it is damaged.
     """
-    if not whole.is_file(place):
+    if not atomic.is_file(place):
         return None
     try:
-        with whole.open_again(place, "rb") as file:
+        with atomic.open_regular(place, "rb") as file:
             found = json.loads(file.read(LONGEST))
     except (ValueError, RecursionError):
         raise InputError(f"{place} cannot be read any more; name another place.") from None

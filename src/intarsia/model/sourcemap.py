@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from ..disk import check_cost, no_room
-from ..disk.whole import ordinary
+from ..disk import check_decoding_cost, no_room
+from ..disk.atomic import file_size
 from ..foundation import (
     InputError,
     IntarsiaError,
@@ -266,7 +266,7 @@ class SourceMap(Shaped):
 
     def save(self, path: str | Path) -> None:
         """Write the map as .npz, arrays under their names; a file that exists is replaced atomically."""
-        from ..disk.whole import write_bytes
+        from ..disk.atomic import write_bytes
 
         expect_path(path)
         write_bytes(path, self.to_bytes(), force=True)
@@ -394,12 +394,12 @@ def unpacked(path: str | Path) -> Iterator[tuple[dict[str, Array], Record]]:
     """
 
     name = printable(path)
-    size = ordinary(Path(path), name, "a map saved with --save-map")
+    size = file_size(Path(path), name, "a map saved with --save-map")
     try:
         with open(path, "rb") as file:
             with zipfile.ZipFile(file) as archive:
                 cost = _measured(archive)
-            check_cost(name, cost, size)
+            check_decoding_cost(name, cost, size)
             file.seek(0)
             with np.load(file, allow_pickle=False) as data:
                 about = json.loads(bytes(data["about"]))

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import files
-from ..disk import whole
-from ..files.write import lettered
+from ..disk import atomic
+from ..files.write import rendered_text
 from ..foundation.arrays import Array, Pair
 from ..methods import make
 from ..model import Exemplar
@@ -104,7 +104,7 @@ def row(*ways: Way, side: int | None = None) -> Panels:
     return panels
 
 
-def grown(
+def synthesized(
     size: int | Pair | None, slug: str, settings: dict[str, Any], printed: str = "", feather: int | None = None,
     **more: Any,
 ) -> Way:  # fmt: skip
@@ -139,7 +139,7 @@ def shaded(values: Array, low: float | None = None, high: float | None = None) -
     return np.nan_to_num((values - low) / (high - low) * 255, nan=255).astype(np.uint8)
 
 
-def plotted(x: Array, curves: dict[str, Array]) -> Plane:
+def log_plot(x: Array, curves: dict[str, Array]) -> Plane:
     """Draw curves over x on a logarithmic y axis, each labelled at its end with its name, first and last value."""
     page = np.full((360, 640), 255, np.uint8)
     page[20:341, 40] = page[340, 40:441] = 128
@@ -148,7 +148,7 @@ def plotted(x: Array, curves: dict[str, Array]) -> Plane:
     dense = np.linspace(x[0], x[-1], 8000)
     for (name, curve), row in zip(curves.items(), rows, strict=True):
         page[np.interp(dense, x, row).astype(int), np.linspace(40, 440, 8000).astype(int)] = 0
-        ink = lettered(f"{name}: {curve[0]:.2g} to {curve[-1]:.2g}", 12)[:, :190]
+        ink = rendered_text(f"{name}: {curve[0]:.2g} to {curve[-1]:.2g}", 12)[:, :190]
         page[int(row[-1]) : int(row[-1]) + len(ink), 446 : 446 + ink.shape[1]] = 255 - ink
     return Plane(page)
 
@@ -172,5 +172,5 @@ def write(title: str, figures: Sequence[Figure], exemplar: Exemplar | None, out:
             parts.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
         parts.append("</table>")
     page = out / "index.html"
-    whole.put(page, "\n".join(parts).encode())
+    atomic.replace_file(page, "\n".join(parts).encode())
     return page

@@ -20,7 +20,7 @@ from ..foundation.geometry import Wrap
 from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
 from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of
 from .field import FLAG, Field, Pair, fields_of
-from .fields import BEGUN, MADE, Asked, able, usual_parameters
+from .fields import METHOD_VERBS, PICTURE_VERBS, Options, default_parameters, methods_for
 
 if TYPE_CHECKING:
     from ..choosing import auto
@@ -34,7 +34,7 @@ Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Request(Asked):
+class Request(Options):
     """What a user asked for: a verb and the values of its options.
 
     ``parameters`` are the given parameters of the method: values, or file names of pictures. ``folder``: where planes
@@ -120,12 +120,12 @@ class Request(Asked):
                 values[name] = picture_of(p, value)
         if self.method == AUTO_METHOD:
             return auto.Auto(self.trials or 1, values)
-        return make(self.method, {**usual_parameters(self.verb, self.method), **values})
+        return make(self.method, {**default_parameters(self.verb, self.method), **values})
 
     @property
     def begun(self) -> bool:
         """Whether the canvas starts with the picture: with margins, with holes, or with a band along its borders."""
-        return self.verb in BEGUN
+        return self.verb in PICTURE_VERBS
 
     @property
     def margins(self) -> tuple[int, int, int, int]:
@@ -137,7 +137,7 @@ class Request(Asked):
         return left, right, top, bottom
 
     @property
-    def closing(self) -> str:
+    def wrap_axes(self) -> str:
         """The axes along which the result tiles."""
         return self.axes if self.verb == "tile" else self.wrap or Wrap.NONE.value
 
@@ -147,7 +147,7 @@ class Request(Asked):
         return "set" if self.as_set else "several" if self.several else "auto"
 
     @property
-    def finishing(self) -> tuple[Finish, ...] | None:
+    def corrections(self) -> tuple[Finish, ...] | None:
         """Corrections of the rendered picture; None: those that the method or the choice sets."""
         if self.finish is not None or self.level is None:
             return self.finish
@@ -187,7 +187,7 @@ def fields_of_verb(verb: str) -> tuple[Field, ...]:
 
 def parameters_of_verb(verb: str, slug: str | None = None) -> dict[str, tuple[Parameter, list[str]]]:
     """Return the parameters of methods that a verb offers, or of one method; none has the name of a field."""
-    taken, slugs = {f.name for f in fields_of_verb(verb)}, able(verb) if verb in MADE else ()
+    taken, slugs = {f.name for f in fields_of_verb(verb)}, methods_for(verb) if verb in METHOD_VERBS else ()
     kept = {name: (p, [s for s in owners if s in slugs]) for name, (p, owners) in known_parameters(slug).items()}
     return {name: (p, owners) for name, (p, owners) in kept.items() if owners and name not in taken}
 
@@ -270,26 +270,26 @@ def to_line(request: Request, joined: bool = False) -> str:
     return shlex.join(["intarsia", *to_argv(request, joined)])
 
 
-def once_more(request: Request, sets: Sequence[Mapping[str, str]], method: Method, seed: int, **more: Any) -> Request:
+def repeated(request: Request, sets: Sequence[Mapping[str, str]], method: Method, seed: int, **more: Any) -> Request:
     """Return the request that makes the same picture with method and seed named, from the planes and masks of `sets`.
 
     Fields that do not bear on the picture are left out; `more` replaces fields.
     """
     further = [plane for found in sets for plane in list(found.items())[1:]]
-    finish = request.finishing
+    finish = request.corrections
     named: Json = {
         "files": tuple(next(iter(found.values())) for found in sets),
         "maps": tuple(plane for plane in further if plane[0] != "mask"),
         "masks": tuple(path for name, path in further if name == "mask"),
         "method": method.slug,
-        "parameters": settings_of(method),
+        "parameters": values_of(method),
         "pictures": tuple(request.drawn.items()),
         "seed": seed,
         "level": None if finish is None else finish[0].radius if finish else 0,
         "finish": None,
         "repair": 0 if keeps_lattice(method) else request.repair,  # it was not repaired
     }
-    passing = {field.name: field.default for field in FIELDS if field.passing}
+    passing = {field.name: field.default for field in FIELDS if field.without_effect}
     return replace(request, **passing | named | more)
 
 
@@ -311,12 +311,12 @@ def _option(flag: str, text: str, joined: bool) -> list[str]:
 def parameter_words(request: Request, joined: bool = False) -> list[str]:
     """Return the options of the method's parameters that differ from the defaults of the verb."""
     usual = {name: p.default for name, p in parameters_of(request.method).items()}
-    usual |= usual_parameters(request.verb, request.method)
+    usual |= default_parameters(request.verb, request.method)
     told = [n for n, value in request.parameters.items() if n not in usual or value != usual[n]]
     return [word for n in told for word in _option("--" + n.replace("_", "-"), request.written(n), joined)]
 
 
-def settings_of(method: Method) -> Json:
+def values_of(method: Method) -> Json:
     """Return the parameters of a method by name."""
     return {p.name: getattr(method, p.name) for p in parameters(method)}
 
@@ -371,7 +371,7 @@ def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
     (width, height), times = recipe["size"], told.get("magnify", given.magnify)
     if not names:
         raise ValueError
-    told |= {"method": method.slug, "parameters": settings_of(method), "finish": joined.finish, "usable": ()}
+    told |= {"method": method.slug, "parameters": values_of(method), "finish": joined.finish, "usable": ()}
     told |= {"files": given.files or tuple(names), "said": {k: recipe[k] for k in ("auto",) if k in recipe}}
     told["masks"] = given.usable + (() if verb == "heal" else given.masks)
     if verb == "extend":
@@ -381,7 +381,7 @@ def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
         told["holes"] = ("alpha",) if recipe["heal"].get("mask") == "alpha" else given.masks
     if verb == "tile":
         told["axes"] = told["wrap"]
-    if verb not in BEGUN:
+    if verb not in PICTURE_VERBS:
         from ..model.canvas import Canvas
 
         Canvas(height, width)

@@ -305,7 +305,7 @@ class Field:
 
     Without ``flags`` it is an argument. ``heading``: where help lists it, only in full help if ``rare``; ``shown``: the
     placeholder in help; ``of_exemplars``: sets which part of the exemplars is used, and how; ``local``: set by the
-    studio itself, or not needed there; ``passing``: without effect on the picture. ``alone`` is the value of an option
+    studio itself, or not needed there; ``without_effect``: on the picture. ``alone`` is the value of an option
     given without one. ``otherwise``: what differs for some verbs; a text alone is another help.
     """
 
@@ -323,7 +323,7 @@ class Field:
     recipe: str = ""
     of_exemplars: bool = False
     local: bool = False
-    passing: bool = False
+    without_effect: bool = False
     alone: str | None = None
     tells_default: bool = False
     otherwise: Mapping[str, str | Mapping[str, Any]] = field(default_factory=dict)
@@ -350,7 +350,7 @@ class Field:
         return replace(self, **({"help": own} if isinstance(own, str) else own))
 
 
-def asked(
+def option(
     kind: Kind, flags: str, help: str, verbs: str | Collection[str], marks: str = "", default: Any = None, **facts: Any
 ) -> Any:  # fmt: skip
     """Declare a field of the request; `flags` are the names of its option, `facts` attributes of :class:`Field`.

@@ -40,19 +40,19 @@ from .field import (
     Seeds,
     Size,
     Whole,
-    asked,
     one_of,
+    option,
 )
 
-BEGUN = frozenset({"extend", "heal", "tile"})
+PICTURE_VERBS = frozenset({"extend", "heal", "tile"})
 """Verbs that start with a picture."""
 
-PLANNED = BEGUN | {"grow", "paint"}
+PLANNED = PICTURE_VERBS | {"grow", "paint"}
 """Verbs that make one picture, or many, in memory."""
 
 EVERY = PLANNED | {"weave", "render", "replay", "analyze", "score"}
 DRAWN = PLANNED | {"render", "replay"}
-MADE = PLANNED | {"weave"}
+METHOD_VERBS = PLANNED | {"weave"}
 
 ABILITIES = {
     "paint": {Ability.GUIDE}, "heal": {Ability.START, Ability.MASK}, "tile": {Ability.START, Ability.MASK},
@@ -60,16 +60,23 @@ ABILITIES = {
 }  # fmt: skip
 """Abilities that a method needs to be offered by a verb."""
 
-DONE = {"grow": "grown", "paint": "painted", "extend": "extended", "heal": "healed", "tile": "tiled", "weave": "woven"}
+OUTPUT_SUFFIX = {
+    "grow": "grown",
+    "paint": "painted",
+    "extend": "extended",
+    "heal": "healed",
+    "tile": "tiled",
+    "weave": "woven",
+}
 """Suffix of the name of a result, after that of its exemplar, if no name is given."""
 
 
-def able(verb: str) -> tuple[str, ...]:
+def methods_for(verb: str) -> tuple[str, ...]:
     """Return the methods that a verb offers."""
     return tuple(s for s in METHODS if verb not in ABILITIES or ABILITIES[verb] <= method_class(s).supports)
 
 
-def usual_parameters(verb: str, slug: str) -> dict[str, Any]:
+def default_parameters(verb: str, slug: str) -> dict[str, Any]:
     """Return the defaults of a verb for a named method: around a hole the best patch is taken."""
     return {"tolerance": 0.0} if verb in ("heal", "tile") and "tolerance" in parameters_of(slug) else {}
 
@@ -90,74 +97,74 @@ class MethodOf(Kind):
 
     @cached_property
     def choices(self) -> tuple[str, ...]:  # type: ignore[override]
-        return AUTO_METHOD, *able(self.verb)
+        return AUTO_METHOD, *methods_for(self.verb)
 
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
-class Asked:
+class Options:
     """The fields of a request. A field that the verb does not have keeps its default."""
 
     verb: str
 
-    left: int | None = asked(MARGINS, "--left", "Px to add at the left.", "extend", heading="What goes where")
-    right: int | None = asked(MARGINS, "--right", "Px to add at the right.", "extend")
-    top: int | None = asked(MARGINS, "--top", "Px to add at the top.", "extend")
-    bottom: int | None = asked(MARGINS, "--bottom", "Px to add at the bottom.", "extend")
-    axes: str = asked(
+    left: int | None = option(MARGINS, "--left", "Px to add at the left.", "extend", heading="What goes where")
+    right: int | None = option(MARGINS, "--right", "Px to add at the right.", "extend")
+    top: int | None = option(MARGINS, "--top", "Px to add at the top.", "extend")
+    bottom: int | None = option(MARGINS, "--bottom", "Px to add at the bottom.", "extend")
+    axes: str = option(
         one_of("x", "y", "both"), "--axes", "Axes along which it is to tile.", "tile", "tells_default", "both",
     )  # fmt: skip
-    band: int | None = asked(
+    band: int | None = option(
         Whole(low=1, high=1 << 16), "--band",
         "Width of the band that is grown anew. Half lies at either border. Default: one and a half elements.",
         "tile", recipe="tile.band", shown="PX",
     )  # fmt: skip
-    holes: tuple[str, ...] = asked(
+    holes: tuple[str, ...] = option(
         File(name="image", choices=("alpha",)), "--mask", "White is healed; with alpha what is transparent. As large "
         "as the picture; one for all pictures, or one for each.",
         "heal", "many required", shown="HOLE|alpha",
     )  # fmt: skip
-    grow: int | None = asked(
+    grow: int | None = option(
         Whole(high=1024, choices=("auto",)), "--grow",
         "Enlarge the hole by N px first. With auto as far as a rim of the defect is seen outside. Default: auto.",
         "heal", recipe="heal.grow", shown="N|auto",
     )  # fmt: skip
-    labels: tuple[str, ...] = asked(
+    labels: tuple[str, ...] = option(
         IMAGE, "--labels -l",
         "Which pixel of the exemplar is what. One colour for each label; once for each exemplar.",
         "paint replay", "many required",
         otherwise={"replay": {"help": "What paint was given as --labels.", "required": False}},
     )  # fmt: skip
-    target: str | None = asked(
+    target: str | None = option(
         IMAGE, "--target -t", "Where each label shall be. In the same colours; the output has its size.",
         "paint replay", "required",
         otherwise={"replay": {"help": "What paint was given as --target.", "required": False}},
     )  # fmt: skip
-    weight: float = asked(
+    weight: float = option(
         Number(high=WEIGHTS), "--weight",
         "How closely boundaries follow the target. 1.5 to 2.5 mostly; 0 takes what joins best.",
         "paint", "tells_default", WEIGHT, recipe="guide.weight",
     )  # fmt: skip
-    window: tuple[int, int, int, int] | None = asked(
+    window: tuple[int, int, int, int] | None = option(
         Rectangle(), "--window", "Draw this part only. Where the map wraps it may reach over the border.",
         "render",
     )  # fmt: skip
-    origin: tuple[int, int] = asked(
+    origin: tuple[int, int] = option(
         ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
         "weave", default=(0, 0),
     )  # fmt: skip
-    edge: int = asked(
+    edge: int = option(
         Whole(high=64), "--edge", "Fill N px along the edge of holes again, pixel by pixel; slow.",
         "heal", "rare", 0, recipe="edge",
     )  # fmt: skip
-    reach: int = asked(
+    reach: int = option(
         Whole(high=REACHES), "--reach", "Pixels this near to a boundary count as partly of both labels.",
         "paint", "rare tells_default", 0, recipe="guide.reach", shown="PX",
     )  # fmt: skip
 
-    out: str | None = asked(
+    out: str | None = option(
         WRITTEN, "-o --output", OUT, DRAWN | {"weave"}, "local", heading="Output", shown="OUT",
         otherwise={
-            **{verb: OUT + USUAL_OUT.format(DONE[verb]) for verb in PLANNED},
+            **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
             "weave": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
                 "else begins anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; "
@@ -165,7 +172,7 @@ class Asked:
                 "NAME_woven.tif in the working folder.",
         },
     )  # fmt: skip
-    size: tuple[int, int] | None = asked(
+    size: tuple[int, int] | None = option(
         Size(), "--size -s", "Size in px; by default twice the exemplar. One number is a square.",
         "grow tile weave", recipe="size",
         otherwise={
@@ -177,16 +184,16 @@ class Asked:
             },
         },
     )  # fmt: skip
-    overlays: tuple[tuple[str, str], ...] = asked(
+    overlays: tuple[tuple[str, str], ...] = option(
         Overlay(), "--overlay", f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
         "analyze", "many",
     )  # fmt: skip
-    best_tile: str | None = asked(
+    best_tile: str | None = option(
         WRITTEN, "--best-tile",
         "Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
         "analyze",
     )  # fmt: skip
-    wrap: str | None = asked(
+    wrap: str | None = option(
         one_of(*(w.value for w in Wrap)), "--wrap",
         "Axes along which the output tiles. It continues in itself there; without a value along both.",
         (PLANNED - {"tile"}) | {"score"}, "tells_default", Wrap.NONE.value, recipe="wrap",
@@ -199,60 +206,60 @@ class Asked:
             },
         },
     )  # fmt: skip
-    depth: str | None = asked(
+    depth: str | None = option(
         one_of("8", "16", "half", "float"), "--depth", "Bits; by default exactly those of the exemplar.", DRAWN,
         recipe="depth",
     )  # fmt: skip
-    force: bool = asked(
+    force: bool = option(
         FLAG, "--force", "Replace files that exist.", EVERY, "local",
         otherwise={"weave": "Begin anew where another texture or picture lies."},
     )  # fmt: skip
-    page: str | None = asked(
+    page: str | None = option(
         WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; of "
         "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
-        PLANNED | {"replay", "score"}, "passing", shown="FILE.html",
+        PLANNED | {"replay", "score"}, "without_effect", shown="FILE.html",
         otherwise={"score": "A page on how good it is. Also where it misses a gate."},
     )  # fmt: skip
-    preview: str | None = asked(
-        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", "tile", "passing",
+    preview: str | None = option(
+        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", "tile", "without_effect",
     )  # fmt: skip
-    tiles: int = asked(
+    tiles: int = option(
         Whole(low=1, high=16), "--preview-tiles",
         "How often the preview repeats it along each axis that continues. Default: 3.",
-        "tile", "rare passing", 3,
+        "tile", "rare without_effect", 3,
     )  # fmt: skip
-    offset: str | None = asked(
-        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", "tile", "rare passing",
+    offset: str | None = option(
+        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", "tile", "rare without_effect",
     )  # fmt: skip
-    layers: bool = asked(
+    layers: bool = option(
         FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", DRAWN, "rare",
     )  # fmt: skip
-    save_map: str | None = asked(
+    save_map: str | None = option(
         WRITTEN, "--save-map", "Save which exemplar pixel went where.",
-        PLANNED | {"replay"}, "rare passing", shown="FILE.npz",
+        PLANNED | {"replay"}, "rare without_effect", shown="FILE.npz",
     )  # fmt: skip
-    st_map: str | None = asked(
+    st_map: str | None = option(
         WRITTEN, "--st-map", "Save the same as an ST map for compositing.",
-        PLANNED | {"replay"}, "rare passing", shown="FILE.exr",
+        PLANNED | {"replay"}, "rare without_effect", shown="FILE.exr",
     )  # fmt: skip
-    distance_map: tuple[tuple[int, int], str] | None = asked(
+    distance_map: tuple[tuple[int, int], str] | None = option(
         Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
         "filled: .exr or .tif holds distances (-1: no patch there), .png stretches them, dark is near.",
-        PLANNED | {"replay"}, "rare passing", shown="X,Y FILE",
+        PLANNED | {"replay"}, "rare without_effect", shown="X,Y FILE",
     )  # fmt: skip
-    chunk: int | None = asked(
+    chunk: int | None = option(
         Whole(low=16, high=8192), "--chunk",
         "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
         "weave", "rare", shown="PX",
     )  # fmt: skip
-    keep: bool = asked(
-        FLAG, "--keep", "Write all the same what misses a --gate.", PLANNED | {"replay"}, "rare passing",
+    keep: bool = option(
+        FLAG, "--keep", "Write all the same what misses a --gate.", PLANNED | {"replay"}, "rare without_effect",
     )  # fmt: skip
 
-    method: str = asked(
+    method: str = option(
         MethodOf(verb="grow"), "--method -m",
         "One of `intarsia methods`; auto chooses. It goes by what the exemplar is like.",
-        MADE, "tells_default", AUTO_METHOD, heading="Look",
+        METHOD_VERBS, "tells_default", AUTO_METHOD, heading="Look",
         otherwise={
             "paint": {"kind": MethodOf(verb="paint"), "help": "How to grow; `intarsia methods` tells of each."},
             "heal": {"kind": MethodOf(verb="heal"), "help": "How to fill the holes."},
@@ -263,43 +270,43 @@ class Asked:
             },
         },
     )  # fmt: skip
-    feather: int | None = asked(
+    feather: int | None = option(
         Whole(high=FEATHER), "--feather",
         "Soften seams over so many px; 0 copies exactly. By default as the method means it.",
         "grow extend paint weave render", recipe="blend.feather", shown="PX",
         otherwise={"render": "Soften the seams over so many px. By default as it was grown."},
     )  # fmt: skip
-    trials: int | None = asked(
+    trials: int | None = option(
         Whole(low=1, high=MOST_TRIALS), "--trials",
         "Make N variants and keep the best. With --method auto only; the best by its score. Default: 1.",
-        "grow extend", "passing",
+        "grow extend", "without_effect",
     )  # fmt: skip
-    seed: int | None = asked(
-        Seed(), "--seed", "The same number gives the same picture. Default: 0.", MADE,
+    seed: int | None = option(
+        Seed(), "--seed", "The same number gives the same picture. Default: 0.", METHOD_VERBS,
         recipe="seed",
     )  # fmt: skip
-    document: str | None = asked(
+    document: str | None = option(
         one_of(*PRESETS), "--as",
         "Set what a paper sets: method, its parameters and mixing. What is given besides wins.",
-        "grow extend", "rare local passing",
+        "grow extend", "rare local without_effect",
     )  # fmt: skip
-    repair: int = asked(
+    repair: int = option(
         Whole(high=MOST_PASSES), "--repair",
         "Look for the worst seams N times and mend them. They are covered anew where that helps; 4 is much. "
         "Default: 0.", PLANNED, "rare", 0, recipe="repair",
     )  # fmt: skip
-    explain: bool = asked(
+    explain: bool = option(
         FLAG, "--explain",
         "With --method auto: tell what was measured, which rule chose, and the command without auto.",
-        MADE, "rare local passing",
+        METHOD_VERBS, "rare local without_effect",
     )  # fmt: skip
-    mixing: str | None = asked(
+    mixing: str | None = option(
         one_of("mean", "variance", "source"), "--mixing",
         "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
         "grow extend paint weave render", "rare", recipe="blend.mixing",
         otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip
-    level: int | None = asked(
+    level: int | None = option(
         Whole(high=FEATHER), "--level", "Even out steps of light and colour at seams. So far to either side; 0 leaves "
         "them. By default 96 where the method is chosen, 0 where it is named.",
         "grow paint weave render", "rare", shown="PX",
@@ -308,17 +315,17 @@ class Asked:
                 "as it was grown.",
         },
     )  # fmt: skip
-    magnify: int = asked(
+    magnify: int = option(
         Whole(low=1, high=TIMES), "--magnify", "Grow small, at 1/N, and draw at full size. All pixels of the exemplar "
         "are drawn: for large outputs. Sizes stay those of the pictures; all else, such as --patch and --feather (then "
         "1 if not given), counts px of 1/N.",
         "grow weave render", "rare of_exemplars", 1,
     )  # fmt: skip
 
-    files: tuple[str, ...] = asked(
+    files: tuple[str, ...] = option(
         PICTURE, "", "", EVERY, "many required local", heading="Exemplar", shown="EXEMPLAR...",
         otherwise={
-            **{verb: {"shown": "IMAGE..."} for verb in BEGUN},
+            **{verb: {"shown": "IMAGE..."} for verb in PICTURE_VERBS},
             **{
                 verb: {
                     "flags": ("--exemplar", "-e"), "help": "The exemplar. Once for each file.", "shown": "FILE",
@@ -328,12 +335,12 @@ class Asked:
             },
         },
     )  # fmt: skip
-    maps: tuple[tuple[str, str], ...] = asked(
+    maps: tuple[tuple[str, str], ...] = option(
         NamedFile(), "--map",
         "A further plane, such as normal=normals.png. Once for each: height=h.exr, roughness=rough.png.",
         EVERY - {"score"}, "many local",
     )  # fmt: skip
-    masks: tuple[str, ...] = asked(
+    masks: tuple[str, ...] = option(
         IMAGE, "--mask", "White where exemplar pixels may be used. One for each exemplar.", EVERY, "many",
         otherwise={
             "heal": {"flags": ("--usable",), "help": USABLE},
@@ -341,25 +348,25 @@ class Asked:
                 "could be used.",
         },
     )  # fmt: skip
-    crop: tuple[int, int, int, int] | None = asked(
+    crop: tuple[int, int, int, int] | None = option(
         Rectangle(), "--crop", "Use this part of the exemplar only.", EVERY - {"heal"}, "of_exemplars",
     )  # fmt: skip
-    flatten: bool = asked(
+    flatten: bool = option(
         FLAG, "--flatten", "Even out uneven light in the exemplar first. That is a slope or a vignette; `intarsia "
         "analyze` tells where it helps.", EVERY - {"extend", "heal"}, "of_exemplars",
     )  # fmt: skip
-    several: bool = asked(
+    several: bool = option(
         FLAG, "--several",
         "Every file is an exemplar of its own. By default names decide: x_albedo and x_normal are one set.",
-        EVERY - BEGUN - {"weave"}, "local",
+        EVERY - PICTURE_VERBS - {"weave"}, "local",
     )  # fmt: skip
-    donors: tuple[str, ...] = asked(
+    donors: tuple[str, ...] = option(
         PICTURE, "--from", "Take new pixels from this picture, or these. By default from the picture itself.",
-        BEGUN | {"replay"}, "many",
+        PICTURE_VERBS | {"replay"}, "many",
         otherwise={"replay": "What new pixels were taken from. By default the picture itself."},
     )  # fmt: skip
-    usable: tuple[str, ...] = asked(IMAGE, "--usable", USABLE, "replay", "many")
-    saved: str | None = asked(
+    usable: tuple[str, ...] = option(IMAGE, "--usable", USABLE, "replay", "many")
+    saved: str | None = option(
         WRITTEN, "", "", "render score", "local",
         otherwise={
             "render": {"shown": "MAP.npz", "required": True},
@@ -370,101 +377,101 @@ class Asked:
             },
         },
     )  # fmt: skip
-    picture: str | None = asked(WRITTEN, "", "", "replay", "required")
-    output: str | None = asked(WRITTEN, "", "", "score", "required", shown="OUTPUT")
-    packed: str | None = asked(
+    picture: str | None = option(WRITTEN, "", "", "replay", "required")
+    output: str | None = option(WRITTEN, "", "", "score", "required", shown="OUTPUT")
+    packed: str | None = option(
         Channels(), "--packed", "What the channels of the packed map hold (NAME_orm and the like, or --map "
         "packed=FILE), such as R=ao,G=roughness,B=metallic.", EVERY - {"score"}, "rare of_exemplars",
     )  # fmt: skip
-    weights: tuple[tuple[str, float], ...] = asked(
+    weights: tuple[tuple[str, float], ...] = option(
         NamedNumber(most=PLANE_WEIGHTS, remedy=f"a plane and 0 to {PLANE_WEIGHTS}, such as height=0.5"),
         "--weight --plane-weight",
         "How much a plane counts in matching, relative to what is usual, such as normal=2; 0: it is only drawn.",
         EVERY - {"score"}, "many rare of_exemplars",
         otherwise={"paint": {"flags": ("--plane-weight",)}},  # --weight is that of the target
     )  # fmt: skip
-    as_set: bool = asked(
+    as_set: bool = option(
         FLAG, "--set", "All files are planes of one exemplar. Their names do not matter.", EVERY,
-        "rare local passing",
+        "rare local without_effect",
     )  # fmt: skip
-    scale: int = asked(
+    scale: int = option(
         Scale(), "--scale",
         "Reduce the exemplar to 1/2, 1/3, ... first. After --crop; blocks are averaged in linear light.",
         EVERY - {"heal"}, "rare of_exemplars", 1,
     )  # fmt: skip
-    alpha: str = asked(
+    alpha: str = option(
         one_of(*ALPHAS), "--alpha", "Opacity is a channel to grow, or a mask of the pixels that may be used.",
         EVERY, "rare tells_default of_exemplars", "auto",
     )  # fmt: skip
-    avoid: tuple[int, int, int] | None = asked(
+    avoid: tuple[int, int, int] | None = option(
         Colour(), "--avoid", "Never use exemplar pixels of exactly this colour.", EVERY, "rare of_exemplars",
     )  # fmt: skip
-    toroidal: bool = asked(
+    toroidal: bool = option(
         FLAG, "--toroidal", "The exemplar continues across its borders.", EVERY - {"tile"}, "rare of_exemplars",
     )  # fmt: skip
-    max_pixels: int | None = asked(
+    max_pixels: int | None = option(
         Whole(low=1), "--max-pixels",
         f"Most pixels of a picture that is read. Default: {DEFAULT_PIXELS} (8192x8192), or what {VARIABLE} says.",
-        EVERY, "rare local passing",
+        EVERY, "rare local without_effect",
     )  # fmt: skip
-    start: str | None = asked(
+    start: str | None = option(
         WRITTEN, "--start", "The map that was continued.", "replay", "rare", shown="MAP.npz",
     )  # fmt: skip
-    pictures: tuple[tuple[str, str], ...] = asked(
+    pictures: tuple[tuple[str, str], ...] = option(
         NamedFile(), "--picture",
         "A picture that was given as a parameter, such as jitter_output=calm.png; once for each.",
         "replay", "many rare", shown="PARAMETER=FILE",
     )  # fmt: skip
 
-    many: tuple[int, ...] | None = asked(
+    many: tuple[int, ...] | None = option(
         Seeds(), "--seeds", "One output for each seed. {seed} in -o tells them apart.", PLANNED,
-        "local passing", heading="Work",
+        "local without_effect", heading="Work",
     )  # fmt: skip
-    dry_run: bool = asked(
-        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", MADE, "local passing",
+    dry_run: bool = option(
+        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", METHOD_VERBS, "local without_effect",
         otherwise={"weave": "Check everything, write nothing. Tells size, memory and time."},
     )  # fmt: skip
-    dask: str | None = asked(
+    dask: str | None = option(
         Kind(), "--dask",
         "A dask cluster draws. One that is started here, or the one whose scheduler is at tcp://HOST:PORT.",
         "weave", "local", shown="local|ADDRESS",
     )  # fmt: skip
-    gates: tuple[tuple[str, float], ...] = asked(
+    gates: tuple[tuple[str, float], ...] = option(
         NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5"),
         "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
         "1, see `intarsia score`; once for each.",
-        PLANNED | {"replay", "score"}, "many passing",
+        PLANNED | {"replay", "score"}, "many without_effect",
         otherwise={
             "score": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
         },
     )  # fmt: skip
-    as_json: bool = asked(
-        FLAG, "--json", "Print the result as a JSON object.", EVERY, "local passing",
+    as_json: bool = option(
+        FLAG, "--json", "Print the result as a JSON object.", EVERY, "local without_effect",
         otherwise={
             "analyze": "Print what was found as a JSON object on stdout.",
             "score": "Print the score as a JSON object on stdout.",
         },
     )  # fmt: skip
-    quiet: bool = asked(
-        FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local passing",
+    quiet: bool = option(
+        FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local without_effect",
         otherwise={
             "analyze": "Print nothing; only write the pictures.",
             "score": "Print nothing; the exit code tells of the gates.",
         },
     )  # fmt: skip
-    sheet: str | None = asked(
-        WRITTEN, "--sheet", "A contact sheet of all that is made.", PLANNED, "rare passing", shown="FILE.png",
+    sheet: str | None = option(
+        WRITTEN, "--sheet", "A contact sheet of all that is made.", PLANNED, "rare without_effect", shown="FILE.png",
     )  # fmt: skip
-    threads: int | None = asked(
+    threads: int | None = option(
         Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
-        EVERY - {"analyze", "score"}, "rare local passing",
+        EVERY - {"analyze", "score"}, "rare local without_effect",
     )  # fmt: skip
-    executor: str | None = asked(
+    executor: str | None = option(
         one_of("threads", "processes"), "--executor",
         "Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
         "weave", "rare local",
     )  # fmt: skip
-    progress: str | None = asked(
+    progress: str | None = option(
         one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", EVERY - {"analyze", "score"},
-        "rare local passing",
+        "rare local without_effect",
     )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..disk.whole import PathLike
+from ..disk.atomic import PathLike
 from ..files import read_recipe
 from ..foundation import InputError, MethodError, ParameterError, lazy, printable
 from ..foundation.arrays import Pair
@@ -50,7 +50,7 @@ def scene_of(
     request: Request, exemplars: Exemplars, hole: ArrayLike | None = None, guide: Guide | None = None
 ) -> Scene:
     """Return the scene of a request: its exemplars, and the canvas with start map and guide."""
-    exemplars, size, wrap = as_exemplars(list(exemplars)), request.size, Wrap(request.closing)
+    exemplars, size, wrap = as_exemplars(list(exemplars)), request.size, Wrap(request.wrap_axes)
     if not request.begun:
         small = None if size is None or guide is not None else small_of(size, exemplars[0].times)[::-1]
         start = None if request.start is None else SourceMap.load(request.start)
@@ -82,7 +82,7 @@ def plan_of(request: Request, scene: Scene) -> Plan:
 
 def with_joins(plan: Plan, request: Request) -> Plan:
     """Return the plan with the blend of its method, modified by the options of the request."""
-    blend = plan.joined.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
+    blend = plan.joined.but(feather=request.feather, mixing=request.mixing, finish=request.corrections)
     check_between(plan.method, blend)
     return replace(plan, blend=blend)
 

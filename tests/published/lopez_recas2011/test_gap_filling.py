@@ -16,7 +16,7 @@ from intarsia.analysis.features import features
 from intarsia.lattice.candidates import lattice_points
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.published.lopez_recas2011.sampling import Sampling, Transforms, wedges
+from intarsia.published.lopez_recas2011.engine import FourierMatcher, Sampling, mitred_border
 from intarsia.testing import texture
 
 PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)
@@ -72,7 +72,7 @@ def test_points_of_a_lattice_are_all_found(seed: int) -> None:
 @pytest.mark.parametrize(("height", "width", "border"), [(8, 8, 4), (9, 6, 2), (5, 7, 4), (4, 4, 4)])
 def test_wedges_meet_in_mitres_and_do_not_overlap(height: int, width: int, border: int) -> None:
     """Section 4.2.2: together they are the whole border, each pixel once; sides are mirrored but for the diagonals."""
-    ring = wedges(height, width, border)
+    ring = mitred_border(height, width, border)
     want = [
         (y, x, naive_rsgf.side_of(y, x, height, width, border))
         for y in range(height + border)
@@ -86,7 +86,7 @@ def test_wedges_meet_in_mitres_and_do_not_overlap(height: int, width: int, borde
 def test_borders_are_compared_as_by_gncc_with_a_hole(correlate: bool) -> None:
     """Section 4.2.2: the best place is that of the GNCC, or of the squared differences, of a template with a hole."""
     picture = texture(40, 44, 3, 8).astype(np.int16)
-    ring = wedges(10, 12, 4)
+    ring = mitred_border(10, 12, 4)
     hole = np.zeros((14, 16), bool)
     hole[ring[:, 0], ring[:, 1]] = True
     other = texture(14, 16, 3, 9).astype(np.int16)
@@ -97,7 +97,7 @@ def test_borders_are_compared_as_by_gncc_with_a_hole(correlate: bool) -> None:
         want = gncc(picture, other, None, hole)[13:40, 15:44].argmax()
     else:
         want = ((windows - np.moveaxis(other, 2, 0))[..., hole] ** 2).sum(axis=(-1, -2)).argmin()
-    made = Transforms(picture, ring)
+    made = FourierMatcher(picture, ring)
     assert made.best(border, places, correlate) == want
     np.testing.assert_array_equal(np.moveaxis(made.sums, 0, 2), windows[..., hole].sum(axis=-1))
     np.testing.assert_array_equal(np.moveaxis(made.squares, 0, 2), (windows[..., hole] ** 2).sum(axis=-1))
@@ -110,9 +110,9 @@ def test_of_equally_good_places_the_first_is_found(correlate: bool, colour: int,
     shades = np.tile(texture(17, 18, 1, 3).astype(np.int16), (3, 3, 1))  # each border is there twice or more
     tint = np.tile(texture(17, 18, 3, 4).astype(np.int16), (3, 3, 1)) % (colour + 1)
     picture = shades * np.array((3, 5, 2), np.int16) + tint
-    ring = wedges(10, 12, 4)
+    ring = mitred_border(10, 12, 4)
     places = np.argwhere(np.ones((51 - 13, 54 - 15)))
-    made = Transforms(picture, ring)
+    made = FourierMatcher(picture, ring)
     for n in range(12) if thorough else (1, 2, 5, 11):
         y, x = 2 * n, (7 * n) % 23
         noise = texture(14, 16, 3, n).astype(np.int16) % (1 if n < 4 else 40)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lattice.test_lattice import apart, of
 
 import intarsia as ia
-from intarsia.published.lopez_recas2011.goodness import plain_lattice
+from intarsia.published.lopez_recas2011.goodness import goodness_lattice
 from intarsia.published.lopez_recas2011.goodness_kernels import hermite, tile_pixels
 
 
@@ -49,10 +49,10 @@ def test_the_plain_rule_on_the_cases_that_the_source_calls_good():
     y, x = np.mgrid[:128, :128]
     motif = 1 - np.hypot(y % 16 - 7.5, x % 16 - 7.5)[..., None] / 11
     colours = rng.uniform(0, 255, (2, 2, 3))[y // 16 % 2, x // 16 % 2]
-    found = plain_lattice(of((motif * colours).clip(0, 255).astype(np.uint8)))
+    found = goodness_lattice(of((motif * colours).clip(0, 255).astype(np.uint8)))
     assert apart(found, np.array([(0.0, 32.0), (32.0, 0.0)])) == (1, 0)
     gray = np.where((y % 16 < 2) | (x % 16 < 2), 20, rng.uniform(110, 160, (9, 9))[y // 16, x // 16])
-    found = plain_lattice(of(gray.astype(np.uint8)))
+    found = goodness_lattice(of(gray.astype(np.uint8)))
     assert apart(found, np.array([(0.0, 16.0), (16.0, 0.0)])) == (1, 0)
 
 
@@ -60,7 +60,7 @@ def test_the_plain_rule_on_the_cases_that_the_source_calls_good():
 def test_odd_exemplars_have_an_answer(shape):
     """Noise has one, or none, inside the exemplar."""
     noise = np.random.default_rng(0).integers(0, 1023, (*shape, 3)).astype(np.int16)
-    plain = plain_lattice(noise[:, :90])
+    plain = goodness_lattice(noise[:, :90])
     assert plain is None or (np.abs(plain[0]) < (shape[0], 90)).all()
 
 
@@ -70,7 +70,7 @@ def test_gaps_are_filled_by_the_lattice_of_the_source_where_that_is_asked_for():
     tiles = np.where((y % 16 < 2) | (x % 16 < 2), 20, 90 + 60 * ((y // 16 + x // 16) % 2)).astype(np.uint8)
     method = ia.GapFilling(detector="goodness", block=20, border=4)
     made = ia.synthesize(tiles, 64, method, seed=1)
-    found = plain_lattice(of(tiles))
+    found = goodness_lattice(of(tiles))
     assert made.method.lattice == tuple((x, y) for y, x in found.tolist())
     with pytest.raises(ia.MethodError, match="no peak of correlation"):
         ia.synthesize(np.full((40, 40), 9, np.uint8), 64, method)

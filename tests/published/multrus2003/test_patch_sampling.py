@@ -20,8 +20,8 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.patch_synthesis import PatchSynthesis
-from intarsia.published.multrus2003 import sampling
-from intarsia.published.multrus2003.sampling import choose, join_in, settings_of
+from intarsia.published.multrus2003 import engine
+from intarsia.published.multrus2003.engine import choose, place_patch, settings_of
 from intarsia.rendering.render import render
 from intarsia.testing import texture
 
@@ -41,7 +41,7 @@ def grown(exemplar, size, **parameters) -> PatchSynthesis:
     growth.fill(
         0, 2003, ia.Run(1),
         choose=lambda w, f, bits: choose(method, growth, w, f, bits, []),
-        join=lambda at, pick, f: join_in(method, growth, at, pick, f),
+        join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
     )  # fmt: skip
     return growth
 
@@ -143,7 +143,7 @@ def test_where_labels_meet_one_of_a_few_is_drawn_at_every_level_too(monkeypatch:
         counts.add(len(found.rows))
         return choose(method, growth, window, found, bits, misses)
 
-    monkeypatch.setattr(sampling, "choose", seen)
+    monkeypatch.setattr(engine, "choose", seen)
     for few in (1, 3):
         method = ia.PatchSampling(
             patch=6, overlap=4, repetition="none", boundary_candidates=few, boundary_patch=0,
@@ -158,7 +158,7 @@ def test_where_labels_meet_one_of_a_few_is_drawn_at_every_level_too(monkeypatch:
     its, window = features([Exemplar.of(picture)]), (np.zeros((14, 14, 3), np.int16), np.ones((14, 14), np.uint8))
     for many in range(1, 6):
         costs = np.arange(many)
-        drawn = {sampling.drawn(method, its, 3, costs, 1, [k, k], window, True) for k in range(200)}
+        drawn = {engine.draw_at_level(method, its, 3, costs, 1, [k, k], window, True) for k in range(200)}
         assert drawn == set(range(min(many, 3)))
 
 
@@ -206,7 +206,7 @@ def test_what_a_window_knows_is_its_upper_and_left_seam() -> None:
     growth.fill(
         0, 2003, ia.Run(1),
         choose=lambda w, f, bits: (seen.__setitem__(w, int(f.known.sum())), choose(method, growth, w, f, bits, []))[1],
-        join=lambda at, pick, f: join_in(method, growth, at, pick, f),
+        join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
     )  # fmt: skip
     block = 12
     assert seen[1, 1] == seen[2, 2] == 2 * 3 * block - 9
@@ -255,7 +255,7 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
     growth.fill(
         1, 2003, ia.Run(1, probe=probe),
         choose=lambda w, f, bits: (windows.__setitem__(w, f), choose(method, growth, w, f, bits, []))[1],
-        join=lambda at, pick, f: join_in(method, growth, at, pick, f),
+        join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
     )  # fmt: skip
     found = windows[1, 2]
     assert probe.maps is not None

@@ -12,7 +12,7 @@ from published.pixels.naive_pixels import NaiveEfrosLeung
 import intarsia as ia
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.published.pixels.outward import _taps
+from intarsia.published.pixels.efros_leung_engine import _taps
 
 RNG = np.random.default_rng(5)
 GRAY = RNG.integers(0, 256, (14, 16), dtype=np.uint8)

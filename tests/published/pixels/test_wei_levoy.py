@@ -156,7 +156,7 @@ def test_only_the_last_rows_and_columns_of_the_noise_count() -> None:
         torus, exemplar = scan.enter()
         change(torus.yx)
         for y in range(24):
-            raster_kernels.full_pixels(torus, exemplar, in_row(y, 26), scan.room)
+            raster_kernels.fill_full(torus, exemplar, in_row(y, 26), scan.room)
         return torus.yx
 
     def elsewhere(yx: NDArray[np.int32]) -> None:
@@ -179,7 +179,7 @@ def test_the_tree_is_nearly_as_good_as_the_full_search() -> None:
     torus, exemplar = scan.enter()
     tree = tree_of(exemplar, torus.choices, scan.components())
     for y in range(20):
-        raster_kernels.full_pixels(torus, exemplar, in_row(y, torus.variant.shape[1]), scan.room)
+        raster_kernels.fill_full(torus, exemplar, in_row(y, torus.variant.shape[1]), scan.room)
     ratio = mean_distance(torus, exemplar, scan, tree) / mean_distance(torus, exemplar, scan, None)
     assert 1 <= ratio <= 1.1
 
@@ -194,9 +194,9 @@ def mean_distance(torus: raster_kernels.Torus, exemplar: Any, scan: Scan, tree: 
         done[20, :] = done[:4, :] = False
         yx[20, :x] = yx[19, :x]
         if tree is None:
-            raster_kernels.full_pixels(mine, exemplar, np.array([[20, x]]), scan.room)
+            raster_kernels.fill_full(mine, exemplar, np.array([[20, x]]), scan.room)
         else:
-            raster_kernels.tree_pixels(mine, exemplar, tree, 24, 6, np.array([[20, x]]), scan.room)
+            raster_kernels.fill_by_tree(mine, exemplar, tree, 24, 6, np.array([[20, x]]), scan.room)
         v, u = yx[20, x]
         for dy, dx, kind in torus.taps.tolist():
             if kind == raster_kernels.ABOVE:

@@ -12,7 +12,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation.run import below, draw
 from intarsia.model import Exemplar
-from intarsia.published.robinson2004.two_paths import STAGE, cut
+from intarsia.published.robinson2004.engine import STAGE, cut
 from intarsia.testing import texture
 
 

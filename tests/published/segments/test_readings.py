@@ -9,7 +9,7 @@ from torture import TORTURE
 
 import intarsia as ia
 from intarsia.model import Exemplar
-from intarsia.published.segments.laying import ENERGIES, published_segments
+from intarsia.published.segments.engine import ENERGIES, published_segments
 from intarsia.segments import SizeRule
 from intarsia.segments.feature_group import DISC, Group
 

@@ -10,7 +10,7 @@ import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
-from intarsia.published.segments.laying import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, some
+from intarsia.published.segments.engine import LEVELS, HistogramIndex, SegmentSearch, choose, histogram, spread_sample
 from intarsia.search import Candidates, Prices, posed_exemplars
 from intarsia.segments import segments
 from intarsia.testing import texture
@@ -57,7 +57,7 @@ def test_masked_patches_are_not_in_the_index():
 
 def test_of_large_exemplars_every_second_row_and_column_is_indexed(monkeypatch):
     whole, _ = searching()
-    monkeypatch.setattr("intarsia.published.segments.laying.PATCHES", 100)
+    monkeypatch.setattr("intarsia.published.segments.engine.PATCHES", 100)
     search, groups = searching()
     assert (whole.step, search.step) == (1, 2)
     columns = -(-search.valid[0].shape[1] // 2)
@@ -93,11 +93,11 @@ def test_histograms_are_roots_of_shares():
 def test_members_are_drawn_once_each():
     members = np.arange(100, 117)
     for bits in (0, 1 << 40, (1 << 64) - 1, 0x123456789ABCDEF):
-        drawn = some(members, 5, bits)
+        drawn = spread_sample(members, 5, bits)
         assert len(set(drawn.tolist())) == 5
         assert set(drawn.tolist()) <= set(members.tolist())
-    np.testing.assert_array_equal(some(members, 17, 9), members)
-    assert len({tuple(some(members, 5, b << 58).tolist()) for b in range(64)}) > 10
+    np.testing.assert_array_equal(spread_sample(members, 17, 9), members)
+    assert len({tuple(spread_sample(members, 5, b << 58).tolist()) for b in range(64)}) > 10
 
 
 def test_candidates_are_measured_exactly_and_sorted():
@@ -167,7 +167,7 @@ def test_the_threshold_lets_some_windows_draw_and_repeats_cost(monkeypatch):
         seen.append(int((prices < limit).sum()))
         return choose(found, prices, limit, bits)
 
-    monkeypatch.setattr("intarsia.published.segments.laying.choose", spy)
+    monkeypatch.setattr("intarsia.published.segments.engine.choose", spy)
     shares, most = [], []
     for usage in (0.0, 0.2):
         seen.clear()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ...foundation import ParameterError
 from ...foundation.params import written
 from ...request import Json, Request
-from .. import Report, say, tell
+from .. import Report, print_error, print_lines
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
@@ -26,12 +26,12 @@ def look(request: Request, report: Report) -> None:
     intarsia analyze *.png --several --json
     """
     from ...tasks.exemplar_analysis import analyze
-    from ..exemplars import Shelf, sets_of
+    from ..exemplars import Inputs, sets_of
 
     sets, seen, results = sets_of(request, report), set[str](), []
     if len(sets) > 1 and request.to_stdout:
         raise ParameterError(f"-: the standard output holds one picture, here are {len(sets)} exemplars; name files.")
-    plans, shelves = [_plan(request, one, seen) for one in sets], [Shelf([one], request, report) for one in sets]
+    plans, shelves = [_plan(request, one, seen) for one in sets], [Inputs([one], request, report) for one in sets]
     for shelf in shelves[: len(sets) * (len(sets) > 1)]:
         _ = shelf.exemplars  # what cannot be read is refused before the first is worked on
         shelf.forget()
@@ -47,9 +47,9 @@ def look(request: Request, report: Report) -> None:
             lines = ([""] if number else []) + _page(first, answer)
             if request.to_stdout:
                 for line in lines:
-                    tell(line)
+                    print_error(line)
             else:
-                say(lines, "its pictures are written" if "files" in answer else "nothing else was to be done")
+                print_lines(lines, "its pictures are written" if "files" in answer else "nothing else was to be done")
     report.result(results[0] if len(results) == 1 else {"results": results})
 
 

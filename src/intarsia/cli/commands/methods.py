@@ -8,7 +8,7 @@ import click
 
 from ...foundation.params import parameters
 from ...methods import method_class
-from .. import debug_option, say, say_json
+from .. import debug_option, print_lines, say_json
 from ..verbs import entries
 
 
@@ -22,10 +22,10 @@ def command(slug: str | None, as_json: bool) -> None:
     if as_json:
         say_json(found)
     elif slug is not None:
-        say(_page(method_class(slug)))
+        print_lines(_page(method_class(slug)))
     else:
         wide = max(len(one["slug"]) for one in found)
-        say(f"{one['slug']:{wide}}  {one['summary']} ({one['paper']})" for one in found)
+        print_lines(f"{one['slug']:{wide}}  {one['summary']} ({one['paper']})" for one in found)
 
 
 def _page(cls: type[Any]) -> list[str]:

@@ -59,7 +59,7 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     from ...foundation.geometry import Box
     from ...foundation.run import Run
     from ...rendering.render import check_drawable, check_exemplars, render
-    from ..exemplars import Shelf, sets_of, stem_of
+    from ..exemplars import Inputs, sets_of, stem_of
     from ..outputs import Staging, by_file, check_all, check_depths, filled_name, layer_files, plane_files
 
     began = time.perf_counter()
@@ -72,11 +72,11 @@ def redraw(smap: SourceMap, request: Request, report: Report) -> None:
     out = filled_name(request.out or "", {"stem": stem_of(sets[0]), "w": width, "h": height})
     pictures = {} if request.layers else plane_files(out, sets[0])
     check_all(pictures.values() if pictures else [out], request.force, set())
-    exemplars = Shelf(sets, request, report).exemplars
+    exemplars = Inputs(sets, request, report).exemplars
     pictures = pictures or layer_files(out, exemplars[0], request.depth)
     check_exemplars(exemplars, smap)
     check_depths(pictures, exemplars[0], (width, height), request)
-    blend = smap.blend.but(feather=request.feather, mixing=request.mixing, finish=request.finishing)
+    blend = smap.blend.but(feather=request.feather, mixing=request.mixing, finish=request.corrections)
     check_drawable(exemplars, part.height, part.width, blend.feather)
     with report.watching(len(pictures)) as meter, Staging(request.force) as staging:
         for path, names in by_file(pictures).items():

@@ -153,7 +153,7 @@ class Neighbours:
     """The pictures in the folder of a picture, without links: `floor.png` beside `floor_grown.png`."""
 
     def __init__(self, picture: str) -> None:
-        from ...files.sets import READABLE
+        from ...files.material_sets import READABLE
 
         folder, name = os.path.split(picture)
         here = list[str]()
@@ -166,7 +166,7 @@ class Neighbours:
 
     def exemplar(self, recipe: Json) -> tuple[str, ...]:
         """Return the picture, or the planes of a set, that the name of the output begins with; () if several."""
-        from ...files.sets import name_of
+        from ...files.material_sets import name_of
 
         if self._exemplar is None or len(recipe["exemplars"]) != 1:
             return ()
@@ -180,13 +180,13 @@ class Neighbours:
     def alike(self, recipe: Json, request: Request) -> tuple[str, ...]:
         """Return the first picture that is the exemplar of a recipe if it is read and used as that says."""
         from ...request import from_recipe
-        from ..exemplars import Shelf, sets_of
+        from ..exemplars import Inputs, sets_of
 
         report = Report(quiet=True)
         for path in self._paths[:MOST]:
             with suppress(IntarsiaError):
                 again = from_recipe(recipe, replace(request, files=(path,)), path)
-                check_scene(recipe, Shelf(sets_of(again, report), again, report).scene, again)
+                check_scene(recipe, Inputs(sets_of(again, report), again, report).scene, again)
                 return (path,)
         return ()
 

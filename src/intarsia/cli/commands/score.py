@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...foundation import InputError
 from ...request import Request, to_line
-from .. import CANCEL, Report, say
+from .. import CANCEL, Report, print_lines
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def judge(request: Request, report: Report) -> None:
     from ... import files
     from ...model.sourcemap import SourceMap
     from ...tasks.scoring import check_gates, gated, misses, outcome_of
-    from ..exemplars import Shelf, sets_of, stem_of
+    from ..exemplars import Inputs, sets_of, stem_of
     from ..outputs import check_all, filled_name
 
     check_gates(request.gates)
@@ -46,7 +46,7 @@ def judge(request: Request, report: Report) -> None:
         page = filled_name(page, {"stem": stem_of(sets[0])})
         check_all([page], request.force, set())
     smap = None if saved is None or saved == RECIPE else SourceMap.load(saved)
-    exemplars, made = Shelf(sets, request, report).exemplars, files.read(output, alpha=request.alpha)
+    exemplars, made = Inputs(sets, request, report).exemplars, files.read(output, alpha=request.alpha)
     if saved == RECIPE:
         smap = _made_again(output, made.base, exemplars, report)
     outcome = outcome_of(exemplars, made, map=smap, wrap=request.wrap)
@@ -59,7 +59,7 @@ def judge(request: Request, report: Report) -> None:
         told = {name: value for name, value in more.items() if value is not None}
         report.result({"file": output, **found.as_dict(), **told})
     elif not report.quiet:
-        say(_in_words(output, found))
+        print_lines(_in_words(output, found))
     gated(found, request.gates, output)
 
 

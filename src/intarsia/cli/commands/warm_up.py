@@ -6,7 +6,7 @@ import time
 
 import click
 
-from .. import CANCEL, Report, begun, debug_option
+from .. import CANCEL, Report, debug_option, enable_collection
 
 
 @click.command(name="warm-up")
@@ -22,6 +22,6 @@ def command(threads: int | None, quiet: bool) -> None:
     from ...foundation.run import Run
     from ...tasks.precompile import precompile_all
 
-    begun()
+    enable_collection()
     pictures = precompile_all(Run(threads, None, CANCEL))
     report.note(f"ready: grew {pictures} small textures in {time.perf_counter() - began:.1f} s")

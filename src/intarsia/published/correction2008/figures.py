@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..figures import Figure, Panels, given, grown, row
+from ..figures import Figure, Panels, given, row, synthesized
 
 TITLE = "Memorandum of 2008 on the correction operation"
 AS_THERE = {"snap": "off", "channel_weights": (1.0,), "jitter": 0.3}
@@ -12,7 +12,7 @@ AS_THERE = {"snap": "off", "channel_weights": (1.0,), "jitter": 0.3}
 
 def varied(name: str, *values: Any) -> Panels:
     """Return the panels of one texture with several values of one setting."""
-    return row(given, *(grown(200, "correction-2008", AS_THERE | {name: value}) for value in values))
+    return row(given, *(synthesized(200, "correction-2008", AS_THERE | {name: value}) for value in values))
 
 
 FIGURES = (

@@ -13,7 +13,7 @@ from ...foundation.arrays import Array
 from ...model import Exemplar
 from ...model.image import Plane
 from ...regular.tile_search import best_tile
-from ..figures import Figure, Panel, Way, given, grown, row, shaded
+from ..figures import Figure, Panel, Way, given, row, shaded, synthesized
 from .goodness import lattice_by_goodness
 from .goodness_kernels import ALPHA, MILLION, significant_sum
 
@@ -25,15 +25,15 @@ SIZE = 400
 def blocks(feather: int = 4, **more: Any) -> Way:
     """Return a panel by random sampling and gap filling, with the source's settings except for those given."""
     settings = {"detector": "goodness", "channel_weights": (1.0,)} | more
-    return grown(SIZE, "gap-filling", settings, feather=feather)
+    return synthesized(SIZE, "gap-filling", settings, feather=feather)
 
 
 def tile(exemplar: Exemplar) -> Panel:
     """Make a panel of the best tile, repeated."""
-    return grown(SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
+    return synthesized(SIZE, "best-tile", {"lattice": lattice_by_goodness(exemplar, (1.0,))})(exemplar)
 
 
-quilted = grown(SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
+quilted = synthesized(SIZE, "raster-quilting", {"patch": 50, "overlap": 10})
 """A panel by image quilting, with blocks of the same size: 50 px, 10 px of overlap."""
 
 

@@ -24,7 +24,7 @@ class GapFilling(EndlessBase):
     slug: ClassVar[str] = "gap-filling"
     paper: ClassVar[str] = "Lopez Recas, Hilsmann and Eisert 2011"
     summary: ClassVar[str] = "square blocks at random places of a lattice, gaps filled to fit"
-    engine: ClassVar[str] = "intarsia.published.lopez_recas2011.sampling"
+    engine: ClassVar[str] = "intarsia.published.lopez_recas2011.engine"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK, Ability.WINDOW})
 
     lattice: tuple[tuple[float, float], ...] | None = methods.lattice_vectors(

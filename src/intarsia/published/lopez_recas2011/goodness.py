@@ -22,13 +22,13 @@ from .goodness_kernels import MILLION, best_pair
 
 def lattice_by_goodness(exemplar: Exemplar, weights: tuple[float, ...] | None) -> tuple[tuple[float, float], ...]:
     """Return the vectors (x, y) px of the lattice of best goodness; MethodError where there is no peak."""
-    found = plain_lattice(features([exemplar], weights).pictures[0])
+    found = goodness_lattice(features([exemplar], weights).pictures[0])
     if found is None:
         raise MethodError("the exemplar has no peak of correlation; give the lattice vectors, or detector=contrast.")
     return tuple((float(x), float(y)) for y, x in found)
 
 
-def plain_lattice(picture: Int16) -> Floats | None:
+def goodness_lattice(picture: Int16) -> Floats | None:
     """Return the lattice of best goodness, rows (dy, dx) in px; of equals the shortest. None if there are no peaks."""
     factor = factor_for(picture.shape)
     small, _ = reduced(picture, None, factor)

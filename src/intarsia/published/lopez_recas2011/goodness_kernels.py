@@ -82,7 +82,7 @@ def significant_sum(values: Any, v: Any, w: Any, height: int, width: int) -> Pai
 
 
 @kernel
-def highest(values: Any, height: int, width: int) -> Any:
+def highest_by_overlap(values: Any, height: int, width: int) -> Any:
     """Return, for every n, the highest value of the map, its middle excepted, where the overlap has n px or more."""
     high, wide = values.shape[0] >> 1, values.shape[1] >> 1
     most = np.zeros(height * width + 1, np.int64)
@@ -99,7 +99,7 @@ def highest(values: Any, height: int, width: int) -> Any:
 def best_pair(values: Any, peaks: Any, height: int, width: int) -> tuple[Any, int]:
     """Pair every peak with every longer one, reduced by it, each pair once; return the best pair and its goodness."""
     best, found = 0, np.zeros((2, 2), np.int64)
-    most = highest(values, height, width)
+    most = highest_by_overlap(values, height, width)
     reach = math.hypot(values.shape[0] >> 1, values.shape[1] >> 1)
     far = int(reach) + 1
     seen = np.full((2 * far + 1, far + 1), -1, np.int64)  # the peak that an offset was last paired with

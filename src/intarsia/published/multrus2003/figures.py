@@ -19,7 +19,7 @@ from ...model import Exemplar
 from ...model.canvas import Guide
 from ...model.image import Kind, Plane
 from ...tasks.completion import Margins, extended
-from ..figures import Figure, Panel, Way, cropped, given, grown, listed, plotted, row, shaded
+from ..figures import Figure, Panel, Way, cropped, given, listed, log_plot, row, shaded, synthesized
 
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 TILES, GRASS, GRAVEL = "sample:tiles", "sample:grass", "sample:gravel"
@@ -32,13 +32,13 @@ def patches(size: Any, printed: str = "", feather: Any = None, start: Any = None
             **more: Any) -> Way:  # fmt: skip
     """Return a panel by patch-based sampling, with the source's settings except for those given."""
     settings = {"patch": 25, "overlap": 5, **more}
-    way = grown(size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide)
+    way = synthesized(size, "patch-sampling", AS_THERE | settings, printed, feather, start=start, guide=guide)
     return lambda e: way(e)._replace(told=listed(settings))
 
 
 def by_pixels(columns: int, printed: str) -> Way:
     """Return a panel synthesized pixel by pixel."""
-    return grown(200, "wei-levoy", {"matching": "exact", "noise": "white", "window": (3, columns)}, printed)
+    return synthesized(200, "wei-levoy", {"matching": "exact", "noise": "white", "window": (3, columns)}, printed)
 
 
 def isometries(size: int | None, *printed: str, **more: Any) -> list[Way]:
@@ -82,7 +82,7 @@ def costs(exemplar: Exemplar, curves: int) -> list[Panel]:
     drawn = dict([*laws(side).items()][:curves])
     *before, last = drawn.values()
     values = {"growth": last[-1] / last[0], "gain": before[-1][-1] / last[-1] if before else 1.0}
-    return [Panel("differences for a pixel, input of 64 to 512 px", plotted(side, drawn), values)]
+    return [Panel("differences for a pixel, input of 64 to 512 px", log_plot(side, drawn), values)]
 
 
 def farness(pixels: Array, block: Array, poses: Sequence[int]) -> Any:

@@ -18,14 +18,14 @@ from ...foundation.arrays import Array, Int64, Mask, Pair
 from ...kernels.maps import OrientedExemplars, PartialMap
 from ...search import SHORT_LIST, Candidates, PosedExemplars, Prices, fourier_kernels, nearest
 from ...search.fourier_kernels import FAR
-from .guided import GuidedByRoots
-from .pyramid_kernels import KNOWN, OUTSIDE, halve
-from .repeats import Factors
+from .guided_search import GuidedPatchSearch
+from .pyramid_kernels import KNOWN, OUTSIDE, decimate
+from .repetition import UseFactors
 
 LEVELS = 2  # reductions by two
 MARGIN = 1 << LEVELS  # what filters see around a window, px
 BATCH = 16
-LEAST = 4  # shortest patch and seam: the coarsest level keeps 1 px of them
+MIN_SIDE = 4  # shortest patch and seam: the coarsest level keeps 1 px of them
 FILTERS = {
     "mean": ((1, 1, 1), (1, 1, 1), (1, 1, 1)),
     "gaussian": ((1, 2, 1), (2, 4, 2), (1, 2, 1)),
@@ -125,9 +125,9 @@ class PyramidSearch:
     def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
         """Return the candidates for the windows that begin at `at` (n, 2) of a partial map, as PatchSearch does."""
         stack = self.stack(grown, at)
-        return [self.followed(of_window(stack, k), place, prices) for k, place in enumerate(at.tolist())]
+        return [self.search_window(window_stack(stack, k), place, prices) for k, place in enumerate(at.tolist())]
 
-    def followed(
+    def search_window(
         self, stack: Stack, at: list[int], prices: Prices, join: Callable[[int, Array], Array] | None = None
     ) -> Candidates:
         """Return the candidates for the window that begins at `at`, searched from the coarsest level down.
@@ -151,7 +151,7 @@ class PyramidSearch:
                     here = low_quantile(mine[(mine[:, 2] % step == 0) & (mine[:, 3] % step == 0)])
                 if join is not None:
                     mine[:, 0] = join(number, mine)
-                costs.append(priced(mine, prices, number, prices.weight * max(here, 0) >> 8))
+                costs.append(priced_distances(mine, prices, number, prices.weight * max(here, 0) >> 8))
             usual = here if number == LEVELS else usual
             rows, cost = np.concatenate(every), np.concatenate(costs)
             best = cheapest(cost, len(cost) if drawing else self.kept if number else self.listed)
@@ -189,7 +189,7 @@ class PyramidSearch:
             state[np.broadcast_to(beyond, state.shape)] = OUTSIDE
         return [finest, *self._coarser(feats, state)]
 
-    def whole_stack(self, pictures: Array, inside: Array) -> Stack:
+    def guide_stack(self, pictures: Array, inside: Array) -> Stack:
         """Return windows (n, h, w, C) at all levels, known where they lie `inside` (n, h, w) the canvas."""
         around = [(0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN)]
         state = np.pad(np.where(inside > 0, np.uint8(KNOWN), np.uint8(OUTSIDE)), around, constant_values=OUTSIDE)
@@ -210,31 +210,31 @@ class PyramidSearch:
         n, rows, columns, channels = feats.shape
         state_out = np.empty((n, rows // 2, columns // 2), np.uint8)
         out = np.empty((*state_out.shape, channels), np.int16)
-        halve(feats, state, self.weights, loose, out, state_out)
+        decimate(feats, state, self.weights, loose, out, state_out)
         return out, state_out
 
 
-class GuidedPyramid(GuidedByRoots):
+class GuidedPyramid(GuidedPatchSearch):
     """Search patches for windows under a guide, from coarse to fine."""
 
     def _beside(self, search: PyramidSearch) -> PyramidSearch:
         return PyramidSearch(self.guidance.pictures, search.patch, search.seam, search.smoothing)
 
     def _weighed(self, search: PyramidSearch, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
-        stack, beside = search.stack(grown, at), self.guide.whole_stack(*self.guidance.wanted(at))
+        stack, beside = search.stack(grown, at), self.guide.guide_stack(*self.guidance.wanted(at))
         shares = [self.shares(known, inside) for (_, known), (_, inside) in zip(stack, beside, strict=True)]
 
         def join(k: int, number: int, rows: Array) -> Array:
             apart = rows.copy()
             apart[:, 0] = FAR
-            fourier_kernels.measure(*of_window(beside, k)[number], self.guide.levels[number].posed, apart)
+            fourier_kernels.measure(*window_stack(beside, k)[number], self.guide.levels[number].posed, apart)
             return self.cost(rows[:, 0], apart[:, 0], shares[number][k])
 
         places = enumerate(at.tolist())
-        return [search.followed(of_window(stack, k), place, prices, partial(join, k)) for k, place in places]
+        return [search.search_window(window_stack(stack, k), place, prices, partial(join, k)) for k, place in places]
 
 
-def of_window(stack: Stack, k: int) -> Stack:
+def window_stack(stack: Stack, k: int) -> Stack:
     """Return the levels of the k-th of the windows of a stack."""
     return [(feats[k], known[k]) for feats, known in stack]
 
@@ -245,7 +245,7 @@ def low_quantile(rows: Array) -> int:
     return int(np.partition(rows[:, 0], low)[low]) if len(rows) else -1
 
 
-def priced(rows: Array, prices: Prices, level: int, unit: int) -> Array:
+def priced_distances(rows: Array, prices: Prices, level: int, unit: int) -> Array:
     """Return the distances of one variant's candidates (n, 4) at a level with the price of repeats.
 
     The price is added, or multiplied for Factors. Repeats are counted at level 0, and every 2**level-th is read;
@@ -255,7 +255,7 @@ def priced(rows: Array, prices: Prices, level: int, unit: int) -> Array:
     counts = prices.counts[v[0] if len(v) else 0]
     y, x = (np.minimum(p << level, n - 1) for p, n in zip(place, counts.shape, strict=True))
     count = counts[y, x].astype(np.int64)
-    return np.asarray(d * (256 + count) ** 2 >> 16 if isinstance(prices, Factors) else d + (count * unit >> 16))
+    return np.asarray(d * (256 + count) ** 2 >> 16 if isinstance(prices, UseFactors) else d + (count * unit >> 16))
 
 
 def cheapest(costs: Array, size: int) -> Array:
@@ -274,8 +274,8 @@ def level_size(patch: int, seam: int, level: int) -> int:
 
 def check_pyramid(patch: Pair, seam: Pair) -> None:
     """Raise ParameterError for patches or seams (rows, columns) that would vanish at the coarsest level."""
-    if min(patch) < LEAST or min(seam) < LEAST:
+    if min(patch) < MIN_SIDE or min(seam) < MIN_SIDE:
         raise ParameterError(
-            f"a pyramid needs at least {LEAST} px of patch without seams and of seam, not {min(patch)} and "
+            f"a pyramid needs at least {MIN_SIDE} px of patch without seams and of seam, not {min(patch)} and "
             f"{min(seam)}; choose larger ones, or pyramid=off."
         )

@@ -12,7 +12,7 @@ UNKNOWN, KNOWN, OUTSIDE = 0, 1, 2
 
 
 @kernel
-def halve(feats: Any, state: Any, weights: Any, loose: Any, out: Any, out_state: Any) -> None:
+def decimate(feats: Any, state: Any, weights: Any, loose: Any, out: Any, out_state: Any) -> None:
     """Filter n pictures with 3 x 3 `weights` and keep every second pixel.
 
     `state` (n, h, w): KNOWN, UNKNOWN, or OUTSIDE the canvas, which is left out of averages. A pixel of `out` is known

@@ -28,7 +28,7 @@ class Ashikhmin(RasterWindow):
     slug: ClassVar[str] = "ashikhmin"
     paper: ClassVar[str] = "Ashikhmin 2001; Tong et al. 2002"
     summary: ClassVar[str] = "pixels that continue their neighbours"
-    engine: ClassVar[str] = "intarsia.published.pixels.by_rows"
+    engine: ClassVar[str] = "intarsia.published.pixels.raster_engine"
     stage: ClassVar[int] = 2001
     widest: ClassVar[int] = 9
     at_once: ClassVar[int] = 512

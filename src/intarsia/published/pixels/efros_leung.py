@@ -28,7 +28,7 @@ class EfrosLeung(MethodBase):
     slug: ClassVar[str] = "efros-leung"
     paper: ClassVar[str] = "Efros and Leung 1999; Multrus 2003"
     summary: ClassVar[str] = "pixels grown outward, drawn from similar places"
-    engine: ClassVar[str] = "intarsia.published.pixels.outward"
+    engine: ClassVar[str] = "intarsia.published.pixels.efros_leung_engine"
     supports: ClassVar[frozenset[Ability]] = frozenset(
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.ISOMETRIES, Ability.SEVERAL}
     )

@@ -24,7 +24,7 @@ NONE = FAR, np.int64(-1), np.int64(-1)  # distance, variant and position of no e
 START, HEIGHT, WIDTH, STRIDE, SIZE, CLOSED, TOP, LEFT, TORUS, LOW, HIGH = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 11
 
 
-class Ground(NamedTuple):
+class ExemplarPlanes(NamedTuple):
     """The exemplars in every pose, from which pixels are taken.
 
     There are two kinds of neighbourhood: 0 reaches up and to the sides, 1 all around.
@@ -59,7 +59,7 @@ class SearchBuffers(NamedTuple):
 
 
 @kernel
-def room_for(components: int) -> Any:
+def empty_template(components: int) -> Any:
     """Return an empty template for at most so many components."""
     components += GROUP
     wide, narrow = np.empty((5, components), np.int64), np.empty((2, components), np.int32)
@@ -67,7 +67,7 @@ def room_for(components: int) -> Any:
 
 
 @kernel
-def workplace(ground: Any) -> Any:
+def search_buffers(ground: Any) -> Any:
     """Return buffers for all candidates that a search may find."""
     found = np.empty((3, ground.closed.shape[1]), np.int64)
     return SearchBuffers(np.empty(CHUNK, np.float32), np.empty(CHUNK, np.float64), found[0], found[1], found[2])
@@ -88,7 +88,7 @@ def position_of(ground: Any, v: int, y: int, x: int, kind: int) -> int:
 
 
 @kernel
-def aim(ground: Any, v: Any, template: Any, n: int) -> None:
+def set_offsets(ground: Any, v: Any, template: Any, n: int) -> None:
     """Compute the offsets of a template's components from a position of variant `v`."""
     size, stride = ground.table[v, SIZE], ground.table[v, STRIDE]
     for m in range(n):
@@ -109,9 +109,9 @@ def template_distance(ground: Any, v: Any, position: Any, template: Any, n: int,
 
 
 @kernel
-def nearer(ground: Any, v: Any, position: Any, template: Any, n: int, best: Any) -> Any:
+def better_of(ground: Any, v: Any, position: Any, template: Any, n: int, best: Any) -> Any:
     """Return the better of `best` (distance, variant, position) and a position; of equals the first in order."""
-    aim(ground, v, template, n)
+    set_offsets(ground, v, template, n)
     d = template_distance(ground, v, position, template, n, best[0])
     if d < best[0] or (d == best[0] and (v < best[1] or (v == best[1] and position < best[2]))):
         return d, np.int64(v), np.int64(position)
@@ -162,7 +162,7 @@ def find_nearest(ground: Any, template: Any, n: int, kind: int, best: Any, share
         template.plane[m], template.dy[m], template.dx[m], template.value[m], template.weight[m] = 0, 0, 0, 0, 0
     for v in range(len(ground.table)):
         row = ground.table[v]
-        aim(ground, v, template, n + GROUP)
+        set_offsets(ground, v, template, n + GROUP)
         for begin in range(row[LOW + kind], row[HIGH + kind], CHUNK):
             size = min(CHUNK, row[HIGH + kind] - begin)
             sums, exact = work.sums[:size], work.exact[:size]
@@ -204,7 +204,7 @@ def known_value(ground: Any, v: int, yx: Any, y: int, x: int, plane: int) -> Any
 
 
 @kernel
-def show(ground: Any, variant: Any, yx: Any, y: int, x: int, v: Any, position: Any) -> None:
+def write_pixel(ground: Any, variant: Any, yx: Any, y: int, x: int, v: Any, position: Any) -> None:
     """Write into a map that (y, x) is copied from the exemplar pixel at a position."""
     row = ground.table[v]
     variant[y, x] = v

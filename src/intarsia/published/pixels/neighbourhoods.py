@@ -14,7 +14,7 @@ from ...foundation.arrays import Int16, Int64, Mask, Pair
 from ...foundation.params import AUTO, extent, words
 from ...model import Exemplar, Exemplars, sampled
 from ...search import PosedExemplars, elements
-from .neighbourhood_kernels import LEFT_OUT, Ground
+from .neighbourhood_kernels import LEFT_OUT, ExemplarPlanes
 
 Reach = tuple[int, int, int, int]
 
@@ -40,7 +40,7 @@ def layers(variants: PosedExemplars, exemplars: Exemplars) -> list[PixelPlanes]:
     ]
 
 
-def ground(given: Sequence[PixelPlanes], half: Reach, whole: Reach) -> Ground:
+def exemplar_planes(given: Sequence[PixelPlanes], half: Reach, whole: Reach) -> ExemplarPlanes:
     """Lay variants out for neighbourhoods of two kinds, each reaching so far (up, left, down, right) px.
 
     Neighbourhoods lie inside the exemplar and hold usable pixels only.
@@ -72,10 +72,10 @@ def ground(given: Sequence[PixelPlanes], half: Reach, whole: Reach) -> Ground:
         at += rows * stride
     flat = np.concatenate(values)
     both = np.stack([np.concatenate(closed[kind::2]) for kind in (0, 1)])
-    return Ground(flat, flat.astype(np.float32), table, both)
+    return ExemplarPlanes(flat, flat.astype(np.float32), table, both)
 
 
-def choices(of: Ground, kind: int) -> Int64:
+def choices(of: ExemplarPlanes, kind: int) -> Int64:
     """List all (variant, position) at which a neighbourhood of that kind may lie, in order: (n, 2)."""
     found = []
     for v, row in enumerate(of.table):

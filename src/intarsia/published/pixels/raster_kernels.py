@@ -21,15 +21,15 @@ from .neighbourhood_kernels import (
     SIZE,
     START,
     STRIDE,
-    aim,
+    better_of,
+    empty_template,
     find_nearest,
     known_value,
-    nearer,
     position_of,
-    room_for,
-    show,
+    search_buffers,
+    set_offsets,
     template_distance,
-    workplace,
+    write_pixel,
 )
 
 
@@ -149,7 +149,7 @@ def best_continuation(torus: Any, ground: Any, y: int, x: int, kind: int, templa
             continue
         v, at = continuation(torus, ground, y, x, t, kind)
         if at >= 0:
-            best = nearer(ground, v, at, template, n, best)
+            best = better_of(ground, v, at, template, n, best)
         left -= 1
         if left == 0:
             break
@@ -164,9 +164,9 @@ def drawn(torus: Any, level: int, y: int, x: int) -> Any:
 
 
 @kernel
-def full_pixels(torus: Any, ground: Any, pixels: Any, components: int) -> None:
+def fill_full(torus: Any, ground: Any, pixels: Any, components: int) -> None:
     """Fill pixels (n, 2), in turn, with the exemplar pixels whose neighbourhoods are most similar of all."""
-    template, work = room_for(components), workplace(ground)
+    template, work = empty_template(components), search_buffers(ground)
     for k in range(len(pixels)):
         n, kind, _ = template_of(torus, ground, pixels[k, 0], pixels[k, 1], template)
         full_pixel(torus, ground, pixels[k, 0], pixels[k, 1], n, kind, template, work)
@@ -178,20 +178,20 @@ def full_pixel(torus: Any, ground: Any, y: int, x: int, n: int, kind: int, templ
     torus.done[y, x] = True
     if n == 0:
         v, at = drawn(torus, torus.level, y, x)
-        show(ground, torus.variant, torus.yx, y, x, v, at)
+        write_pixel(ground, torus.variant, torus.yx, y, x, v, at)
         return
     best = best_continuation(torus, ground, y, x, kind, template, n)[0]
     find_nearest(ground, template, n, kind, best, 0, max(FIRST, n * SHARE // 16), work)
-    show(ground, torus.variant, torus.yx, y, x, work.variant[0], work.position[0])
+    write_pixel(ground, torus.variant, torus.yx, y, x, work.variant[0], work.position[0])
 
 
 @kernel
-def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixels: Any, components: int) -> None:
+def fill_by_tree(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixels: Any, components: int) -> None:
     """Fill pixels (n, 2), in turn, with the best of a few found by a tree and of the continuations.
 
     Neighbourhoods that are not the usual ones are searched in full.
     """
-    template, work = room_for(components), workplace(ground)
+    template, work = empty_template(components), search_buffers(ground)
     point, room = np.empty(tree.points.shape[1], np.int64), asking_room(tree.points.shape[1])
     near, number = np.empty(few, np.int64), np.empty(few, np.int64)
     for i in range(len(pixels)):
@@ -204,18 +204,18 @@ def tree_pixels(torus: Any, ground: Any, tree: Any, leaves: int, few: int, pixel
         best = best_continuation(torus, ground, y, x, kind, template, n)
         project_vector(template.value, tree.mean, tree.axes, point)
         for k in range(ask(tree, point, leaves, near, number, room)):
-            best = nearer(ground, torus.choices[number[k], 0], torus.choices[number[k], 1], template, n, best)
-        show(ground, torus.variant, torus.yx, y, x, best[1], best[2])
+            best = better_of(ground, torus.choices[number[k], 0], torus.choices[number[k], 1], template, n, best)
+        write_pixel(ground, torus.variant, torus.yx, y, x, best[1], best[2])
 
 
 @kernel
-def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
+def fill_coherent(torus: Any, ground: Any, similar: Any, pixels: Any, components: int) -> None:
     """Fill pixels (n, 2), in turn, with the best of those that continue their neighbours in the exemplar.
 
     Where the exemplar ends, a drawn one is tried. `similar` (positions, k, 2) are pixels to try beside every candidate:
     (variant, position), -1 for none. Of equal candidates the first stays.
     """
-    template, tried = room_for(components), np.empty((len(torus.taps), 2), np.int64)
+    template, tried = empty_template(components), np.empty((len(torus.taps), 2), np.int64)
     for y, x in pixels:
         n, kind, _ = template_of(torus, ground, y, x, template)
         best, variant, position, count = FAR, np.int64(-1), np.int64(-1), 0
@@ -239,13 +239,13 @@ def coherent_pixels(torus: Any, ground: Any, similar: Any, pixels: Any, componen
                     v, at = similar[spot, k, 0], similar[spot, k, 1]
                     if v < 0 or ground.closed[kind, ground.table[v, CLOSED] + at] != 0:
                         continue
-                aim(ground, v, template, n)
+                set_offsets(ground, v, template, n)
                 d = template_distance(ground, v, at, template, n, best)
                 if d < best:
                     best, variant, position = d, v, at
         if variant < 0:
             variant, position = drawn(torus, torus.level, y, x)
-        show(ground, torus.variant, torus.yx, y, x, variant, position)
+        write_pixel(ground, torus.variant, torus.yx, y, x, variant, position)
         torus.done[y, x] = True
 
 
@@ -255,4 +255,4 @@ def start_from_noise(variant: Any, yx: Any, ground: Any, choices: Any, seed: Any
     for y in range(variant.shape[0]):
         for x in range(variant.shape[1]):
             k = below(len(choices), draw(seed, stage, 64 + level, y, x))
-            show(ground, variant, yx, y, x, choices[k, 0], choices[k, 1])
+            write_pixel(ground, variant, yx, y, x, choices[k, 0], choices[k, 1])

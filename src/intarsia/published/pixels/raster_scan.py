@@ -22,8 +22,8 @@ from ...model.sourcemap import HOLE, SourceMap
 from ...patches import MapBuilder
 from ...search import posed_exemplars
 from . import raster_kernels
-from .neighbourhood_kernels import SIZE, START, STRIDE, Ground
-from .neighbourhoods import PixelPlanes, Reach, choices, ground, layers
+from .neighbourhood_kernels import SIZE, START, STRIDE, ExemplarPlanes
+from .neighbourhoods import PixelPlanes, Reach, choices, exemplar_planes, layers
 from .raster_kernels import ABOVE, BELOW, COARSE, Torus
 
 DIMS = 12  # axes kept of a neighbourhood
@@ -34,7 +34,7 @@ LEAVES = 32
 Array = Int64
 
 
-def tree_of(ground: Ground, places: Int64, components: Int64) -> Tree:
+def tree_of(ground: ExemplarPlanes, places: Int64, components: Int64) -> Tree:
     """Return a kd-tree of the neighbourhoods at (variant, position) `places` (N, 2), projected to principal axes.
 
     `components` (n, 3) are plane, row and column of what a neighbourhood consists of.
@@ -56,7 +56,7 @@ def tree_of(ground: Ground, places: Int64, components: Int64) -> Tree:
     return Tree(points, order, axis, cut, mean, whole)
 
 
-def similar_pixels(ground: Ground, places: Int64, components: Int64, count: int) -> Array:
+def similar_pixels(ground: ExemplarPlanes, places: Int64, components: Int64, count: int) -> Array:
     """Return for every position the `count` most similar places that are not its neighbours: (positions, count, 2).
 
     (variant, position), or -1 where there are no more.
@@ -154,7 +154,7 @@ class Scan:
         self.done = 0
         self.level = levels
 
-    def enter(self) -> tuple[Torus, Ground]:
+    def enter(self) -> tuple[Torus, ExemplarPlanes]:
         """Enter the next finer level; return the torus, filled with noise or the coarser level, and the exemplars."""
         coarse = self.level < self.levels
         self.level -= 1
@@ -175,7 +175,7 @@ class Scan:
             ]
         elif self.white:
             given = [*given, self._noise(shape)]
-        exemplar = ground(given, *(reach_of(self.window, coarse, whole) for whole in (False, True)))
+        exemplar = exemplar_planes(given, *(reach_of(self.window, coarse, whole) for whole in (False, True)))
         places = choices(exemplar, 0)
         if not len(places):
             raise MethodError(
@@ -216,7 +216,7 @@ class Scan:
         torus = self.torus
         return len(torus.taps) * max(torus.channels, len(torus.coarse))
 
-    def stretches(self, most: int) -> Iterator[Int64]:
+    def unknown_runs(self, most: int) -> Iterator[Int64]:
         """Yield the unknown pixels (n, 2) of this level, at most `most` of a row at once."""
         done = self.torus.done
         height, width = done.shape
@@ -225,7 +225,7 @@ class Scan:
                 yield np.ascontiguousarray(np.argwhere(~done[y : y + 1, x : x + most]) + np.array([y, x]))
                 self.done += min(x + most, width) - x
 
-    def first_ones(self, most: int) -> list[Int64]:
+    def saw_noise(self, most: int) -> list[Int64]:
         """Return the pixels (n, 2), at most `most` together, that saw noise across a wrapped border."""
         torus = self.torus
         if self.white:

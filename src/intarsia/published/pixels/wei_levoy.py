@@ -30,7 +30,7 @@ class WeiLevoy(RasterWindow):
     slug: ClassVar[str] = "wei-levoy"
     paper: ClassVar[str] = "Wei and Levoy 2000; Multrus 2003"
     summary: ClassVar[str] = "pixels row by row, the best fitting of all"
-    engine: ClassVar[str] = "intarsia.published.pixels.by_rows"
+    engine: ClassVar[str] = "intarsia.published.pixels.raster_engine"
     stage: ClassVar[int] = 200020
     widest: ClassVar[int] = 13
     at_once: ClassVar[int] = 64

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..figures import Figure, Panels, Way, grown, row
+from ..figures import Figure, Panels, Way, row, synthesized
 
 TITLE = "Robinson 2004, An Implementation of the Efros and Freeman Image Quilting Algorithm"
 SETTINGS = ((26, 4, "concrete"), (42, 7, "brick, pebbles, wood, apples"), (84, 14, "fence"),
@@ -11,12 +11,12 @@ SETTINGS = ((26, 4, "concrete"), (42, 7, "brick, pebbles, wood, apples"), (84, 1
 
 def quilted(patch: object, overlap: object) -> Way:
     """Return a panel by quilting, of twice the exemplar's size."""
-    return grown(None, "raster-quilting", {"patch": patch, "overlap": overlap})
+    return synthesized(None, "raster-quilting", {"patch": patch, "overlap": overlap})
 
 
 def pair(patch: int, overlap: int) -> Panels:
     """Return panels by random tiling and by quilting, from 160 px of the exemplar."""
-    return row(grown(None, "random-tiling", {"patch": patch}), quilted(patch, overlap), side=160)
+    return row(synthesized(None, "random-tiling", {"patch": patch}), quilted(patch, overlap), side=160)
 
 
 def beside(number: str, claim: str, rising: str, *settings: tuple[object, object]) -> Figure:

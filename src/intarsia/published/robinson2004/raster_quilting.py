@@ -26,7 +26,7 @@ class RasterQuilting(methods.CutSquares):
     slug: ClassVar[str] = "raster-quilting"
     paper: ClassVar[str] = "Robinson 2004"
     summary: ClassVar[str] = "quilting as published: row by row, cut along two one-way paths"
-    engine: ClassVar[str] = "intarsia.published.robinson2004.two_paths"
+    engine: ClassVar[str] = "intarsia.published.robinson2004.engine"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.MASK})
 
     patch: int | tuple[int, int] | None = methods.patch_side()

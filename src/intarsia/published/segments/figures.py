@@ -9,8 +9,8 @@ from ...model import Exemplar
 from ...model.image import Plane
 from ...search import elements
 from ...tasks.drawings import segment_overlay
-from ..figures import Figure, Panel, Way, given, grown
-from .laying import published_segments
+from ..figures import Figure, Panel, Way, given, synthesized
+from .engine import published_segments
 from .segment_based import SegmentBased
 
 TITLE = "Fragments on patch-based synthesis by segments"
@@ -28,7 +28,7 @@ def found(exemplar: Exemplar) -> list[Panel]:
 
 def patches(**more: Any) -> Way:
     """Return a panel of 512 px by segments, with the source's settings except for those given."""
-    return grown(512, "segment-based", AS_THERE | more)
+    return synthesized(512, "segment-based", AS_THERE | more)
 
 
 def sizes(exemplar: Exemplar) -> list[Panel]:

@@ -29,7 +29,7 @@ class SegmentBased(methods.CutSquares):
     slug: ClassVar[str] = "segment-based"
     paper: ClassVar[str] = "fragments without author or title"
     summary: ClassVar[str] = "patches chosen by the segments in their boundary zone"
-    engine: ClassVar[str] = "intarsia.published.segments.laying"
+    engine: ClassVar[str] = "intarsia.published.segments.engine"
     supports: ClassVar[frozenset[Ability]] = frozenset({Ability.WRAP, Ability.MASK})
 
     patch: int | tuple[int, int] | None = methods.patch_side()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...cli import CANCEL, cli, listen
-from ...cli.exemplars import Held, hold
+from ...cli.exemplars import ExemplarCache, set_cache
 from ...foundation import InputError, MethodError, ParameterError
 from ...foundation.run import Run
 from ...kernels import no_longer, on_first_compilation
@@ -69,7 +69,7 @@ def prepare(said: Json, tell: Tell) -> Answer:
 @cache
 def _hold() -> None:
     """Cache exemplars between the commands of this process."""
-    hold(Held())
+    set_cache(ExemplarCache())
 
 
 def invoked(words: list[str], drafting: Drafting | None = None) -> Json:

@@ -87,12 +87,12 @@ def _seen(paths: tuple[str, ...], name: str) -> Pixels:
 def _group(paths: list[str]) -> dict[str, str]:
     """Return the files of one exemplar by plane; InputError if they are several."""
     if paths[0].startswith("sample:"):
-        own = {name: os.fspath(path) for name, path in files.sets.layered(paths[0]).items()}
+        own = {name: os.fspath(path) for name, path in files.material_sets.layered(paths[0]).items()}
         return own or {"albedo": paths[0]}
     sets = files.group(paths)
     if len(sets) != 1:
         raise InputError(f"these are {len(sets)} exemplars by their names; send the files of one at a time.")
-    layers = files.sets.layered(next(iter(sets[0].values()))) if len(sets[0]) == 1 else {}
+    layers = files.material_sets.layered(next(iter(sets[0].values()))) if len(sets[0]) == 1 else {}
     return {name: os.fspath(path) for name, path in (layers or sets[0]).items()}
 
 

@@ -15,7 +15,7 @@ from ...analysis.illumination import flattened
 from ...analysis.saliency import MEDIAN, saliency_map
 from ...choosing.facts import Facts
 from ...cli import Report
-from ...cli.exemplars import Shelf, cropped, sets_of
+from ...cli.exemplars import Inputs, cropped, sets_of
 from ...cli.outputs import usual_ending
 from ...cli.verbs import read_argv
 from ...foundation import InputError
@@ -240,5 +240,5 @@ def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:
 def _outcome(saved: str, picture: str, *words: str) -> Outcome:
     """Score a result as the command `score` does, once."""
     asked, quiet = read_argv(list(words)), Report(quiet=True)
-    exemplars = Shelf(sets_of(asked, quiet), asked, quiet).exemplars
+    exemplars = Inputs(sets_of(asked, quiet), asked, quiet).exemplars
     return outcome_of(exemplars, files.read(picture, alpha=asked.alpha), map=SourceMap.load(saved))

@@ -63,9 +63,9 @@ def main(limit: int, nice: int) -> None:
     import warnings
 
     warnings.simplefilter("ignore")
-    from ...disk import make_room
+    from ...disk import prepare_memory
 
-    make_room()
+    prepare_memory()
     todo: queue.SimpleQueue[Json] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, todo), daemon=True).start()
     channel.send({"ready": os.getpid()})
@@ -101,7 +101,7 @@ def _read(lines: BinaryIO, todo: queue.SimpleQueue[Json]) -> None:
 
 def _do(said: Json, channel: Channel) -> None:
     """Run one request, and send its result, or its error in one line."""
-    from ...cli import CANCEL, judge
+    from ...cli import CANCEL, describe_error
 
     number = said["number"]
 
@@ -116,7 +116,7 @@ def _do(said: Json, channel: Channel) -> None:
         answer, data = getattr(import_module(f"intarsia.studio.workers.{module}"), said["do"])(said, tell)
         channel.send({"number": number, "done": answer}, data)
     except BaseException as e:
-        code, line = judge(e)
+        code, line = describe_error(e)
         channel.send({"number": number, "failed": line, "code": 130 if CANCEL.is_set() else code})
 
 

@@ -11,9 +11,9 @@ from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from .ashikhmin import Ashikhmin
-from .neighbourhood_kernels import Ground
+from .neighbourhood_kernels import ExemplarPlanes
 from .neighbourhoods import with_window
-from .raster_kernels import coherent_pixels, full_pixels, tree_pixels
+from .raster_kernels import fill_by_tree, fill_coherent, fill_full
 from .raster_scan import Scan, scan_reach, similar_pixels, tree_of
 from .wei_levoy import WeiLevoy
 
@@ -40,7 +40,7 @@ def synthesize(
     for _ in range(method.levels):
         torus, exemplar = scan.enter()
         first, again = _ways(method, scan, exemplar)
-        for (fill, more), ask in ((first, scan.stretches), (again, scan.first_ones)):
+        for (fill, more), ask in ((first, scan.unknown_runs), (again, scan.saw_noise)):
             for pixels in ask(method.at_once):
                 run.tick(scan.done, scan.total, lambda: scan.map(method.blend))
                 fill(torus, exemplar, *more, pixels, scan.room)
@@ -48,12 +48,12 @@ def synthesize(
     return scan.map(method.blend)
 
 
-def _ways(method: WeiLevoy | Ashikhmin, scan: Scan, exemplar: Ground) -> tuple[Way, Way]:
+def _ways(method: WeiLevoy | Ashikhmin, scan: Scan, exemplar: ExemplarPlanes) -> tuple[Way, Way]:
     """Return how pixels of this level are filled, and how those that saw noise are filled again."""
     searched = exemplar, scan.torus.choices, scan.components()
-    full: Way = full_pixels, ()
+    full: Way = fill_full, ()
     if isinstance(method, Ashikhmin):
-        full = coherent_pixels, (similar_pixels(*searched, method.jumps),)
+        full = fill_coherent, (similar_pixels(*searched, method.jumps),)
     elif method.matching == "tree":
-        return (tree_pixels, (tree_of(*searched), LEAVES, FEW)), full
+        return (fill_by_tree, (tree_of(*searched), LEAVES, FEW)), full
     return full, full

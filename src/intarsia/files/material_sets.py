@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..disk import reason_of
-from ..disk.whole import PathLike
+from ..disk.atomic import PathLike
 from ..foundation import MATERIALS, InputError, ParameterError, printable
 from .decode import opened
-from .formats import LAYER, SUFFIXES, layer_of, look, split_layer
+from .formats import LAYER, SUFFIXES, layer_of, open_picture, split_layer
 
 Files = dict[str, PathLike]
 """The files of one exemplar: plane -> path."""
 
-WORDS = {
+PLANE_WORDS = {
     "albedo": "basecolor basecolour base_color base_colour albedo diff diffuse col color colour",
     "normal": "normal normals nrm norm nor_gl normalgl normal_gl normal_ogl normal_opengl nrm_gl "
     "nor_dx normaldx normal_dx normal_directx nrm_dx",
@@ -37,9 +37,9 @@ WORDS = {
 }
 """The names of planes, in the order of a set, and the endings that mean them."""
 
-_NAME = {word: name for name, words in WORDS.items() for word in words.split()}
+_NAME = {word: name for name, words in PLANE_WORDS.items() for word in words.split()}
 _CLEAR = frozenset(_NAME) - frozenset(
-    [w for n in ("albedo", "arm", "packed", "opacity", "emission", "mask", "specular") for w in WORDS[n].split()]
+    [w for n in ("albedo", "arm", "packed", "opacity", "emission", "mask", "specular") for w in PLANE_WORDS[n].split()]
     + ["norm", "rough", "metal", "height", "disp", "bump", "occlusion"]
 )
 """Words that mean a map even if the file is given alone; "old_metal.png" is a picture of metal."""
@@ -145,7 +145,7 @@ def layered(path: PathLike) -> Files:
     if "albedo" not in found:
         listed = " and ".join(found.values())
         raise InputError(f"{printable(path)}: {listed} are maps without the picture that they belong to; add a layer.")
-    return {name: f"{os.fspath(path)}{LAYER}{found[name]}" for name in WORDS if name in found}
+    return {name: f"{os.fspath(path)}{LAYER}{found[name]}" for name in PLANE_WORDS if name in found}
 
 
 def describe(sets: Iterable[Mapping[str, PathLike]]) -> str:
@@ -210,7 +210,7 @@ def _one_set(files: list[PathLike], owner: str, more: str = "ask for --several")
             f"{listed} are maps without the picture that they belong to; add it, or give one of them alone and the "
             "others by --map NAME=FILE."
         )
-    return {name: named[name] for name in WORDS if name in named}
+    return {name: named[name] for name in PLANE_WORDS if name in named}
 
 
 def _special(path: PathLike) -> bool:
@@ -259,7 +259,7 @@ def layers_of(path: PathLike) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     if os.path.splitext(path)[1].lower() != ".exr" or not os.path.isfile(path):
         return found
-    picture = look(path)
+    picture = open_picture(path)
     if picture.format == "exr":
         with suppress(InputError, ValueError), opened(picture) as (file, _):  # or names that are no UTF-8
             names = [] if file.seek_subimage(1, 0) else [str(name) for name in file.spec(0).channelnames]

@@ -20,8 +20,8 @@ from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
 from ...search import check_patch, default_patch
+from .engine_kernels import norms, overlap_sums
 from .raster_quilting import RasterQuilting
-from .two_paths_kernels import norms, overlap_sums
 
 STAGE = 2004  # keeps this method's draws apart from those of others
 

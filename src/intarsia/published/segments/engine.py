@@ -176,7 +176,7 @@ class SegmentSearch:
         index = self.index(sides)
         near = index.near(histogram(counts[None])[0], self.hits)
         bits = draw_many(self.seed, self.stage, 1 + at[0], [(at[1], i) for i in range(len(near))])
-        picked = [some(index.members(k), self.points, b) for k, b in zip(near.tolist(), bits, strict=True)]
+        picked = [spread_sample(index.members(k), self.points, b) for k, b in zip(near.tolist(), bits, strict=True)]
         patches = np.sort(np.concatenate(picked))
         rows = np.zeros((len(patches), 4), np.int64)
         rows[:, 2], rows[:, 3] = (n * self.step for n in np.divmod(patches, self._grid.shape[1]))
@@ -232,7 +232,7 @@ def histogram(counts: Array) -> Int64:
     return np.asarray(np.floor(np.sqrt(counts / total) * LEVELS + 0.5), np.int64)
 
 
-def some(members: Int64, most: int, bits: int) -> Int64:
+def spread_sample(members: Int64, most: int, bits: int) -> Int64:
     """Return at most `most` members, evenly spaced from a random first one: the source's RandomPoint."""
     n = len(members)
     if n <= most:

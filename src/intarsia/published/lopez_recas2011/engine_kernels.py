@@ -12,7 +12,7 @@ FIRST = 4  # runs of a border that every place is compared on; then a comparison
 
 
 @kernel
-def near(places: Any, valid: Any, slack: int) -> Any:
+def near_lattice(places: Any, valid: Any, slack: int) -> Any:
     """Return the `valid` (h, w) first pixels of patches that lie within `slack` px of places (n, 2): (h, w)."""
     height, width = valid.shape
     marks = np.zeros(valid.shape, np.bool_)

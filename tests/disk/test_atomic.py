@@ -61,7 +61,7 @@ def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
         write("a.tif", PICTURE)
 
     def a_copy() -> None:
-        with formats.look(pillow("png", PICTURE)).plain_path():
+        with formats.open_picture(pillow("png", PICTURE)).plain_path():
             die()
 
     write("b.png", PICTURE)
@@ -80,16 +80,16 @@ def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
 
 
 def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
-    from intarsia.disk import whole
+    from intarsia.disk import atomic
 
     pid = os.fork()
     if pid == 0:
         os._exit(0)
     os.waitpid(pid, 0)  # there was such a process
-    dead = whole.name_in(".").replace(f"-{os.getpid()}-", f"-{pid}-")
-    other = dead.replace(whole.host(), "0" * 8)
-    kept = [whole.name_in("."), f"./.intarsia-{pid}-1", f"{dead}.txt", f"{dead}0", dead.replace("/.", "/x"), other,
-            dead.replace(f"-{pid}-", f"-{os.getppid()}-"), dead.replace("/.", "/")]  # fmt: skip
+    dead = atomic.temporary_name(".").replace(f"-{os.getpid()}-", f"-{pid}-")
+    other = dead.replace(atomic.host(), "0" * 8)
+    kept = [atomic.temporary_name("."), f"./.intarsia-{pid}-1", f"{dead}.txt", f"{dead}0", other,
+            dead.replace("/.", "/x"), dead.replace(f"-{pid}-", f"-{os.getppid()}-"), dead.replace("/.", "/")]  # fmt: skip
     for name in kept:
         Path(name).write_text("work")
     Path("victim").mkdir()
@@ -100,19 +100,19 @@ def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
     os.mkdir(folder)
     os.symlink("../victim", f"{folder}/inside")
     Path(dead[:-1] + "3").write_text("half a picture")
-    whole.sweep(".")
+    atomic.sweep(".")
     left = {os.path.join(".", name) for name in os.listdir()}
     assert left == {*kept, "./victim", link, pipe}
     assert Path("victim/thesis").read_text() == "years"
 
 
 def test_what_belongs_to_others_is_not_swept(monkeypatch: pytest.MonkeyPatch) -> None:
-    from intarsia.disk import whole
+    from intarsia.disk import atomic
 
-    name = whole.name_in(".").replace(f"-{os.getpid()}-", "-999999999-")
+    name = atomic.temporary_name(".").replace(f"-{os.getpid()}-", "-999999999-")
     Path(name).write_text("work")
     monkeypatch.setattr(os, "getuid", lambda: os.geteuid() + 1)
-    assert not whole.left_over(name)
+    assert not atomic.is_left_over(name)
 
 
 @pytest.mark.parametrize("work", ["encode", "plain_path", "command"])
@@ -138,25 +138,25 @@ def test_a_stop_right_after_a_folder_was_made_leaves_none(
 
 
 def test_a_planted_link_is_neither_followed_nor_replaced() -> None:
-    from intarsia.disk import whole
+    from intarsia.disk import atomic
 
     Path("victim").write_text("work")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.urandom", lambda n: b"U" * n)
-        planted = whole.name_in(".")
+        planted = atomic.temporary_name(".")
         os.symlink("victim", planted)
         with pytest.raises(FileExistsError):
-            whole.fill(planted, b"mine")
+            atomic.write_new(planted, b"mine")
         with pytest.raises(FileExistsError):
-            whole.put("a.txt", b"mine")
+            atomic.replace_file("a.txt", b"mine")
     assert Path("victim").read_text() == "work"
     os.symlink("victim", "a.txt")
     os.mkfifo("pipe")
     for name in ("a.txt", "pipe"):
         with pytest.raises(ParameterError, match="no ordinary file; move it elsewhere"):
-            whole.put(name, b"mine")
+            atomic.replace_file(name, b"mine")
         with pytest.raises(ParameterError):
-            whole.open_again(name)
+            atomic.open_regular(name)
     assert Path("victim").read_text() == "work"
     assert Path("a.txt").is_symlink()
     assert Path("pipe").is_fifo()

@@ -49,7 +49,7 @@ def host() -> str:
     return hashlib.blake2b(f"{platform.node()} {space}".encode(errors="replace"), digest_size=4).hexdigest()
 
 
-def name_in(folder: PathLike, mark: str = HIDDEN) -> str:
+def temporary_name(folder: PathLike, mark: str = HIDDEN) -> str:
     """Return a new, unguessable temporary name in a folder; nothing is made yet."""
     return join(folder, f"{mark}{host()}-{os.getpid()}-{os.urandom(8).hex()}")
 
@@ -69,7 +69,7 @@ def is_file(path: PathLike) -> bool:
     raise ParameterError(f"{printable(path)} is {found}, no ordinary file; move it elsewhere, or name another place.")
 
 
-def open_again(path: PathLike, mode: str = "r+b") -> BinaryIO:
+def open_regular(path: PathLike, mode: str = "r+b") -> BinaryIO:
     """Open a regular file to read and change it, or only to read it ("rb"); follows no link, never blocks on a pipe."""
     is_file(path)
     number = os.open(path, (os.O_RDONLY if mode == "rb" else os.O_RDWR) | _FOLLOW_NOTHING)
@@ -80,26 +80,26 @@ def open_again(path: PathLike, mode: str = "r+b") -> BinaryIO:
     return file
 
 
-def put(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None = None) -> None:
+def replace_file(path: PathLike, data: bytes, durable: bool = False, by: PathLike | None = None) -> None:
     """Write a file atomically, replacing a regular file of that name.
 
     `durable`: name and content have reached the disk on return. `by`: the folder to prepare it in, of the
     same file system. OSError where that fails, ParameterError where no regular file lies; what was there is untouched.
     """
     folder = dirname(abspath(path))
-    draft = name_in(folder if by is None else by)
+    draft = temporary_name(folder if by is None else by)
     try:
-        fill(draft, data, durable)
+        write_new(draft, data, durable)
         is_file(path)
         os.replace(draft, path)
     except BaseException:
-        take_away(draft)
+        remove_temporary(draft)
         raise
     if durable:
-        settle(folder)
+        sync_folder(folder)
 
 
-def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
+def write_new(path: PathLike, data: bytes, durable: bool = True) -> None:
     """Write a new file; with `durable`, its content has reached the disk on return.
 
     FileExistsError if the name is taken, even by a dangling link.
@@ -108,16 +108,16 @@ def fill(path: PathLike, data: bytes, durable: bool = True) -> None:
     with os.fdopen(number, "wb") as file:
         file.write(data)
         if durable:
-            sync(file)
+            sync_file(file)
 
 
-def sync(file: BinaryIO) -> None:
+def sync_file(file: BinaryIO) -> None:
     """Flush what was written to the disk (fsync)."""
     file.flush()
     os.fsync(file.fileno())
 
 
-def settle(folder: PathLike) -> None:
+def sync_folder(folder: PathLike) -> None:
     """Flush the names in a folder to the disk (fsync), where the system can do that."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0))
@@ -127,7 +127,7 @@ def settle(folder: PathLike) -> None:
             os.close(number)
 
 
-def take_away(path: PathLike) -> None:
+def remove_temporary(path: PathLike) -> None:
     """Remove a temporary file or folder if it exists; never fails, follows no link."""
     try:
         _remove(path)
@@ -141,7 +141,7 @@ def working_folder() -> Iterator[str]:
     """Make an empty folder below TMPDIR for this context; it is removed however the work ends."""
     parent = tempfile.gettempdir()
     sweep(parent, PLAIN)
-    name = name_in(parent, PLAIN)
+    name = temporary_name(parent, PLAIN)
     try:
         try:
             os.mkdir(name, 0o700)
@@ -149,7 +149,7 @@ def working_folder() -> Iterator[str]:
             raise ResourceError(f"no folder can be made in {printable(parent)} ({reason_of(e)}); set TMPDIR.") from None
         yield name
     finally:
-        take_away(name)
+        remove_temporary(name)
 
 
 def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
@@ -163,11 +163,11 @@ def sweep(folder: PathLike, mark: str = HIDDEN) -> None:
     _swept.add((os.getpid(), place))
     with suppress(OSError), os.scandir(folder) as found:
         for name in [e.name for e in found if e.name.startswith(mark)]:
-            if left_over(join(folder, name)):
-                take_away(join(folder, name))
+            if is_left_over(join(folder, name)):
+                remove_temporary(join(folder, name))
 
 
-def left_over(path: PathLike) -> bool:
+def is_left_over(path: PathLike) -> bool:
     """Return whether a run that is gone left this, judged by its name, its owner and its type."""
     match = _NAME.fullmatch(basename(path))
     if match is None or match[2] != host() or not hasattr(os, "getuid"):
@@ -185,7 +185,7 @@ def is_temporary(name: str) -> bool:
     return _NAME.fullmatch(name) is not None
 
 
-def asked_for(path: PathLike, name: PathLike | None = None) -> str:
+def displayed_name(path: PathLike, name: PathLike | None = None) -> str:
     """Return the name of a file for messages: that of its output, registered by an earlier call with `name`."""
     text = os.fspath(path)
     if name is not None:
@@ -196,7 +196,7 @@ def asked_for(path: PathLike, name: PathLike | None = None) -> str:
     return text
 
 
-def forget(path: PathLike) -> None:
+def forget_name(path: PathLike) -> None:
     """Remove the registration of :func:`asked_for` of a temporary file."""
     _asked.pop(os.fspath(path), None)
 
@@ -223,12 +223,12 @@ def write_bytes(path: PathLike, data: bytes, force: bool = False) -> None:
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
         return
-    put_all([(path, data)], force)
+    replace_files([(path, data)], force)
 
 
 def check_writable(path: PathLike, force: bool = False) -> None:
     """Raise an error, before any work, if a file cannot be written at this path."""
-    name, text = printable(asked_for(path)), os.fspath(path)
+    name, text = printable(displayed_name(path)), os.fspath(path)
     if text == "-":
         return
     if not text:
@@ -255,7 +255,7 @@ def check_writable(path: PathLike, force: bool = False) -> None:
         raise _failed(path, e) from None
 
 
-def put_all(files: list[tuple[PathLike, bytes]], force: bool) -> None:
+def replace_files(files: list[tuple[PathLike, bytes]], force: bool) -> None:
     """Write files under temporary names beside their targets; rename them when all are complete."""
     temporary: dict[str, str] = {}
     path: PathLike = ""
@@ -264,8 +264,8 @@ def put_all(files: list[tuple[PathLike, bytes]], force: bool) -> None:
             check_writable(path, force)
             target = realpath(path)
             sweep(dirname(target))
-            temporary[target] = name_in(dirname(target))
-            fill(temporary[target], data)
+            temporary[target] = temporary_name(dirname(target))
+            write_new(temporary[target], data)
             with suppress(OSError):
                 os.chmod(temporary[target], os.stat(target).st_mode & 0o777)
         for path, _ in files:
@@ -275,17 +275,17 @@ def put_all(files: list[tuple[PathLike, bytes]], force: bool) -> None:
         raise _failed(path, e) from None
     finally:
         for name in temporary.values():
-            take_away(name)
+            remove_temporary(name)
 
 
 def _failed(path: PathLike, e: OSError) -> ResourceError:
-    path = asked_for(path)
+    path = displayed_name(path)
     if e.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return ResourceError(f"there is no room for {printable(path)}; free some space, or name another folder.")
     return ResourceError(f"{printable(path)} cannot be written ({reason_of(e)}); name another place.")
 
 
-def ordinary(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
+def file_size(path: Path, name: str, instead: str = "a sample such as sample:brick") -> int:
     """Return the size of a regular file; InputError for all else, without opening it. `instead`: what may be given."""
     try:
         state = os.stat(path)

@@ -19,8 +19,8 @@ from ...model.sourcemap import HOLE, SourceMap
 from ...patches import MapBuilder
 from ...search import isometry_ids, posed_exemplars, resolved_isometries
 from .efros_leung import EfrosLeung
-from .neighbourhoods import choices, ground, layers, with_window
-from .outward_kernels import fill, ranks
+from .efros_leung_kernels import fill, ranks
+from .neighbourhoods import choices, exemplar_planes, layers, with_window
 
 STAGE = 1999  # keeps this method's draws apart from those of others
 WINDOW_PER_SIGMA = 6.4  # as in the authors' own program
@@ -61,16 +61,16 @@ class _Outward:
         window = extent(method.window or 1)
         self.window = np.array(window, np.int64)
         self.taps = np.array(_taps(window), np.int64)
-        self.ground = ground(layers(variants, exemplars), _reach(window), _reach(window))
+        self.ground = exemplar_planes(layers(variants, exemplars), _reach(window), _reach(window))
         self.growing = MapBuilder.begin(variants, canvas, 0)
         self.grown = self.growing.grown
         heavy = np.cumsum(self.taps[:, 2]) <= FIRST * self.taps[:, 2].sum() / 2  # about half of them are known
         self.first = max(int(heavy.sum()), 4) * variants.channels
         if not (self.growing.variant != HOLE).any():
-            self._sow()
+            self._copy_seed()
         self.unknown = int((self.growing.variant == HOLE).sum())
 
-    def _sow(self) -> None:
+    def _copy_seed(self) -> None:
         """Copy 3 x 3 px of the exemplar to the middle of the canvas."""
         found = choices(self.ground, 1)
         v, position = found[below(len(found), draw(self.seed, STAGE, 2))]

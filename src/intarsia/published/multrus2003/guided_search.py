@@ -8,7 +8,7 @@ from ...foundation.arrays import Array
 from ...search.guide import GuidedSearch
 
 
-class GuidedByRoots(GuidedSearch):
+class GuidedPatchSearch(GuidedSearch):
     """Rank candidates by d + alpha g (Multrus 2003, 5.3.1); the short-list uses the sum of both squares."""
 
     def cost(self, seams: Array, labels: Array, share: float) -> Array:

@@ -12,11 +12,11 @@ from ...patches.repetition_kernels import ONE, placement
 from ...search import Candidates, Prices, Search, WindowGrid
 
 
-class Factors(Prices):
+class UseFactors(Prices):
     """Use counts by which distances are multiplied, as 1 + uses; ONE is one use."""
 
 
-class Marks(Repetition):
+class UseMarks(Repetition):
     """Distance times (1 + mean uses of a patch's pixels): the alternative that the source names."""
 
     in_turn: ClassVar[bool] = True
@@ -25,7 +25,9 @@ class Marks(Repetition):
         self, search: Search, layout: WindowGrid, strength: float, distance: int, striking: list[Array] | None = None
     ) -> None:
         super().__init__(search, layout, 0.0, distance, striking)
-        self.search_prices = Factors([self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()], 0)
+        self.search_prices = UseFactors(
+            [self._flat[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()], 0
+        )
 
     def account(self) -> None:
         """Do nothing: uses count at once."""
@@ -39,7 +41,7 @@ class Marks(Repetition):
         return np.where(plain < 0, plain, plain * (ONE + uses.astype(np.int64)) ** 2 >> 16)
 
 
-class Counter(Marks):
+class UseCounter(UseMarks):
     """Distance times (1 + uses of any patch that touches it)."""
 
     def add(self, row: int, column: int, pick: tuple[int, int, int]) -> None:

@@ -35,13 +35,13 @@ from ...search import (
 )
 from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide, guided_patch
-from .guided import GuidedByRoots
+from .guided_search import GuidedPatchSearch
 from .patch_sampling import PatchSampling
 from .pyramid import GuidedPyramid, PyramidSearch, check_pyramid
-from .repeats import Counter, Factors, Marks
+from .repetition import UseCounter, UseFactors, UseMarks
 
 STAGE = 2003  # keeps this method's draws apart from those of others
-MOST = 64  # candidates may be chosen from a short-list; for more of them every patch is looked at
+SHORT_LIST_MAX = 64  # candidates may be chosen from a short-list; for more of them every patch is looked at
 LEAST_LISTED = 16  # candidates kept of every search, or thrice as many as may be chosen
 LISTED_BY_EPSILON = 48  # in a pyramid
 UNLIMITED = 1 << 60
@@ -76,29 +76,31 @@ def synthesize(
     misses: list[int] = []
     settings = settings_of(method)
     if method.pyramid != "off" and method.pyramid_draws == "every":
-        draws = partial(drawn, method, features(exemplars, method.channel_weights), seed)
-        settings = replace(settings, finder=partial(_from_coarse, method, draws))
+        draws = partial(draw_at_level, method, features(exemplars, method.channel_weights), seed)
+        settings = replace(settings, finder=partial(_pyramid_search, method, draws))
     stages = Stages(settings, exemplars, canvas, method.blend)
     for growth in stages:
         pick = partial(choose, method, growth, misses=misses)
-        growth.fill(seed, STAGE, run, choose=pick, join=partial(join_in, method, growth))
+        growth.fill(seed, STAGE, run, choose=pick, join=partial(place_patch, method, growth))
     if misses:
         run.notes.append(f"{len(misses)} patches had no candidate within epsilon; the best was taken.")
     return stages.map
 
 
-def listed(method: PatchSampling) -> int:
+def short_list_size(method: PatchSampling) -> int:
     """Return how many candidates a search keeps: more than may be chosen, as the short-list is approximate."""
-    if method.bound != "best" and not of_all(method):
+    if method.bound != "best" and not needs_exhaustive_search(method):
         return LISTED_BY_EPSILON
-    at_bounds = method.boundary_candidates if method.pyramid != "off" else min(method.boundary_candidates, MOST)
-    most = max(1 if of_all(method) else method.candidates, at_bounds)
-    return max(LEAST_LISTED, most, 3 * min(most, MOST)) * (2 if _search(method) == "exact" else 1)
+    at_bounds = (
+        method.boundary_candidates if method.pyramid != "off" else min(method.boundary_candidates, SHORT_LIST_MAX)
+    )
+    most = max(1 if needs_exhaustive_search(method) else method.candidates, at_bounds)
+    return max(LEAST_LISTED, most, 3 * min(most, SHORT_LIST_MAX)) * (2 if _search(method) == "exact" else 1)
 
 
-def of_all(method: PatchSampling) -> bool:
+def needs_exhaustive_search(method: PatchSampling) -> bool:
     """Return whether every patch must be measured, as a candidate could be missing from a short-list."""
-    far = method.bound != "best" or method.candidates > MOST or method.repetition in ("counter", "marks")
+    far = method.bound != "best" or method.candidates > SHORT_LIST_MAX or method.repetition in ("counter", "marks")
     return method.pyramid == "off" and far
 
 
@@ -110,14 +112,14 @@ def _search(method: PatchSampling) -> str:
 def settings_of(method: PatchSampling) -> PatchSettings:
     """Return how patches are placed; patch and overlap must be resolved."""
     overlap = extent(method.overlap or 0)
-    rule = {"counter": Counter, "marks": Marks}.get(method.repetition, Repetition)
+    rule = {"counter": UseCounter, "marks": UseMarks}.get(method.repetition, Repetition)
     usage = method.usage if method.repetition == "prices" else 0.0
     coarse = method.pyramid != "off"
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
-        isometries=method.isometries, search=_search(method), listed=listed(method), rim=max(overlap),
-        finder=partial(_from_coarse, method, None) if coarse else None,
-        guided=GuidedPyramid if coarse else GuidedByRoots,
+        isometries=method.isometries, search=_search(method), listed=short_list_size(method), rim=max(overlap),
+        finder=partial(_pyramid_search, method, None) if coarse else None,
+        guided=GuidedPyramid if coarse else GuidedPatchSearch,
         repeats=Repeats(rule, usage, method.min_repeat_distance),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack
@@ -125,16 +127,16 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     )  # fmt: skip
 
 
-def drawn(
+def draw_at_level(
     method: PatchSampling, its: Features, seed: int, costs: Array, level: int, at: list[int],
     window: tuple[Array, Array], guided: bool,
 ) -> int:  # fmt: skip
     """Draw the index of one of the ascending costs that the bound admits at a level; see PyramidSearch."""
-    many = method.boundary_candidates if guided else _admitted(method, costs, its.brightness(*window))
+    many = method.boundary_candidates if guided else _admitted_count(method, costs, its.brightness(*window))
     return below(min(max(many, 1), len(costs)), draw(seed, STAGE, 1 + level, *at))
 
 
-def _from_coarse(
+def _pyramid_search(
     method: PatchSampling, draws: Callable[..., int] | None, its: PatchSettings, variants: PosedExemplars, patch: Pair,
     listed: int,
 ) -> Search:  # fmt: skip
@@ -149,28 +151,28 @@ def choose(
     at_boundary = growth.at_boundary(window)
     rows, prices = _priced(growth, window, found)
     brightness = growth.features.brightness(found.feats, found.known) if method.bound == "epsilon" else 0
-    if of_all(method) and not at_boundary and not found.permitted:
+    if needs_exhaustive_search(method) and not at_boundary and not found.permitted:
         best = int(prices[0]) if len(prices) else UNLIMITED
-        found = every_within(growth, window, found, max(best, _limit(method, prices, brightness)))
+        found = all_within(growth, window, found, max(best, _price_limit(method, prices, brightness)))
         rows, prices = _priced(growth, window, found)
-    if at_boundary and method.boundary_candidates > MOST and method.pyramid == "off" and not found.permitted:
-        rows, prices = _priced(growth, window, every_at_boundary(growth, window, found))
+    if at_boundary and method.boundary_candidates > SHORT_LIST_MAX and method.pyramid == "off" and not found.permitted:
+        rows, prices = _priced(growth, window, all_at_boundary(growth, window, found))
     if not len(rows):
         return None
-    many = method.boundary_candidates if at_boundary else _admitted(method, prices, brightness)
+    many = method.boundary_candidates if at_boundary else _admitted_count(method, prices, brightness)
     misses += [1] * (many == 0)
     v, u, s = rows[below(min(max(many, 1), len(rows)), bits), 1:].tolist()
     return v, u, s
 
 
-def _admitted(method: PatchSampling, prices: Array, brightness: int) -> int:
+def _admitted_count(method: PatchSampling, prices: Array, brightness: int) -> int:
     """Return how many of the ascending `prices` may be chosen; 0: none, so the best is taken."""
     if method.bound == "best":
         return min(method.candidates, len(prices))
-    return int(np.searchsorted(prices, _limit(method, prices, brightness), side="right"))
+    return int(np.searchsorted(prices, _price_limit(method, prices, brightness), side="right"))
 
 
-def _limit(method: PatchSampling, prices: Array, brightness: int) -> int:
+def _price_limit(method: PatchSampling, prices: Array, brightness: int) -> int:
     """Return the highest price that may be chosen, given the lowest prices."""
     if method.bound == "epsilon":  # d < epsilon R, both squared (Multrus 2003, 3.3.4)
         return math.ceil(method.epsilon**2 * brightness) - 1
@@ -188,7 +190,7 @@ def _priced(growth: PatchSynthesis, window: Window, found: Candidates) -> tuple[
     return found.rows[order], prices[order]
 
 
-def join_in(method: PatchSampling, growth: PatchSynthesis, window: Window, pick: Pick, found: Candidates) -> None:
+def place_patch(method: PatchSampling, growth: PatchSynthesis, window: Window, pick: Pick, found: Candidates) -> None:
     """Place a patch into a window, joined as the parameter `join` requires."""
     if method.join == "cut" or (growth.at_boundary(window) and method.boundary_join == "cut"):
         growth.cutting()(window, pick, found)
@@ -196,13 +198,13 @@ def join_in(method: PatchSampling, growth: PatchSynthesis, window: Window, pick:
         growth.growing.lay_over(growth.at(window), pick, found.known, growth.settings.overlap)
 
 
-def every_within(growth: PatchSynthesis, window: Window, found: Candidates, limit: int) -> Candidates:
+def all_within(growth: PatchSynthesis, window: Window, found: Candidates, limit: int) -> Candidates:
     """Return all patches allowed in a window within a squared distance, nearest first."""
     if growth.layout.places is not None:  # edges weigh half of what is compared with the limit
         limit = 2 * limit + 1
     table = Table(growth.variants.valid if growth.guided is None else growth.guided.allowed_at(window))
     rows, prices, most = table.rows(table.flat), growth.repetition.search_prices, np.array(limit)
-    if isinstance(prices, Factors):  # by 1 + uses, squared; 256 = once
+    if isinstance(prices, UseFactors):  # by 1 + uses, squared; 256 = once
         uses = np.concatenate([counts.ravel() for counts in prices.counts])[table.flat > 0].astype(np.int64)
         most = limit // (1 + uses // 256) ** 2
     rows[:, 0] = most
@@ -211,7 +213,7 @@ def every_within(growth: PatchSynthesis, window: Window, found: Candidates, limi
     return growth.weighed(window, replace(found, rows=rows))
 
 
-def every_at_boundary(growth: PatchSynthesis, window: Window, found: Candidates) -> Candidates:
+def all_at_boundary(growth: PatchSynthesis, window: Window, found: Candidates) -> Candidates:
     """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
     guided, at = growth.guided, np.array([growth.at(window)], np.int64)
     assert guided is not None, "labels meet under a guide"

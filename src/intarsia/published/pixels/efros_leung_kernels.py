@@ -11,13 +11,13 @@ from ...kernels.maps import HOLE, canvas_place
 from ...kernels.random_numbers import below, draw
 from .neighbourhood_kernels import (
     NONE,
+    better_of,
+    empty_template,
     find_nearest,
     known_value,
-    nearer,
     position_of,
-    room_for,
-    show,
-    workplace,
+    search_buffers,
+    write_pixel,
 )
 
 
@@ -51,8 +51,8 @@ def fill(
     """
     variant, yx, wrap = grown
     height, width = variant.shape
-    template = room_for(len(taps) * channels)
-    work = workplace(ground)
+    template = empty_template(len(taps) * channels)
+    work = search_buffers(ground)
     for k in range(len(pixels)):
         y, x = pixels[k, 0], pixels[k, 1]
         n = 0
@@ -68,7 +68,7 @@ def fill(
         best = _continued(grown, y, x, ground, template, n)
         count = find_nearest(ground, template, n, 1, best, share, first, work)
         pick = below(count, draw(seed, stage, 0, y, x))
-        show(ground, variant, yx, y, x, work.variant[pick], work.position[pick])
+        write_pixel(ground, variant, yx, y, x, work.variant[pick], work.position[pick])
 
 
 @kernel
@@ -84,5 +84,5 @@ def _continued(grown: Any, y: int, x: int, ground: Any, template: Any, n: int) -
         v = variant[a, b]
         position = position_of(ground, v, yx[a, b, 0] - dy, yx[a, b, 1] - dx, 1)
         if position >= 0:
-            best = nearer(ground, v, position, template, n, best)
+            best = better_of(ground, v, position, template, n, best)
     return best[0]

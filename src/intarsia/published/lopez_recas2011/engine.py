@@ -31,7 +31,7 @@ from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import drafted
 from ...regular.mosaic import STRAIN, adjacent_blocks, modulo_canvas
-from . import sampling_kernels as kernels
+from . import engine_kernels as kernels
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
 
@@ -90,8 +90,8 @@ class SquareBlocks:
         self.around = rows, columns
         high, wide = (-(-n // count) if count else side for n, count in zip(self.lengths, self.around, strict=True))
         self.block = high, wide
-        down = once_around(cell, canvas.height, 0) if rows else (UNIT, 0)
-        self.turns = down, once_around(cell, canvas.width, 1) if columns else (0, UNIT)
+        down = closing_vector(cell, canvas.height, 0) if rows else (UNIT, 0)
+        self.turns = down, closing_vector(cell, canvas.width, 1) if columns else (0, UNIT)
 
     def begin(self, i: int, j: int) -> Pair:
         """Return the first pixel of a block."""
@@ -145,11 +145,11 @@ class Sampling:
         room = [max(0, n - 1) * UNIT for n in self.valid.shape]  # a px is lost by rounding; masks are seen later
         if math.prod(room) < area or max(room) < min(math.hypot(*v1), math.hypot(*v2)):
             raise self._no_room()
-        self.ring = wedges(height, width, border)
+        self.ring = mitred_border(height, width, border)
         self.runs = _runs(self.ring, border, self.picture.shape)
         # For correlation, and where there are so many places that comparing one by one would be slow.
         many = method.fit == "correlation" or min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / area) > DENSE
-        self.transforms = Transforms(self.picture, self.ring) if many else None
+        self.transforms = FourierMatcher(self.picture, self.ring) if many else None
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
         self.everywhere = np.argwhere(self.valid) if far <= method.slack else None
 
@@ -203,7 +203,7 @@ class Sampling:
         places = self.everywhere
         if places is None:
             slack = self.method.slack
-            places = np.argwhere(kernels.near(self._places(gap, slack), self.valid, slack))
+            places = np.argwhere(kernels.near_lattice(self._places(gap, slack), self.valid, slack))
         if not len(places):
             raise self._no_room()
         if self.transforms is not None:
@@ -233,7 +233,7 @@ class Sampling:
         )
 
 
-def wedges(height: int, width: int, border: int) -> Array:
+def mitred_border(height: int, width: int, border: int) -> Array:
     """Return the border pixels of a gap of height x width px: (n, 3), row and column from its outer corner, and side.
 
     The border is centred on the edge. Sides: 0 above, 1 below, 2 left, 3 right; they meet in 45 degree mitres.
@@ -256,7 +256,7 @@ def _runs(ring: Array, border: int, shape: tuple[int, ...]) -> Array:
     return runs[np.argsort(np.arange(len(runs)) * 40503 % 65536, kind="stable")]
 
 
-def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
+def closing_vector(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     """Return the lattice vector that goes once around an axis of `length` px; ParameterError above 2 % of stretch."""
     (a, b), (c, d) = cell
     area = a * d - b * c
@@ -277,7 +277,7 @@ def once_around(cell: tuple[Vector, Vector], length: int, axis: int) -> Vector:
     raise ParameterError(misfit_message(axis, length, "is no whole number of periods", off / (length * UNIT), good))
 
 
-class Transforms:
+class FourierMatcher:
     """Compare a border with all places of an exemplar at once, by Fourier transforms (Lopez Recas 2011, eq. 4.5).
 
     Sums of products of whole numbers are whole, and doubles are wrong by far less than a half: rounded, they are exact.
