@@ -50,7 +50,7 @@ _NAMES = {
     "synthesis": "Synthesis synthesize",
     "tasks.advection": "advect",
     "tasks.completion": "Margins extend heal",
-    "tasks.exemplar_analysis": "Findings analyze",
+    "tasks.exemplar_analysis": "Analysis analyze",
     "tasks.repair": "repair",
     "tasks.report": "report",
     "tasks.scoring": "score",

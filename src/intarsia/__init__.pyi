@@ -47,7 +47,7 @@ from .tasks.advection import advect as advect
 from .tasks.completion import Margins as Margins
 from .tasks.completion import extend as extend
 from .tasks.completion import heal as heal
-from .tasks.exemplar_analysis import Findings as Findings
+from .tasks.exemplar_analysis import Analysis as Analysis
 from .tasks.exemplar_analysis import analyze as analyze
 from .tasks.precompile import warm as warm
 from .tasks.repair import repair as repair

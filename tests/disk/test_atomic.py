@@ -89,7 +89,8 @@ def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
     dead = atomic.temporary_name(".").replace(f"-{os.getpid()}-", f"-{pid}-")
     other = dead.replace(atomic.host(), "0" * 8)
     kept = [atomic.temporary_name("."), f"./.intarsia-{pid}-1", f"{dead}.txt", f"{dead}0", other,
-            dead.replace("/.", "/x"), dead.replace(f"-{pid}-", f"-{os.getppid()}-"), dead.replace("/.", "/")]  # fmt: skip
+            dead.replace("/.", "/x"), dead.replace(f"-{pid}-", f"-{os.getppid()}-"),
+            dead.replace("/.", "/")]  # fmt: skip
     for name in kept:
         Path(name).write_text("work")
     Path("victim").mkdir()

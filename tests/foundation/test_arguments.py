@@ -113,7 +113,7 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "Weave.to_tiff run": lambda v: weave().to_tiff("o.tif", 32, run=v),
     "Weave.to_tiles path": lambda v: weave().to_tiles(v, 32),
     "analyze": ia.analyze,
-    "Findings.overlay": lambda v: ia.analyze(SMALL).overlay(v),
+    "Analysis.overlay": lambda v: ia.analyze(SMALL).overlay(v),
     "advect made": lambda v: ia.advect(v, FLOW),
     "advect flow": lambda v: ia.advect(made(), v),
     "advect frame": lambda v: ia.advect(made(), FLOW, frame=v),
@@ -246,7 +246,7 @@ def test_a_wrong_argument_is_refused_in_one_line(call: str, tmp_path: Path, monk
 
 def test_every_function_is_in_the_table() -> None:
     """And every class whose arguments are the caller's; names of words, errors and results need no line."""
-    results = {"Box", "Findings", "Score", "Synthesis", "Weave", "Kind", "Mixing", "Wrap"}
+    results = {"Analysis", "Box", "Score", "Synthesis", "Weave", "Kind", "Mixing", "Wrap"}
     calls = {call.split()[0].split(".")[0] for call in CALLS}
     errors = {n for n in ia.__all__ if isinstance(getattr(ia, n), type) and issubclass(getattr(ia, n), Exception)}
     bare = {n for n in METHODS if not parameters(getattr(ia, n))}

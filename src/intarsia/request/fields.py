@@ -428,7 +428,8 @@ class Options:
         "local without_effect", heading="Work",
     )  # fmt: skip
     dry_run: bool = option(
-        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", METHOD_VERBS, "local without_effect",
+        FLAG, "--dry-run", "Check everything, write nothing. Tells sizes and memory.", METHOD_VERBS,
+        "local without_effect",
         otherwise={"weave": "Check everything, write nothing. Tells size, memory and time."},
     )  # fmt: skip
     dask: str | None = option(

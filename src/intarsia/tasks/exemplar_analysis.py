@@ -77,7 +77,7 @@ class TilePicture:
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
+class Analysis:
     """The results of :func:`analyze`.
 
     Attributes
@@ -181,7 +181,7 @@ class Findings:
         }
 
 
-def analyze(exemplar: ExemplarLike) -> Findings:
+def analyze(exemplar: ExemplarLike) -> Analysis:
     """Analyse an exemplar: lattice, element size, illumination gradient, and a suggested method.
 
     Parameters
@@ -196,7 +196,7 @@ def analyze(exemplar: ExemplarLike) -> Findings:
     """
     found = as_exemplars([exemplar])[0]
     facts = Facts([found], Canvas(2 * found.height, 2 * found.width))
-    return Findings(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
+    return Analysis(found, facts.lattices, facts.element, facts.light, _suggested(facts), facts.straight)
 
 
 def _as_dict(one: Lattice) -> Record:

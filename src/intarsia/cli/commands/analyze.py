@@ -11,7 +11,7 @@ from .. import Report, print_error, print_lines
 from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
-    from ...tasks.exemplar_analysis import Findings
+    from ...tasks.exemplar_analysis import Analysis
 
 SHOWN = 3  # candidates that are printed where the confidence is small
 SMALL = 0.1
@@ -74,7 +74,7 @@ def _plan(request: Request, found: dict[str, str], seen: set[str]) -> Plan:
     return overlays, tile
 
 
-def _write(found: Findings, plan: Plan, answer: Json, force: bool) -> None:
+def _write(found: Analysis, plan: Plan, answer: Json, force: bool) -> None:
     """Write the pictures of one exemplar atomically, and add their names to the answer."""
     from ... import files
     from ..outputs import Staging

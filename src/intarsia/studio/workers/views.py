@@ -28,7 +28,7 @@ from ...model.sourcemap import SourceMap
 from ...regular.rectify import straight_of
 from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, pieces, ramp, to_rgb, usage_colours
-from ...tasks.exemplar_analysis import Findings, analyze
+from ...tasks.exemplar_analysis import Analysis, analyze
 from ...tasks.scoring import Outcome, outcome_of
 from .decoding import Pixels, coloured, exemplar_of, png
 from .worker import Answer, Json, Tell
@@ -95,7 +95,7 @@ def edit(said: Json, tell: Tell) -> Answer:
 
 
 @lru_cache(maxsize=4)
-def _findings(*paths: str) -> Findings:
+def _findings(*paths: str) -> Analysis:
     return analyze(exemplar_of(list(paths)))
 
 
@@ -107,7 +107,7 @@ def _clear(exemplar: Exemplar) -> Pixels:
     return np.zeros((exemplar.height, exemplar.width, 4), np.uint8)
 
 
-def _lattice(found: Findings) -> Pixels | None:
+def _lattice(found: Analysis) -> Pixels | None:
     """Return the lines of the lattice, extracted from the overlay that has them over the exemplar."""
     if found.lattice is None:
         return None
@@ -117,7 +117,7 @@ def _lattice(found: Findings) -> Pixels | None:
     return out
 
 
-def _courses(found: Findings) -> Pixels | None:
+def _courses(found: Analysis) -> Pixels | None:
     """Return the lines between courses, and the head joints where they are clear."""
     facts = _facts(found.exemplar)
     lines, masonry = facts.courses, facts.masonry
@@ -152,7 +152,7 @@ def _draw_joints(out: Array, work: Any) -> None:
             out[rows[inside], columns[inside]] = JOINT
 
 
-def _striking(found: Findings) -> Pixels | None:
+def _striking(found: Analysis) -> Pixels | None:
     """Return the most salient regions, tinted and outlined."""
     exemplar, made, out = found.exemplar, features([found.exemplar]), _clear(found.exemplar)
     strikes = lambda: saliency_map(made.pictures[0][:, :, : made.base], exemplar.usable, exemplar.toroidal)  # noqa: E731
@@ -162,7 +162,7 @@ def _striking(found: Findings) -> Pixels | None:
     return out if most.any() else None
 
 
-def _segments(found: Findings) -> Pixels | None:
+def _segments(found: Analysis) -> Pixels | None:
     """Return each group in its tint, the chosen one in orange, with their borders."""
     segments = found.segments
     if not len(segments.groups):
@@ -175,7 +175,7 @@ def _segments(found: Findings) -> Pixels | None:
     return out
 
 
-def _labels(found: Findings) -> Pixels | None:
+def _labels(found: Analysis) -> Pixels | None:
     """Return labels proposed from the groups of segments: 0 the largest, then up to LABELS; (H, W, 1)."""
     if not len(found.segments.groups):
         return None
