@@ -279,7 +279,7 @@ def test_what_has_two_vectors_or_is_not_surely_bricks_stays_as_it_is(monkeypatch
     for plain, one, bricks, moved in cases:
         monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
         monkeypatch.setattr(rectify, "rectified_lattice", lambda e, weights=None, one=one: (found[0], one))
-        monkeypatch.setattr(rectify, "sure_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
+        monkeypatch.setattr(rectify, "clear_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
         assert (rectified_if_better(e) is not None) is moved
 
 

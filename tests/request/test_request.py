@@ -222,7 +222,7 @@ def test_python_runs_the_command_where_a_call_would_say_less() -> None:
 
 
 TOLD = "Give it a tint. It is faint."
-LINE = f'    tint: str | None = asked(Colour(), "--tint", "{TOLD}", "grow", "of_exemplars")\n'
+LINE = f'    tint: str | None = option(Colour(), "--tint", "{TOLD}", "grow", "of_exemplars")\n'
 SCRIPT = """
 from click.testing import CliRunner
 from intarsia.cli import cli
@@ -255,7 +255,7 @@ def test_a_field_is_one_line_in_one_file(tmp_path: Path) -> None:
     package = Path(intarsia.__file__).parent
     shutil.copytree(package, tmp_path / "intarsia", ignore=shutil.ignore_patterns("static", "__pycache__"))
     table = tmp_path / "intarsia" / "request" / "fields.py"
-    before = "    magnify: int = asked("
+    before = "    magnify: int = option("
     text = table.read_text(encoding="utf-8")
     assert text.count(before) == 1
     table.write_text(text.replace(before, LINE + before), encoding="utf-8")

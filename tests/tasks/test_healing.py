@@ -212,7 +212,7 @@ def test_what_is_filled_is_covered_anew_by_the_cut_that_prices_all_seams(
         seen.extend((made, settled(made, run)))
         return seen[1]
 
-    monkeypatch.setattr(completion, "settled", both)
+    monkeypatch.setattr(completion, "refined", both)
     out = ia.heal(pixels, hole, method, seed=3)
     before, after = (energy(made.exemplars, made.map) for made in seen)
     assert 0 < after < before
@@ -225,7 +225,7 @@ def test_what_is_filled_is_covered_anew_by_the_cut_that_prices_all_seams(
 def test_neither_pixels_laid_one_by_one_nor_single_patches_are_covered(monkeypatch: pytest.MonkeyPatch) -> None:
     pixels, hole = texture(40, 44, 1, 8), np.zeros((40, 44), bool)
     hole[15:20, 15:21] = True
-    monkeypatch.setattr(completion, "settled", lambda made, run: pytest.fail("covered"))
+    monkeypatch.setattr(completion, "refined", lambda made, run: pytest.fail("covered"))
     ia.heal(pixels, hole, ia.EfrosLeung(), seed=3)
     ia.heal(pixels, hole, ia.ImageQuilting(), seed=3)  # one patch covers this hole
 
