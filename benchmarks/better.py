@@ -119,7 +119,7 @@ SAMPLING = {
 QUILT = ia.ImageQuilting()
 QUILTING = {
     "default": Switch(QUILT),
-    "usage: 0": Switch(replace(QUILT, usage=0.0)),
+    "repeat_penalty: 0": Switch(replace(QUILT, repeat_penalty=0.0)),
     "prices without nearness": Switch(QUILT, FARAWAY),
     "the full price anywhere, near or far": Switch(QUILT, EVENLY),
     "prices alike for all patches": Switch(QUILT, PLAIN),
@@ -144,12 +144,12 @@ PAINTING = {
     "weight: 5": Switch(QUILT, weight=5.0),
     "boundary_patch: as large": Switch(replace(QUILT, boundary_patch=0)),
     "boundary_isometries: none": Switch(replace(QUILT, boundary_isometries="none")),
-    "boundary_slack: any": Switch(replace(QUILT, boundary_slack=FAR)),
+    "boundary_tolerance: any": Switch(replace(QUILT, boundary_tolerance=FAR)),
     "boundary: all three off": Switch(
-        replace(QUILT, boundary_patch=0, boundary_isometries="none", boundary_slack=FAR)
+        replace(QUILT, boundary_patch=0, boundary_isometries="none", boundary_tolerance=FAR)
     ),
     "reach: 12": Switch(QUILT, reach=12),
-    "usage: 0": Switch(replace(QUILT, usage=0.0)),
+    "repeat_penalty: 0": Switch(replace(QUILT, repeat_penalty=0.0)),
     "one count for all labels": Switch(QUILT, TOGETHER),
     "prices without drift": Switch(QUILT, DRIFTING),
     "sampling, default": Switch(PAINTED),

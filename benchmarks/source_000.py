@@ -24,7 +24,7 @@ SLOW = 0.2  # s; what takes longer is measured once
 TREE = "Multrus 2003, pixels, window 9x3: distance of neighbourhoods, tree over exact"
 AS_THERE = {"repetition": "none", "search": "exact"}
 PIXELS = {"window": (3, 9), "matching": "exact"}
-ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
+ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_tolerance": 10_000, "boundary_join": "same"}
 """What painting adds to the source, off."""
 QUIET = ("patch", "overlap", "window", "avoid", "weight", *ALIKE)  # parameters that the table tells otherwise
 

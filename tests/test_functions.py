@@ -54,7 +54,7 @@ even, odd, beyond, outside, round_, square, turned, elsewhere = (
     Says(kind) for kind in ("even", "odd", "beyond", "outside", "disc", "square", "turned", "elsewhere")
 )
 
-FREE = {"jitter": (0.3, 0.2, 0.5), "passes": 1, "snap": "off"}
+FREE = {"jitter": (0.3, 0.2, 0.5), "passes": 1, "keep_lattice": "off"}
 PAIRS = [
     ("jitter_output", even, odd), ("jitter_exemplar", even, odd), ("feature", round_, square),
     ("angle", turned, elsewhere),

@@ -523,7 +523,7 @@ def test_options_give_the_same_method() -> None:
         cls = method_class(slug)
         names = {p.name: p for p in parameters(cls)}
         given = {"lattice": ((12.5, 0.25), (3.0, 9.75))} if "lattice" in names else {}
-        given |= {"snap": "on", "angle": 12.5, "zoom": 2} if "snap" in names else {}
+        given |= {"keep_lattice": "on", "angle": 12.5, "zoom": 2} if "keep_lattice" in names else {}
         given |= {"neighbourhood": "appearance"} if "neighbourhood" in names else {}  # colours cannot be turned
         given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
         method = cls(**given)

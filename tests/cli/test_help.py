@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import click
 import pytest
@@ -10,9 +11,10 @@ from click.testing import CliRunner
 
 from intarsia.cli import COMMANDS, cli
 from intarsia.cli.verbs import MOST_USED, HelpfulCommand, ParameterOption, parameters_of
+from intarsia.files import read_recipe
 from intarsia.foundation.params import parameters
-from intarsia.methods import METHODS, method_class
-from intarsia.request import FIELDS, HEADINGS
+from intarsia.methods import METHODS, method_class, method_of
+from intarsia.request import FIELDS, HEADINGS, from_json
 
 GROWING = ("grow", "extend", "heal", "paint", "tile", "weave")
 
@@ -158,3 +160,19 @@ def test_wrap_without_a_value_means_both() -> None:
     for words in ("--wrap -o o.png --json", "-o o.png --json --wrap"):
         answer = told("grow", "sample:stones", "--dry-run", "--quiet", "--size", "200", *words.split())
         assert '"wrap": "both"' in answer
+
+
+def test_options_of_version_01_are_accepted_with_their_names_of_now(tmp_path: Path) -> None:
+    out = str(tmp_path / "o.png")
+    said = CliRunner().invoke(
+        cli, ["grow", "sample:stones", "-m", "graphcut", "--size", "64", "-o", out, "--usage", "0.1", "--structure=0.5"]
+    )
+    assert said.exit_code == 0, said.output
+    assert "--usage is called --repeat-penalty now." in said.stderr.splitlines()
+    recipe = read_recipe(out)["parameters"]
+    assert (recipe["repeat_penalty"], recipe["edge_weight"]) == (0.1, 0.5)
+
+
+def test_recipes_and_jobs_of_version_01_are_read() -> None:
+    assert method_of("graphcut", {"usage": 0.1}) == method_of("graphcut", {"repeat_penalty": 0.1})
+    assert from_json("grow", {"method": "graphcut", "level": 4}, files=("a.png",)).even_tone == 4

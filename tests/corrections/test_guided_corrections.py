@@ -231,11 +231,11 @@ def test_a_wrapped_border_is_no_worse_than_the_inside() -> None:
 
 
 def test_a_lattice_is_kept_to() -> None:
-    """With snap=on pixels begin again whole periods away."""
+    """With keep_lattice=on pixels begin again whole periods away."""
     y, x = np.mgrid[:96, :96]
     marks = (x // 48).astype(np.uint8)
     pixels = np.stack([(y % 8) * 30, (x % 8) * 30, 90 * marks], axis=2).astype(np.uint8)
-    method = ia.ParallelControllable(snap="on", lattice=((8.0, 0.0), (0.0, 8.0)), jitter=(0, 0, 0.3))
+    method = ia.ParallelControllable(keep_lattice="on", lattice=((8.0, 0.0), (0.0, 8.0)), jitter=(0, 0, 0.3))
     target = disc(96)
     smap = grown(marks, target, method, exemplar=Exemplar.of(pixels))
     assert agreement(smap, target, marks) > 0.95

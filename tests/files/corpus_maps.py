@@ -195,7 +195,7 @@ def recipes(sound: dict[str, Any]) -> dict[str, Case]:
         ("tolerance", -1), ("tolerance", float("nan")), ("tolerance", {}), ("magic", 1),
         ("channel_weights", [float("nan")]),
         ("channel_weights", "1"), ("channel_weights", [0, 0, 0]), ("isometries", 9), ("isometries", [9]),
-        ("search", 3), ("patch", 700), ("usage", True),
+        ("search", 3), ("patch", 700), ("repeat_penalty", True),
     ):  # fmt: skip
         add(f"{key}={value!r}", REFUSED, sound | {"parameters": sound["parameters"] | {key: value}})
     for value in hostile:

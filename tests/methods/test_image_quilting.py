@@ -41,7 +41,9 @@ def test_it_is_quilting_in_raster_order(channels: int, isometries: str) -> None:
     e = Exemplar.of(bytes_of(19, 17, channels))
     ids = {"none": (0,), "180": (0, 1, 2, 6), "90": (0, 3, 4, 5, 7)}[isometries]
     for seed in range(2):
-        out = grow(e, (23, 29), seed, patch=8, overlap=3, tolerance=0, usage=0, search="exact", isometries=isometries)
+        out = grow(
+            e, (23, 29), seed, patch=8, overlap=3, tolerance=0, repeat_penalty=0, search="exact", isometries=isometries
+        )
         truth = NaiveQuilting([e], (23, 29), 8, 3, seed, isometries=ids).run()
         np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
         np.testing.assert_array_equal(np.zeros((23, 29)) if out.pose is None else out.pose, truth[:, :, 1])
@@ -51,7 +53,7 @@ def test_it_is_quilting_in_raster_order(channels: int, isometries: str) -> None:
 def test_patches_on_a_wrapped_border_are_matched_and_cut_on_all_sides(wrap: str) -> None:
     """Law 6: the patch that closes the torus is searched and cut against what lies across the border, too."""
     one, two = Exemplar.of(bytes_of(19, 17)), Exemplar.of(bytes_of(14, 21, seed=1))
-    out = grow([one, two], (24, 21), 5, wrap, patch=7, overlap=3, tolerance=0, usage=0, search="exact")
+    out = grow([one, two], (24, 21), 5, wrap, patch=7, overlap=3, tolerance=0, repeat_penalty=0, search="exact")
     twin = NaiveQuilting([one, two], (24, 21), 7, 3, 5, Wrap(wrap))
     layout = WindowGrid(tuple(twin.rows), tuple(twin.columns), twin.patch, (24, 21), (Wrap(wrap).y, Wrap(wrap).x))
     every = np.ones((len(twin.rows), len(twin.columns)), bool)
@@ -131,8 +133,8 @@ def test_tolerance_0_takes_the_best_and_a_tolerance_chooses() -> None:
     """A draw among all within the tolerance; with 0 only the first patch is drawn."""
     e = Exemplar.of(texture(30, 30, 3))
     start = holed(identity([e.source], 0), np.arange(30) >= np.full((30, 1), 8))
-    best = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=0, usage=0).digest for k in range(5)}
-    some = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=5, usage=0).digest for k in range(5)}
+    best = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=0, repeat_penalty=0).digest for k in range(5)}
+    some = {grow(e, None, k, start=start, patch=8, overlap=3, tolerance=5, repeat_penalty=0).digest for k in range(5)}
     assert len(best) == 1
     assert len(some) == 5
 
@@ -340,7 +342,7 @@ def test_odd_sizes_are_filled(name: str, wrap: str) -> None:
         ({"patch": 0}, "patch=0 is not allowed; give 1 to 65536 px"),
         ({"overlap": -1}, "overlap=-1 is not allowed"),
         ({"tolerance": -0.1}, "tolerance=-0.1 is not allowed; give 0 to 100"),
-        ({"usage": float("nan")}, "usage=nan is not allowed"),
+        ({"repeat_penalty": float("nan")}, "repeat_penalty=nan is not allowed"),
         ({"search": "best"}, "search=best is not allowed; give one of fast, exact"),
         ({"isometries": "45"}, "isometries=45 is not allowed"),
         ({"min_repeat_distance": 1.5}, "min_repeat_distance=1.5 is not allowed"),
@@ -443,7 +445,7 @@ def test_a_picture_that_may_not_be_sampled_is_continued_to_match() -> None:
     below = Exemplar.of(ramp[:, :40], usable=np.zeros((60, 40), bool))
     sampled = Exemplar.of(ramp[::-1].copy())  # bright above, dark below
     start = holed(identity([below.source, sampled.source], 0), np.arange(40) >= np.full((60, 1), 20))
-    out = ia.synthesize([below, sampled], None, ia.ImageQuilting(patch=12, overlap=4, usage=0), start=start)
+    out = ia.synthesize([below, sampled], None, ia.ImageQuilting(patch=12, overlap=4, repeat_penalty=0), start=start)
     right = out.render().pixels[:, 24:34].mean(axis=(1, 2))
     assert right[:24].max() < 100
     assert right[36:].min() > 150

@@ -352,7 +352,7 @@ def test_snapped_jitter_keeps_to_the_lattice(toroidal: bool) -> None:
     """However far away, and across the exemplar's border, pixels stay in step with a lattice of fractions."""
     vectors = ((9.5, 0.0), (4.75, 7.25))
     e = Exemplar.of(texture(58, 76, 3, 1), toroidal=toroidal)
-    m = ia.ParallelControllable(jitter=(0, 0, 0.5), snap="on", lattice=vectors, passes=0)
+    m = ia.ParallelControllable(jitter=(0, 0, 0.5), keep_lattice="on", lattice=vectors, passes=0)
     for y0, x0 in ((0, 0), (-(2**40), 2**39)):
         yx = m.window([e], Box(y0, x0, y0 + 70, x0 + 90), 3, ONE).yx.astype(object)
         moved = np.stack([yx[..., 0] - np.arange(y0, y0 + 70)[:, None], yx[..., 1] - np.arange(x0, x0 + 90)], axis=2)
@@ -362,27 +362,27 @@ def test_snapped_jitter_keeps_to_the_lattice(toroidal: bool) -> None:
         along = (moved[..., 1] * 4 - 19 * down) / 38
         assert (abs(along - np.vectorize(round)(along)) < 0.25).all()
         assert len({(a, b) for a, b in moved.reshape(-1, 2).tolist()}) > 8
-    free = replace(m, snap="off", lattice=None).window([e], Box(0, 0, 70, 90), 3, ONE).yx
+    free = replace(m, keep_lattice="off", lattice=None).window([e], Box(0, 0, 70, 90), 3, ONE).yx
     off = (free[..., 0] - np.arange(70)[:, None]) * 4 / 29
     assert (abs(off - off.round()) > 0.3).any()
 
 
 def test_a_lattice_is_found_where_it_is_asked_for() -> None:
-    found = ia.synthesize("sample:tiles", 64, ia.ParallelControllable(snap="on"), run=ONE).method
+    found = ia.synthesize("sample:tiles", 64, ia.ParallelControllable(keep_lattice="on"), run=ONE).method
     assert isinstance(found, ia.ParallelControllable)
     assert found.lattice is not None
     with pytest.raises(ia.MethodError, match="parallel-controllable finds no lattice"):
-        ia.synthesize(Exemplar.of(np.zeros((40, 40, 3), np.uint8)), 64, ia.ParallelControllable(snap="on"))
-    with pytest.raises(ia.ParameterError, match="snap=off moves pixels by no lattice"):
-        ia.ParallelControllable(lattice=((9.5, 0.0),), snap="off")
+        ia.synthesize(Exemplar.of(np.zeros((40, 40, 3), np.uint8)), 64, ia.ParallelControllable(keep_lattice="on"))
+    with pytest.raises(ia.ParameterError, match="keep_lattice=off moves pixels by no lattice"):
+        ia.ParallelControllable(lattice=((9.5, 0.0),), keep_lattice="off")
 
 
 def test_pixels_snap_where_there_is_a_lattice() -> None:
     """Automatically, on all levels; not under a guide, which may be painted over several textures."""
     canvas, tiles = Canvas(64, 64), ia.read("sample:tiles")
     resolved = ia.ParallelControllable().resolved([tiles], canvas)
-    assert (resolved.snap, len(resolved.lattice or ())) == ("on", 2)
-    assert resolved == ia.ParallelControllable(snap="on").resolved([tiles], canvas)
+    assert (resolved.keep_lattice, len(resolved.lattice or ())) == ("on", 2)
+    assert resolved == ia.ParallelControllable(keep_lattice="on").resolved([tiles], canvas)
     assert resolved.jitter == (0, 0, 0.1, *[0.2] * 4, 1, 1)
     assert ia.ParallelControllable(lattice=((9.5, 0.0),)).resolved([tiles], canvas).lattice == ((9.5, 0),)
     assert ia.ParallelControllable().resolved([toy()], canvas).snap == "off"

@@ -97,11 +97,13 @@ def flat_share(smap: SourceMap) -> float:
 def test_a_price_on_repetition_uses_more_of_the_exemplar() -> None:
     """The dearer a repeat, the more of the exemplar is shown, and the less of the flat spot."""
     e = flat_spot()
-    free, dear = ([grow(e, (128, 128), k, patch=16, overlap=6, usage=u) for k in range(4)] for u in (0, 2))
+    free, dear = ([grow(e, (128, 128), k, patch=16, overlap=6, repeat_penalty=u) for k in range(4)] for u in (0, 2))
     assert np.mean([shares(m, [e]) for m in dear]) > 1.3 * np.mean([shares(m, [e]) for m in free])
     assert max(flat_share(m) for m in dear) < 0.5 < min(flat_share(m) for m in free)
     plain = Exemplar.of(texture(64, 64, 3, 9))
-    free, usual = ([grow(plain, (128, 128), k, patch=16, overlap=6, usage=u) for k in range(4)] for u in (0, 0.05))
+    free, usual = (
+        [grow(plain, (128, 128), k, patch=16, overlap=6, repeat_penalty=u) for k in range(4)] for u in (0, 0.05)
+    )
     assert np.mean([shares(m, [plain]) for m in usual]) > np.mean([shares(m, [plain]) for m in free])
 
 
@@ -116,7 +118,7 @@ def test_a_flat_spot_does_not_feed_itself() -> None:
 
 def test_a_flat_corner_is_left_at_a_price() -> None:
     """From a flat spot in the last corner no patch leads out for nothing: there a higher price is needed."""
-    grown = [grow(flat_spot(), (128, 128), k, patch=16, overlap=6, usage=0.5) for k in range(4)]
+    grown = [grow(flat_spot(), (128, 128), k, patch=16, overlap=6, repeat_penalty=0.5) for k in range(4)]
     assert np.mean([flat_share(m) for m in grown]) < 0.5
 
 
@@ -127,7 +129,7 @@ def test_striking_patches_return_less_than_common_ones() -> None:
     assert red.any()
     shown = {}
     for usage in (0, 1):
-        maps = [grow(e, (192, 192), k, patch=24, overlap=8, usage=usage) for k in range(3)]
+        maps = [grow(e, (192, 192), k, patch=24, overlap=8, repeat_penalty=usage) for k in range(3)]
         shown[usage] = np.mean([red[m.yx[:, :, 0], m.yx[:, :, 1]].mean() for m in maps])
     assert shown[1] <= max(shown[0], 1.5 * red.mean())
 
@@ -164,7 +166,7 @@ def test_the_usage_map_sums_to_the_output() -> None:
 def test_what_was_asked_before_changes_nothing() -> None:
     """What is remembered of an exemplar belongs to the features that it was measured on."""
     pixels = TORTURE["red_cluster"](size=64)
-    request = {"patch": 16, "overlap": 6, "usage": 1}
+    request = {"patch": 16, "overlap": 6, "repeat_penalty": 1}
     fresh = grow(Exemplar.of(pixels), (80, 80), 4, **request).digest
     e, other = Exemplar.of(pixels), Exemplar.of(texture(40, 40, 3) // 4)
     grow(e, (80, 80), 4, channel_weights=(0, 0, 1), **request)

@@ -20,7 +20,7 @@ from intarsia.regular.wall import Wall
 from intarsia.testing.cases import noise, texture
 
 HEIGHTS = (44, 28, 36, 50, 30, 40)
-UNEQUAL_HEIGHTS = ia.NearRegular(heights="unequal")
+UNEQUAL_HEIGHTS = ia.NearRegular(course_heights="unequal")
 ONE = ia.Run(threads=1)
 
 
@@ -210,8 +210,8 @@ def test_a_canvas_that_no_sum_of_heights_closes_is_refused() -> None:
     [({"straighten": "on"}, "straighten"), ({"lattice": ((0, 40),)}, "lattice")],
 )
 def test_what_has_no_place_is_refused(given: dict, word: str) -> None:
-    with pytest.raises(ia.ParameterError, match=rf"^heights=unequal .* leave {word} out\.$"):
-        ia.synthesize(CASES[0], 200, ia.NearRegular(heights="unequal", **given))
+    with pytest.raises(ia.ParameterError, match=rf"^course_heights=unequal .* leave {word} out\.$"):
+        ia.synthesize(CASES[0], 200, ia.NearRegular(course_heights="unequal", **given))
 
 
 def test_a_start_is_refused_and_exemplars_without_courses_are() -> None:
@@ -237,7 +237,7 @@ class TestChoice:
         made = ia.synthesize(CASES[0], 200, seed=1, run=ONE)
         assert (made.choice.rule, made.method.slug, made.method.heights) == ("courses", "near-regular", "unequal")
         assert any("laid whole" in why for why in made.choice.why)
-        assert "heights" in made.choice.decided
+        assert "course_heights" in made.choice.decided
 
     def test_a_canvas_that_cannot_close_is_grown_by_patches(self) -> None:
         made = ia.synthesize(CASES[0], (16, 200), seed=1, wrap="y", run=ONE)

@@ -133,12 +133,14 @@ def test_what_json_cannot_hold_is_refused_in_the_words_of_the_command(given: dic
 @pytest.mark.parametrize("slug", list(METHODS))
 def test_the_same_picture_is_asked_for_once_more(slug: str) -> None:
     """The method is named with all that it has; what bears on nothing in the picture is left out."""
-    request = plain("grow", trials=3, page="r.html", gates=(("total", 50.0),), threads=2, level=0, crop=(0, 0, 9, 9))
+    request = plain(
+        "grow", trials=3, page="r.html", gates=(("total", 50.0),), threads=2, even_tone=0, crop=(0, 0, 9, 9)
+    )
     method = method_class(slug)()
     again = repeated(request, [{"albedo": "a.png", "normal": "n.png", "mask": "m.png"}], method, 5, out="o.png")
     assert (again.files, again.maps, again.masks) == (("a.png",), (("normal", "n.png"),), ("m.png",))
     assert (again.trials, again.page, again.gates, again.threads) == (None, None, (), None)
-    assert (again.seed, again.level, again.crop, again.out) == (5, 0, (0, 0, 9, 9), "o.png")
+    assert (again.seed, again.even_tone, again.crop, again.out) == (5, 0, (0, 0, 9, 9), "o.png")
     assert read_argv(to_argv(again)).chosen == method
 
 

@@ -409,7 +409,7 @@ def test_an_exemplar_put_on_itself_has_no_seams() -> None:
     which = np.zeros((48, 48), np.uint8)
     which[18:30, 15:27] = HOLE
     start = SourceMap(start.yx, which, None, start.sources)
-    method = ia.Graphcut(patch=24, overlap=8, usage=0.0, refinements=0)
+    method = ia.Graphcut(patch=24, overlap=8, repeat_penalty=0.0, refinements=0)
     out = ia.synthesize(e, None, method, start=start, run=ia.Run(1)).map
     assert naive_total(e, out) == 0
 

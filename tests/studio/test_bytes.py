@@ -139,7 +139,7 @@ def test_the_command_to_copy_makes_the_same_bytes(served: Served) -> None:
     ("verb", "options"),
     [
         ("grow", QUICK | {"seed": 9, "wrap": "x", "patch": "10x8", "overlap": "3"}),
-        ("grow", {"method": "parallel-controllable", "jitter": "0.3,0.2", "size": "40x44", "level": 4}),
+        ("grow", {"method": "parallel-controllable", "jitter": "0.3,0.2", "size": "40x44", "even_tone": 4}),
         ("grow", {"size": "50x40", "seed": 2}),
         ("grow", QUICK | {"crop": "1,1,30,28"}),
         ("extend", {"right": 6, "patch": "8", "method": "image-quilting"}),

@@ -330,7 +330,7 @@ def _again(order: Output, method: Method, seed: int) -> str:
     }
     meant = () if request.begun or request.corrections is not None else order.shelf.plan.joined.finish
     if meant:  # evened out, as it was chosen
-        more["level"] = meant[0].radius
+        more["even_tone"] = meant[0].radius
     return to_line(repeated(request, sets[:1] if request.begun else sets, method, seed, **more))
 
 

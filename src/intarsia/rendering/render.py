@@ -228,7 +228,7 @@ def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
     if kind in (Kind.NORMAL, Kind.LABEL):
         return
     if blend.finish:
-        raise ParameterError(f"{reason}, and levelling compares whole pixels only; draw it without (--level 0).")
+        raise ParameterError(f"{reason}, and levelling compares whole pixels only; draw it without (--even-tone 0).")
     if blend.feather and blend.mixing is Mixing.VARIANCE:
         raise ParameterError(f"mixing=variance needs pieces of whole pixels, but {reason}; give mean or source.")
 

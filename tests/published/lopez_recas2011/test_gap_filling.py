@@ -19,7 +19,7 @@ from intarsia.model.canvas import Canvas
 from intarsia.published.lopez_recas2011.engine import FourierMatcher, Sampling, mitred_border
 from intarsia.testing import texture
 
-PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)
+PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, lattice_tolerance=1)
 
 
 def changed(**parameters: object) -> ia.GapFilling:
@@ -43,7 +43,7 @@ def test_it_is_the_method_of_the_source(fit: str, channels: int) -> None:
 def test_any_texture_may_come_from_anywhere(fit: str) -> None:
     """Section 5.2: vectors 1,0 0,1, and the search by transforms finds what comparing one by one finds."""
     e = Exemplar.of(texture(25, 27, 2, 3))
-    method = changed(lattice=((1, 0), (0, 1)), slack=2, fit=fit)
+    method = changed(lattice=((1, 0), (0, 1)), lattice_tolerance=2, fit=fit)
     made = ia.synthesize(e, (20, 19), method, seed=4)
     want = naive_rsgf.synthesized(
         features([e], None).pictures[0], (0, 256), (256, 0), 8, 4, 2, (20, 19), 4, fit
@@ -156,7 +156,7 @@ def test_defaults_of_the_source() -> None:
     """Section 5.2."""
     e = Exemplar.of(texture(128, 128, 3, 1))
     method = ia.GapFilling(lattice=((20, 0), (0, 20))).resolved([e], Canvas(256, 256))
-    assert (method.block, method.border, method.slack, method.blend.feather) == (40, 10, 3, 4)
+    assert (method.block, method.border, method.lattice_tolerance, method.blend.feather) == (40, 10, 3, 4)
     assert ia.NearRegular(lattice=((20, 0), (0, 20))).resolved([e], Canvas(9, 9)).border == 14
 
 
@@ -181,7 +181,7 @@ def test_a_window_is_a_crop(corner: tuple[int, int]) -> None:
 def test_a_wrapped_canvas_continues_in_itself_and_keeps_the_phase() -> None:
     """What lies at q is read near M M'^-1 q, but for lattice multiples and the slack of gaps."""
     e = Exemplar.of(texture(60, 66, 1, 1))
-    method = changed(lattice=((9.5, 0), (0, 7.75)), slack=0)
+    method = changed(lattice=((9.5, 0), (0, 7.75)), lattice_tolerance=0)
     plain = Sampling(method, e, Canvas(124, 115, ia.Wrap.BOTH), 3)
     here = plain.window(0, 0, 124, 115, ia.Run())
     np.testing.assert_array_equal(plain.window(124, -115, 124, 115, ia.Run()), here)

@@ -39,7 +39,7 @@ class GapFilling(EndlessBase):
     border: int = param(
         10, "int", "width of the zone in which a gap is compared; an even number", low=2, high=256, unit="px"
     )
-    slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    lattice_tolerance: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
     fit: str = param(
         "difference", "choice", "what fits a gap: by squared differences or by correlation",
         choices=("difference", "correlation"),
