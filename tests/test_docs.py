@@ -203,6 +203,15 @@ def test_pictures_are_small_and_all_are_used() -> None:
         assert path.stat().st_size < 400_000, name
 
 
+def test_one_picture_is_made_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    script = load(ROOT / "docs" / "make_pictures.py")
+    monkeypatch.setattr(script, "FOLDER", tmp_path)
+    script.main("repeat")
+    assert [path.name for path in tmp_path.iterdir()] == ["repeat.jpg"]
+    with pytest.raises(SystemExit, match="no picture is called moss; there are hero, "):
+        script.main("repeat", "moss")
+
+
 def named_file(stem: str) -> Path:
     """The file of tests that is called so, in whichever room."""
     (found,) = (ROOT / "tests").rglob(f"{stem}.py")
