@@ -119,12 +119,7 @@ docs: $(VENV)/.installed-docs
 
 pictures: $(VENV)/.installed-dev
 	$(call check,-dev)
-	@$(BIN)/python docs/make_pictures.py && $(BIN)/python docs/make_patch_pictures.py && $(BIN)/python docs/make_start_pictures.py
-	@$(BIN)/python docs/make_painting_pictures.py && $(BIN)/python docs/make_segment_pictures.py
-	@$(BIN)/python docs/make_finish_pictures.py && $(BIN)/python docs/make_usage_pictures.py && $(BIN)/python docs/make_near_pictures.py
-	@$(BIN)/python docs/make_graphcut_pictures.py && $(BIN)/python docs/make_repair_pictures.py
-	@$(BIN)/python docs/make_report_pictures.py && $(BIN)/python docs/make_parallel_pictures.py
-	@$(BIN)/python docs/make_gallery_pictures.py && $(BIN)/python docs/make_moving_pictures.py && $(BIN)/python docs/make_studio_pictures.py
+	@$(BIN)/python docs/make_pictures.py && $(BIN)/python docs/make_studio_pictures.py
 
 tables: $(VENV)/.installed-dev
 	$(call check,-dev)

@@ -194,15 +194,22 @@ def test_every_page_is_reached_from_the_index() -> None:
 
 def test_pictures_are_small_and_all_are_used() -> None:
     pictures = {path.stem: path for path in (ROOT / "docs" / "images").iterdir()}
-    made = set(load(ROOT / "docs" / "make_pictures.py").PICTURES)
-    scripts = [*(ROOT / "docs").glob("make_*_pictures.py"), ROOT / "docs" / "make_architecture.py"]
-    others = "".join(text_of(path) for path in scripts)
-    made |= {name for name in pictures if re.search(rf"\b{name.removeprefix('patch-sampling-')}\b", others)}
+    of_studio = re.findall(r'keep\(page, "([\w-]+)"\)', text_of(ROOT / "docs" / "make_studio_pictures.py"))
+    made = {"architecture", *load(ROOT / "docs" / "make_pictures.py").PICTURES, *of_studio}
     assert set(pictures) == made
     used = {Path(link).stem for p in DOCUMENTS for link in re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text_of(p))}
     assert used == made
     for name, path in pictures.items():
         assert path.stat().st_size < 400_000, name
+
+
+def test_one_picture_is_made_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    script = load(ROOT / "docs" / "make_pictures.py")
+    monkeypatch.setattr(script, "FOLDER", tmp_path)
+    script.main("repeat")
+    assert [path.name for path in tmp_path.iterdir()] == ["repeat.jpg"]
+    with pytest.raises(SystemExit, match="no picture is called moss; there are hero, "):
+        script.main("repeat", "moss")
 
 
 def named_file(stem: str) -> Path:
