@@ -234,13 +234,13 @@ from intarsia.request import from_json, to_json
 from intarsia.request.python import to_python
 from intarsia.request import from_recipe, inputs_of
 from intarsia.request import Request
-from intarsia.studio import words
+from intarsia.studio import requests
 
 help = CliRunner().invoke(cli, ["grow", "--help"]).stdout
 assert "--tint #RRGGBB" in help and "Give it a tint." in help
-option = words.options("grow")["tint"]
+option = requests.options("grow")["tint"]
 assert (option["kind"], option["help"]) == ("colour", "Give it a tint. It is faint.")
-assert "tint" not in words.options("heal")
+assert "tint" not in requests.options("heal")
 request = read_argv(["grow", "a.png", "--tint", "#0102ff"])
 assert request.tint == (1, 2, 255)
 assert to_line(request) == "intarsia grow a.png --tint '#0102ff'"

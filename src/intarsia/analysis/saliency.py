@@ -82,10 +82,10 @@ MAX_WEIGHT = 64  # greatest weight (docs/design/passes.md)
 
 
 def saliency_weights(strikes: Sequence[Array], plain: float) -> Array:
-    """Return the weights of all pixels of exemplars, end to end, from their :func:`popout`.
+    """Return the weights of all pixels of exemplars, end to end, from their :func:`saliency_map`.
 
     1 and more where they are salient, growing with the square of the relative excess over the threshold, at most
-    DEAREST; `plain` where they are not; 0 in uniform areas.
+    MAX_WEIGHT; `plain` where they are not; 0 in uniform areas.
     """
     far = np.concatenate([s.ravel() for s in strikes]) / MEDIAN
     bar = max(np.quantile(far, RARE, method="lower"), SALIENT)

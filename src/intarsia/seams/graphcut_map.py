@@ -146,7 +146,7 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
 
 
 def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
-    """Return the first of :meth:`GraphcutGrowth.windows`."""
+    """Return the first of :meth:`GraphcutMap.windows`."""
     return tuple(windows[0, :4].tolist()), tuple(patches[0].tolist())
 
 

@@ -1,7 +1,7 @@
 """Random sampling and gap filling: random blocks of a near-regular texture, gaps filled by the best match.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
-and Lopez Recas's thesis of the same year, 4.2; departures are listed in `sampling.py`.
+and Lopez Recas's thesis of the same year, 4.2; departures are listed in `engine.py`.
 
 Cost: for every second block, its border is compared at all its candidate places.
 """
