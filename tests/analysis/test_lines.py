@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from intarsia.analysis.edges import surest_line
 from intarsia.analysis.features import course_lines, features
+from intarsia.analysis.oriented_energy import surest_line
 from intarsia.model import Exemplar
 
 BEDS = (20, 52, 75, 117, 140)

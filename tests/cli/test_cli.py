@@ -130,8 +130,8 @@ print(*mine, sep="\\n")
         assert methods == {f"intarsia.methods.{name}" for name in ("image_quilting",)}, done.stderr
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "regular", "corrections", "judging", "studio", "giant"}
-        drawing = "rendering.tone", "rendering.warped_kernels"
-        drawing += "seams.repair", "seams.graphcut_map"
+        drawing = "rendering.seam_levelling", "rendering.warped_kernels"
+        drawing += "seams.repair", "seams.graphcut_textures"
         rare = *drawing, "tasks.completion", "search.guide", "files.netpbm"
         assert not found & {f"intarsia.{name}" for name in rare}
 

@@ -15,9 +15,9 @@ from search.test_guide import agreement, disc, got, labels, painted, regions
 import intarsia as ia
 from intarsia.corrections import guide as wanted
 from intarsia.corrections.appearance import bordered, stack_of, without_gaps
+from intarsia.corrections.coordinate_pyramid import CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.parallel_controllable import decided
-from intarsia.corrections.pyramid import CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar

@@ -17,7 +17,7 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.corrections.pyramid import local_jitter
+from intarsia.corrections.coordinate_pyramid import local_jitter
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar

@@ -11,8 +11,8 @@ import pytest
 from methods.test_parallel_controllable import BASE, ONE, SET, VARIANTS, naive, toy
 
 import intarsia as ia
+from intarsia.corrections.coordinate_pyramid import CorrectionParameters
 from intarsia.corrections.correction_kernels import subpixel_offsets
-from intarsia.corrections.pyramid import CorrectionParameters
 from intarsia.corrections.span import SINES, Orientation
 from intarsia.foundation.field import Field
 from intarsia.foundation.geometry import Box

@@ -11,7 +11,7 @@ from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 import intarsia as ia
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
-from intarsia.corrections.pyramid import PLACES_DRAWN, STAGE, CorrectionParameters, PyramidSynthesis
+from intarsia.corrections.coordinate_pyramid import PLACES_DRAWN, STAGE, CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import (
     SEARCHED,

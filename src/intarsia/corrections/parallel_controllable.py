@@ -20,8 +20,8 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
 from .appearance import Outlines, marked
+from .coordinate_pyramid import INTEGERS_OF, CorrectionParameters, PyramidSynthesis, field_hash
 from .guide import StackGuide
-from .pyramid import INTEGERS_OF, CorrectionParameters, PyramidSynthesis, field_hash
 from .span import Span, Spans
 from .stack import ComparisonSettings, exemplar_stack, is_cloudy, levels_within
 

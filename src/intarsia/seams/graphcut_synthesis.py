@@ -19,9 +19,9 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages, decided
 from ..search import LEAST, free_patch
-from .graphcut_map import GraphcutMap, GraphcutSettings
+from .graphcut_moves import expand, fill
+from .graphcut_textures import GraphcutMap, GraphcutSettings
 from .lattice_alignment import SLACK, STRAIGHT
-from .local_search import expand, fill
 from .occurrence_kernels import SHARE
 from .occurrences import usage_of
 

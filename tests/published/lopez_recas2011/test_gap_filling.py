@@ -13,7 +13,7 @@ from published.lopez_recas2011 import naive_gap_filling as naive_rsgf
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.lattice.candidates import lattice_points
+from intarsia.lattice.correlation_peaks import lattice_points
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.published.lopez_recas2011.engine import FourierMatcher, Sampling, mitred_border

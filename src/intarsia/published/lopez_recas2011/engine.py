@@ -25,7 +25,7 @@ from ...foundation.geometry import UNIT, Box
 from ...foundation.params import AUTO
 from ...foundation.run import Run, below, draw
 from ...lattice import Vector, cell_of, check_lattice, lattice_of, misfit_message
-from ...lattice.candidates import lattice_points
+from ...lattice.correlation_peaks import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
