@@ -110,3 +110,16 @@ class TestScore:
         ia.write("large.png", np.zeros((30, 30, 3), np.uint8), recipe=recipe)
         with pytest.raises(ia.InputError, match="another size"):
             recipe_map("large.png", ia.read("large.png").base, [ia.read("stones.png")], ia.Run())
+
+
+@pytest.mark.parametrize(("rows", "warned"), [(40, True), (10, False)])
+def test_a_mask_that_covers_most_of_a_picture_is_probably_inverted(rows: int, warned: bool, tmp_path: Path) -> None:
+    ia.write(tmp_path / "a.png", ia.Plane(STONES))
+    mask = np.zeros(STONES.shape[:2], np.uint8)
+    mask[:rows] = 255
+    ia.write(tmp_path / "m.png", ia.Plane(mask))
+    named = {name: str(tmp_path / f"{name}.png") for name in "amo"}
+    words = ["heal", named["a"], "--mask", named["m"], "-o", named["o"], "--dry-run"]
+    done = CliRunner().invoke(cli, words)
+    assert done.exit_code == 0, done.output
+    assert ("is the mask inverted?" in done.stderr) == warned
