@@ -50,9 +50,7 @@ def hits(function: Any) -> int:
 
 def named(function: Any, folder: Path) -> tuple[str, bytes]:
     """File and identity of the one compiled form of a function."""
-    found: tuple[str, bytes] = function._cache._entry(
-        str(folder), function.signatures[0], function.targetctx.codegen()
-    )
+    found: tuple[str, bytes] = function._cache._entry(str(folder), function.signatures[0], function.targetctx.codegen())
     return found
 
 

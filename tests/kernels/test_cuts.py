@@ -230,9 +230,7 @@ def test_kernels_can_call_the_solvers() -> None:
     assert total_of_two(state, right, down, out) == 2 * min_cut(state, right, down, out)
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "apart"), [(0, 1023, 1023), (-1023, 1023, 2046), (-2048, 2047, 4095)]
-)
+@pytest.mark.parametrize(("low", "high", "apart"), [(0, 1023, 1023), (-1023, 1023, 2046), (-2048, 2047, 4095)])
 def test_opposite_values_are_their_real_distance_apart(low: int, high: int, apart: int) -> None:
     """Black against white neither wraps nor saturates, in one channel or in three."""
     for channels in (1, 3):

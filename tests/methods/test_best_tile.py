@@ -24,10 +24,7 @@ def units(lattice: tuple) -> tuple:
 
 @settings(max_examples=40, deadline=None)
 @given(
-    st.sampled_from(WHOLE + REAL),
-    st.sampled_from(list(ia.Wrap)),
-    st.integers(-(2**41), 2**41),
-    st.integers(-300, 300),
+    st.sampled_from(WHOLE + REAL), st.sampled_from(list(ia.Wrap)), st.integers(-(2**41), 2**41), st.integers(-300, 300)
 )
 def test_a_layout_equals_its_plain_form(lattice: tuple, wrap: ia.Wrap, y: int, x: int) -> None:
     height = periods_along(units(lattice), 0, 4000)[-1][2]

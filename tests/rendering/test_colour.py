@@ -99,9 +99,7 @@ def test_code_values_of_integers_are_16_bit_codes() -> None:
 
 
 def test_scene_light_goes_through_an_odd_rising_curve() -> None:
-    v = np.sort(
-        np.concatenate([np.linspace(-2, 2, 401), 10.0 ** np.arange(-4, 30), -(10.0 ** np.arange(-4, 30))])
-    )
+    v = np.sort(np.concatenate([np.linspace(-2, 2, 401), 10.0 ** np.arange(-4, 30), -(10.0 ** np.arange(-4, 30))]))
     values = code_values(Plane(v[None], transfer=Transfer.LINEAR))[0, :, 0]
     assert (np.diff(values) >= 0).all()
     assert (values == -values[::-1]).all()

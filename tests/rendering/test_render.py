@@ -146,12 +146,8 @@ def test_opacity_is_premultiplied() -> None:
     assert (out[seen][:, :3] == (255, 0, 0)).all()  # what is invisible never tints
     assert (out[0, 7:12, 3] == np.floor(255 * np.arange(5, 0, -1) / 6 + 0.5)).all()
     pixels[..., 3] = 0
-    out = render(
-        [Exemplar.of(Plane(pixels, transfer=Transfer.LINEAR))], cut_map(4, 20, 10, 40), blend=Blend(5)
-    ).pixels
-    assert (
-        out[0, 7:12, 0] == np.floor(255 * np.arange(5, 0, -1) / 6 + 0.5)
-    ).all()  # all transparent: plainly
+    out = render([Exemplar.of(Plane(pixels, transfer=Transfer.LINEAR))], cut_map(4, 20, 10, 40), blend=Blend(5)).pixels
+    assert (out[0, 7:12, 0] == np.floor(255 * np.arange(5, 0, -1) / 6 + 0.5)).all()  # all transparent: plainly
 
 
 def bump(n: int, green: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -177,15 +173,11 @@ def test_a_bump_stays_lit_from_the_same_side(isometry: Isometry, green: str) -> 
     want = normals_of(posed, green)
     for f in (0, 4):
         signed = Plane(normal, Kind.NORMAL, meta={"normals": green})
-        np.testing.assert_allclose(
-            render([Exemplar.of(signed)], smap, blend=Blend(f)).pixels, want, atol=1e-12
-        )
+        np.testing.assert_allclose(render([Exemplar.of(signed)], smap, blend=Blend(f)).pixels, want, atol=1e-12)
         unsigned = Plane((normal + 1) / 2, Kind.NORMAL, meta={"normals": green})
         got = render([Exemplar.of(unsigned)], smap, blend=Blend(f)).pixels
         np.testing.assert_allclose(got, (want + 1) / 2, atol=1e-12)
-        coded = Plane(
-            np.floor((normal + 1) / 2 * 255 + 0.5).astype(np.uint8), Kind.NORMAL, meta={"normals": green}
-        )
+        coded = Plane(np.floor((normal + 1) / 2 * 255 + 0.5).astype(np.uint8), Kind.NORMAL, meta={"normals": green})
         got = render([Exemplar.of(coded)], smap, blend=Blend(f)).pixels
         assert np.abs(got - (want + 1) / 2 * 255).max() <= 0.51
 
@@ -221,9 +213,7 @@ def test_a_larger_plane_turns_as_a_whole(isometry: Isometry, s: int) -> None:
 @pytest.mark.parametrize("s", [2, 3])
 def test_a_larger_plane_is_rendered_by_the_enlarged_map(s: int) -> None:
     large = pixels_of("uint16", (9 * s, 9 * s, 3))
-    exemplar = Exemplar.of(
-        {"albedo": pixels_of("uint8", (9, 9)), "fine": large}, usable=pixels_of("bool", (9, 9), 4)
-    )
+    exemplar = Exemplar.of({"albedo": pixels_of("uint8", (9, 9)), "fine": large}, usable=pixels_of("bool", (9, 9), 4))
     usable = exemplar.usable.repeat(s, 0).repeat(s, 1)
     noise = noise_map((7, 8), (9, 9))
     smap = SourceMap(noise.yx, pose=noise.pose, wrap=Wrap.X)
@@ -261,9 +251,7 @@ def test_a_smaller_plane_of_a_straight_map_is_a_copy() -> None:
         small = Plane(pixels_of("uint8", (5, 6, 3)), kind)
         exemplar = Exemplar.of({"albedo": pixels_of("uint8", (15, 18)), "small": small})
         for f in (0, 3):
-            assert (
-                render([exemplar], laid(ISOMETRIES[0], 15, 18), "small", Blend(f)).pixels == small.pixels
-            ).all()
+            assert (render([exemplar], laid(ISOMETRIES[0], 15, 18), "small", Blend(f)).pixels == small.pixels).all()
 
 
 def test_a_block_of_labels_takes_the_most_frequent_and_then_the_smallest() -> None:
@@ -298,9 +286,7 @@ def test_keeping_the_contrast_keeps_it() -> None:
     pixels = np.random.default_rng(0).normal(0.5, 0.1, (60, 60))
     exemplar = Exemplar.of(Plane(pixels, Kind.DATA), toroidal=True)
     smap = noise_map((80, 80), (60, 60))
-    mean, wide = (
-        render([exemplar], smap, blend=Blend(3, m)).pixels.std() for m in (Mixing.MEAN, Mixing.VARIANCE)
-    )
+    mean, wide = (render([exemplar], smap, blend=Blend(3, m)).pixels.std() for m in (Mixing.MEAN, Mixing.VARIANCE))
     assert mean < 0.4 * pixels.std()
     assert 0.9 * pixels.std() < wide < 1.1 * pixels.std()
 

@@ -34,19 +34,11 @@ def random_map(
     region = rng.integers(0, 4, (-(-height // 4), -(-width // 5))).repeat(4, 0).repeat(5, 1)[:height, :width]
     which, pose = np.zeros(size, np.uint8), np.zeros(size, np.uint8)
     yx = np.zeros((*size, 2), np.int32)
-    keys = [
-        (rng.integers(len(exemplars)), rng.integers(8), rng.integers(0, 20), rng.integers(0, 20))
-        for _ in range(4)
-    ]
+    keys = [(rng.integers(len(exemplars)), rng.integers(8), rng.integers(0, 20), rng.integers(0, 20)) for _ in range(4)]
     for y, x in np.ndindex(size):
         w, p, oy, ox = keys[region[y, x]]
         if rng.random() < noise:
-            w, p, oy, ox = (
-                rng.integers(len(exemplars)),
-                rng.integers(8),
-                rng.integers(0, 20),
-                rng.integers(0, 20),
-            )
+            w, p, oy, ox = (rng.integers(len(exemplars)), rng.integers(8), rng.integers(0, 20), rng.integers(0, 20))
         (a, b), (c, d) = ISOMETRIES[p].j
         e = exemplars[w]
         which[y, x], pose[y, x] = w, p
@@ -122,9 +114,7 @@ def test_floats_equal_the_sum_over_taps(seed: int, f: int, dtype: str, channels:
     got = render(exemplars, smap, blend=Blend(f), run=ONE).samples
     want = NaiveRenderer(exemplars, smap, f).render()
     assert got.dtype == np.dtype(dtype)
-    np.testing.assert_allclose(
-        got, want, rtol=2e-3 if dtype == "float16" else 3e-7 if dtype == "float32" else 1e-12
-    )
+    np.testing.assert_allclose(got, want, rtol=2e-3 if dtype == "float16" else 3e-7 if dtype == "float32" else 1e-12)
 
 
 @settings(max_examples=20, deadline=None)
@@ -134,9 +124,7 @@ def test_floats_equal_the_sum_over_taps(seed: int, f: int, dtype: str, channels:
     st.sampled_from([("uint8", 3), ("uint16", 4), ("float64", 1), ("float32", 4)]),
     st.sampled_from(list(Kind)[:2]),
 )
-def test_keeping_the_contrast_equals_its_formula(
-    seed: int, f: int, depth: tuple[str, int], kind: Kind
-) -> None:
+def test_keeping_the_contrast_equals_its_formula(seed: int, f: int, depth: tuple[str, int], kind: Kind) -> None:
     exemplars, smap = scene(seed, *depth, kind=kind)
     got = render(exemplars, smap, blend=Blend(f, Mixing.VARIANCE), run=ONE).samples
     want = NaiveRenderer(exemplars, smap, f, Mixing.VARIANCE).render()
@@ -157,24 +145,15 @@ def test_labels_equal_the_sum_over_taps(seed: int, f: int, depth: tuple[str, int
     dtype, channels = depth
     exemplars, smap = scene(seed, "uint8" if dtype == "bool" else dtype, channels, Kind.LABEL)
     if dtype == "bool":
-        exemplars = [
-            Exemplar({"id": Plane(e.base.pixels > 99, Kind.LABEL)}, e.usable, e.toroidal) for e in exemplars
-        ]
+        exemplars = [Exemplar({"id": Plane(e.base.pixels > 99, Kind.LABEL)}, e.usable, e.toroidal) for e in exemplars]
     assert (
         render(exemplars, smap, blend=Blend(f), run=ONE).samples == NaiveRenderer(exemplars, smap, f).render()
     ).all()
 
 
 @settings(max_examples=25, deadline=None)
-@given(
-    seeds,
-    st.sampled_from([0, 1, 5, 8]),
-    st.sampled_from([("uint8", 3), ("float32", 3), ("float64", 4)]),
-    st.data(),
-)
-def test_a_window_is_the_crop_of_the_whole(
-    seed: int, f: int, depth: tuple[str, int], data: st.DataObject
-) -> None:
+@given(seeds, st.sampled_from([0, 1, 5, 8]), st.sampled_from([("uint8", 3), ("float32", 3), ("float64", 4)]), st.data())
+def test_a_window_is_the_crop_of_the_whole(seed: int, f: int, depth: tuple[str, int], data: st.DataObject) -> None:
     exemplars, smap = scene(seed, *depth)
     whole = render(exemplars, smap, blend=Blend(f), run=ONE).samples
     spans = []
@@ -191,9 +170,7 @@ def test_a_window_is_the_crop_of_the_whole(
 def test_cells_and_threads_change_no_byte(depth: tuple[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
     exemplars, _ = scene(5, *depth)
     smap = random_map(np.random.default_rng(3), exemplars, (70, 50), Wrap.X, 0.02)
-    results = {
-        render(exemplars, smap, blend=Blend(7), run=Run(threads=n)).pixels.tobytes() for n in (1, 2, 4)
-    }
+    results = {render(exemplars, smap, blend=Blend(7), run=Run(threads=n)).pixels.tobytes() for n in (1, 2, 4)}
     for rows, columns in ((9, 13), (1, 200)):
         monkeypatch.setattr("intarsia.rendering.render._ROWS", rows)
         monkeypatch.setattr("intarsia.rendering.render._COLUMNS", columns)

@@ -45,9 +45,7 @@ def test_any_texture_may_come_from_anywhere(fit: str) -> None:
     e = Exemplar.of(texture(25, 27, 2, 3))
     method = changed(lattice=((1, 0), (0, 1)), slack=2, fit=fit)
     made = ia.synthesize(e, (20, 19), method, seed=4)
-    want = naive_rsgf.synthesized(
-        features([e], None).pictures[0], (0, 256), (256, 0), 8, 4, 2, (20, 19), 4, fit
-    )
+    want = naive_rsgf.synthesized(features([e], None).pictures[0], (0, 256), (256, 0), 8, 4, 2, (20, 19), 4, fit)
     np.testing.assert_array_equal(made.map.yx, want)
 
 
