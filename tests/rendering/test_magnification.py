@@ -98,19 +98,6 @@ def test_colours_blend_in_linear_light(dtype: str) -> None:
     assert np.abs(made.samples.astype(np.float64) - wanted).max() <= (1 if dtype == "uint8" else 1e-5)
 
 
-@pytest.mark.parametrize("n", range(2, 9))
-def test_shares_are_nearly_bilinear(n: int) -> None:
-    """The figures of the header: 1/12 for even n, 1 / (n + 1) for odd n."""
-    most = Fraction(1, 12) if n % 2 == 0 else Fraction(1, n + 1)
-    off = Fraction(0)
-    for d in range(n):
-        shares = dict(nearest(n, d))
-        after = Fraction(2 * d + 1 - n, 2 * n)
-        off = max(off, abs(shares.get(1, 0) - max(after, 0)), abs(shares.get(-1, 0) - max(-after, 0)))
-    assert off <= most
-    assert n > 3 or off == most
-
-
 @pytest.mark.parametrize("method", [ia.ImageQuilting(patch=10), ia.ParallelControllable(), ia.WeiLevoy(window=5)])
 def test_the_map_is_that_of_the_reduced_exemplar(method: Any) -> None:
     e = Exemplar.of(texture(96, 80, 3, 3))

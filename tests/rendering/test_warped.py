@@ -185,66 +185,6 @@ def waves(y: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]
     return 0.5 + 0.2 * np.sin(y / 2.5 + x / 4) + 0.2 * np.sin(x / 2 - y / 7)
 
 
-@pytest.mark.parametrize("angle", [30, -77, 200])
-@pytest.mark.parametrize("scale", [1 / 1.7, 1.0])
-def test_a_turned_picture_is_the_turned_formula(angle: float, scale: float) -> None:
-    """Root mean square within 0.2 % of white of the formula itself; nearest pixels miss it by ten times as much."""
-    size = (60, 50)
-    plane = Plane(waves(*np.mgrid[:96, :96].astype(float)), Kind.DATA)
-    smap = laid_by(turn(angle, scale), size, (96, 96))
-    at = smap.yx + smap.sub.astype(float)
-    want = waves(at[..., 0], at[..., 1])
-    error = np.sqrt(np.mean((render([Exemplar.of(plane)], smap).pixels - want) ** 2))
-    nearest = np.sqrt(np.mean((render([Exemplar.of(plane)], SourceMap(smap.yx)).pixels - want) ** 2))
-    assert error < 0.002
-    assert nearest > 0.02
-    soft = render([Exemplar.of(plane)], smap, blend=Blend(5)).pixels  # one piece: a feather changes nothing to speak of
-    np.testing.assert_allclose(soft, render([Exemplar.of(plane)], smap).pixels, atol=1e-3)
-
-
-@pytest.mark.parametrize("scale", [2.0, 3.0, 4.0])
-def test_what_is_too_fine_does_not_alias(scale: float) -> None:
-    """Stripes of one px become gray where they are shown `scale` times smaller; the nearest pixels make new stripes."""
-    stripes = np.tile(np.arange(256) % 2, (256, 1)).astype(float)
-    smap = laid_by(turn(7, scale), (40, 40), (256, 256))
-    exemplar = Exemplar.of(Plane(stripes, Kind.DATA))
-    assert np.abs(render([exemplar], smap).pixels - 0.5).max() < 0.16
-    assert render([exemplar], SourceMap(smap.yx)).pixels.std() > 0.45
-
-
-def test_edges_keep_their_sides() -> None:
-    """In linear light a cubic shoots far below a dark side; a reading stays within the pixels that it reads."""
-    pixels = np.full((64, 64, 3), 60, np.uint8)
-    pixels[20:40, 20:44] = 250
-    for f in (0, 2):
-        out = render([Exemplar.of(pixels)], laid_by(turn(30, 1 / 1.7), (80, 80), (64, 64)), blend=Blend(f)).pixels
-        assert out.min() == 60
-        assert out.max() == 250
-        assert ((out > 60) & (out < 250)).sum() > 300  # edges are smooth
-
-
-def test_what_is_invisible_never_tints() -> None:
-    """A red leaf on transparent green: no pixel that is seen at all has any green, nor is it darker."""
-    pixels = np.zeros((40, 40, 4), np.uint8)
-    pixels[..., 1] = 255
-    pixels[12:28, 10:30] = (255, 0, 0, 255)
-    for scale in (0.6, 1.0, 2.5):
-        for f in (0, 3):
-            out = render([Exemplar.of(pixels)], laid_by(turn(30, scale), (40, 40), (40, 40)), blend=Blend(f)).pixels
-            assert (out[out[..., 3] > 0][:, :3] == (255, 0, 0)).all()
-            assert ((out[..., 3] > 0) & (out[..., 3] < 255)).any()
-
-
-def test_opaque_pictures_do_not_care_for_opacity() -> None:
-    pixels = pixels_of("uint8", (12, 12, 3))
-    opaque = np.dstack([pixels, np.full((12, 12), 255, np.uint8)])
-    smap = wild_map((15, 15), (12, 12))
-    for f in (0, 2):
-        plain, with_alpha = (render([Exemplar.of(p)], smap, blend=Blend(f)).pixels for p in (pixels, opaque))
-        assert_near(with_alpha[..., :3], plain)
-        assert (with_alpha[..., 3] == 255).all()
-
-
 def bumps(y: NDArray[np.float64], x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the slope of a smooth height, down and right."""
     return 0.4 * np.cos(y / 5 + x / 9) / 5 * 4, 0.4 * np.cos(y / 5 + x / 9) / 9 * 4 - 0.3 * np.sin(x / 6)
@@ -269,13 +209,6 @@ def test_bumps_stay_lit_from_the_same_side(green: str, j: NDArray[np.float64]) -
         got = render([Exemplar.of(plane)], smap, blend=Blend(f)).pixels
         np.testing.assert_allclose(got, want, atol=0.01)
         np.testing.assert_allclose(np.linalg.norm(got, axis=2), 1, atol=1e-12)
-
-
-def test_labels_only_take_values_that_are_there() -> None:
-    pixels = np.array([3, 200, 90], np.uint8)[pixels_of("uint8", (12, 12)) % 3]
-    for f in (0, 5):
-        out = render([Exemplar.of(Plane(pixels, Kind.LABEL))], wild_map((30, 30), (12, 12)), blend=Blend(f)).pixels
-        assert set(np.unique(out)) == {3, 90, 200}
 
 
 @pytest.mark.parametrize("kind", [Kind.COLOUR, Kind.DATA, Kind.NORMAL, Kind.LABEL])
