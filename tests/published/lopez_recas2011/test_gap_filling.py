@@ -121,35 +121,6 @@ def test_of_equally_good_places_the_first_is_found(correlate: bool, colour: int,
         assert made.best(border.T.astype(np.int64), places, correlate) == fits.index(min(fits))
 
 
-def test_a_random_block_is_a_patch_of_the_exemplar_and_all_places_are_drawn() -> None:
-    """Sections 4.2 and 4.2.1: within a random block the map runs on unbroken; each place is about equally likely."""
-    e = Exemplar.of(texture(40, 40, 1, 2))
-    made = ia.synthesize(e, 400, changed(lattice=((8, 0), (0, 8)), block=8), seed=3)
-    yx = made.map.yx.reshape(50, 8, 50, 8, 2).transpose(0, 2, 1, 3, 4)
-    step = yx - yx[:, :, :1, :1]
-    i, j = np.mgrid[:50, :50]
-    assert (step == np.moveaxis(np.indices((8, 8)), 0, 2)).all()
-    places, count = np.unique(yx[(i + j) % 2 == 0][:, 0, 0], axis=0, return_counts=True)
-    assert len(places) == 9
-    assert count.min() > 0.7 * 1250 / 9
-    assert (places % 8 == 0).all()
-
-
-def test_the_blend_is_the_linear_ramp_of_the_source() -> None:
-    """Sections 4.2.3 and 5.2: 4 px by default: 4/5, 3/5, 2/5, 1/5 across an edge."""
-    assert PLAIN.blend.feather == 4
-    pixels = np.zeros((60, 60), np.float32)
-    pixels[:, 30:] = 1
-    yx = np.zeros((20, 20, 2), np.int32) + 15
-    yx[:, 10:, 1] = 45
-    yx += np.moveaxis(np.indices((20, 20)), 0, 2) % 10
-    e = Exemplar.of({"height": pixels})
-    smap = ia.SourceMap(yx, None, None, (e.source,))
-    made = ia.synthesize(e, 20, changed(lattice=((9, 0), (0, 9))), seed=1)
-    row = replace(made, map=smap).render(feather=4).pixels.reshape(20, 20)[10]
-    np.testing.assert_allclose(row[6:14], [0, 0, 0.2, 0.4, 0.6, 0.8, 1, 1], atol=1e-6)
-
-
 def test_defaults_of_the_source() -> None:
     """Section 5.2."""
     e = Exemplar.of(texture(128, 128, 3, 1))
@@ -164,16 +135,6 @@ def test_the_error_between_neighbours_does_not_grow() -> None:
     out = ia.synthesize(e, (40, 1600), changed(), seed=5).render(feather=0).pixels.astype(int)
     step = np.abs(np.diff(out.reshape(40, 1600), axis=1))[:, 7::8]
     assert step[:, 150:].mean() < 1.15 * step[:, :50].mean()
-
-
-@pytest.mark.parametrize("corner", [(0, 0), (-31, 77), (2**40 - 3, -(2**40) - 11)])
-def test_a_window_is_a_crop(corner: tuple[int, int]) -> None:
-    y, x = corner
-    plain = Sampling(PLAIN, Exemplar.of(texture(40, 44, 2, 1)), Canvas(10, 10), 5)
-    whole = plain.window(y, x, 60, 70, ia.Run())
-    for top, left, height, width in ((0, 0, 1, 1), (11, 31, 30, 9), (59, 0, 1, 70)):
-        part = plain.window(y + top, x + left, height, width, ia.Run())
-        np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
 
 
 def test_a_wrapped_canvas_continues_in_itself_and_keeps_the_phase() -> None:
