@@ -28,25 +28,16 @@ def changed(**parameters: object) -> ia.GapFilling:
 
 @pytest.mark.parametrize("fit", ["difference", "correlation"])
 @pytest.mark.parametrize("channels", [1, 3])
-def test_it_is_the_method_of_the_source(fit: str, channels: int) -> None:
-    """Sections 4.2.1 and 4.2.2, pixel for pixel."""
-    e = Exemplar.of(texture(31, 34, channels, 5))
-    method = changed(fit=fit)
-    made = ia.synthesize(e, (37, 41), method, seed=11)
+@pytest.mark.parametrize("anywhere", [False, True])
+def test_it_is_the_method_of_the_source(fit: str, channels: int, anywhere: bool) -> None:
+    """Sections 4.2.1 and 4.2.2, pixel for pixel; 5.2: with vectors 1,0 0,1 by transforms as by comparing one by one."""
+    shape, size = ((25, 27), (20, 19)) if anywhere else ((31, 34), (37, 41))
+    e = Exemplar.of(texture(*shape, channels, 5))
+    method = changed(fit=fit, **({"lattice": ((1, 0), (0, 1)), "slack": 2} if anywhere else {}))
+    vectors = [(round(y * 256), round(x * 256)) for x, y in method.lattice]
     picture = features([e], None).pictures[0]
-    v1, v2 = ((round(y * 256), round(x * 256)) for x, y in method.lattice)
-    want = naive_rsgf.synthesized(picture, v1, v2, 8, 4, 1, (37, 41), 11, fit)
-    np.testing.assert_array_equal(made.map.yx, want)
-
-
-@pytest.mark.parametrize("fit", ["difference", "correlation"])
-def test_any_texture_may_come_from_anywhere(fit: str) -> None:
-    """Section 5.2: vectors 1,0 0,1, and the search by transforms finds what comparing one by one finds."""
-    e = Exemplar.of(texture(25, 27, 2, 3))
-    method = changed(lattice=((1, 0), (0, 1)), slack=2, fit=fit)
-    made = ia.synthesize(e, (20, 19), method, seed=4)
-    want = naive_rsgf.synthesized(features([e], None).pictures[0], (0, 256), (256, 0), 8, 4, 2, (20, 19), 4, fit)
-    np.testing.assert_array_equal(made.map.yx, want)
+    want = naive_rsgf.synthesized(picture, *vectors, 8, 4, method.slack, size, 11, fit)
+    np.testing.assert_array_equal(ia.synthesize(e, size, method, seed=11).map.yx, want)
 
 
 @given(st.integers(0, 9999))
