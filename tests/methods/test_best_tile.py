@@ -117,11 +117,6 @@ def test_sizes_that_strain_the_lattice_are_refused(size: tuple, wrap: str, told:
         ia.synthesize(texture(100, 110, 1, 2), size, ia.BestTile(lattice=lattice), wrap=wrap)
 
 
-def test_an_exemplar_without_a_lattice_is_refused() -> None:
-    with pytest.raises(ia.MethodError, match=r"^best-tile finds no lattice .*confidence 0.* use method image-quilting"):
-        ia.synthesize(texture(90, 80, 3), 100, "best-tile")
-
-
 def test_vectors_of_the_largest_exemplars_do_not_overflow() -> None:
     """Sides of 60000 px and their fractions: still right to half a px, far out."""
     vectors, (y, x) = units(((60000.3, 20.7), (-31.9, 50000.1))), (2**40 + 17, -(2**39))

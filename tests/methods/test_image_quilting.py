@@ -27,8 +27,6 @@ from intarsia.search import WindowGrid
 from intarsia.testing import noise, texture
 from unweighed import seam_total
 
-# ---- the algorithm, against a slow twin ---------------------------------------------------------------------------
-
 
 @pytest.mark.parametrize("channels", [1, 3])
 @pytest.mark.parametrize("isometries", ["none", "180", "90"])
@@ -204,9 +202,6 @@ def test_what_the_report_saw_is_seen_here(seams) -> None:
     assert seams["pebbles", 24, 4] < seams["pebbles", 24, 12]
 
 
-# ---- known defects ------------------------------------------------------------------------------------------------
-
-
 def test_black_and_white_are_far_apart() -> None:
     """|255 - 0| is 255, so stripes continue; as signed bytes they would be almost equal, and 127 and 128 far apart."""
     e = Exemplar.of(TORTURE["stripes"](size=60))
@@ -234,8 +229,6 @@ def test_isometries_add_mirrored_patches() -> None:
     with pytest.raises(ia.ParameterError, match="not square"):
         grow(e, (40, 40), patch=(8, 6), isometries="90")
 
-
-# ---- sizes and shapes ---------------------------------------------------------------------------------------------
 
 ODD = {
     "patch is the exemplar": ((12, 12), (30, 30), {"patch": 12, "overlap": 4}),
@@ -312,9 +305,6 @@ def test_what_a_mask_leaves_is_measured_before_work(method: str) -> None:
     assert extent(make(method, {}).resolved([e], canvas).patch)[1] <= 20  # type: ignore[attr-defined]
     with pytest.raises(ia.MethodError, match="no 24x24 px patch of the exemplar is free of masked pixels"):
         make(method, {"patch": 24}).resolved([e], canvas)
-
-
-# ---- start maps ---------------------------------------------------------------------------------------------------
 
 
 def test_a_picture_that_may_not_be_sampled_is_continued_to_match() -> None:

@@ -252,9 +252,10 @@ def test_vectors_that_are_none_are_refused(lattice: object) -> None:
 
 
 @pytest.mark.parametrize("height", [1, 2, 5, 15, 16, 90])
-def test_an_exemplar_without_a_lattice_is_refused(height: int) -> None:
-    with pytest.raises(ia.MethodError, match=r"^near-regular finds no lattice in .* use method image") as caught:
-        ia.synthesize(texture(height, max(height - 10, height % 80)), 100, "near-regular")
+@pytest.mark.parametrize("method", ["near-regular", "best-tile"])
+def test_an_exemplar_without_a_lattice_is_refused(method: str, height: int) -> None:
+    with pytest.raises(ia.MethodError, match=rf"^{method} finds no lattice in .* use method image-quilting") as caught:
+        ia.synthesize(texture(height, max(height - 10, height % 80)), 100, method)
     assert caught.value.exit_code == 1
 
 

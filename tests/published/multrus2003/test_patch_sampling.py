@@ -46,9 +46,6 @@ def grown(exemplar, size, **parameters) -> PatchSynthesis:
     return growth
 
 
-# ---- the whole method, against a slow twin -----------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("channels", [1, 3])
 @pytest.mark.parametrize("isometries", ["none", "180", "90", "both"])
 @pytest.mark.parametrize("n", [1, 5])
@@ -61,18 +58,6 @@ def test_it_is_the_method_of_the_source(channels: int, isometries: str, n: int, 
         truth = NaivePatchSampling([e], (23, 27), 4, 3, n, seed, ISOMETRY_SETS[isometries]).run()
         np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
         np.testing.assert_array_equal(np.zeros((23, 27)) if out.pose is None else out.pose, truth[:, :, 1])
-
-
-@pytest.mark.parametrize("we", [0, 1, 2, 3, 5])
-def test_seams_of_all_widths_and_two_exemplars(we: int) -> None:
-    """Sections 3.2.1, 3.2.3 and B.1.4: any seam, odd or even, two exemplars, blocks cropped at right and bottom."""
-    both = [Exemplar.of(bytes_of(19, 18)), Exemplar.of(bytes_of(16, 23, seed=1))]
-    for wb in (3, 6):
-        out = grow(both, (25, 21), 4, patch=wb, overlap=we, candidates=2, **PLAIN).map
-        if we:
-            truth = NaivePatchSampling(both, (25, 21), wb, we, 2, 4).run()
-            np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
-            np.testing.assert_array_equal(out.which, truth[:, :, 0])
 
 
 def sixteen(height: int, width: int, seed: int = 0) -> np.ndarray:
@@ -237,9 +222,6 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
     np.testing.assert_array_equal(growth.map(method.blend).yx, plain.yx)
 
 
-# ---- who may be chosen --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("n", [1, 2, 5, 20])
 def test_any_of_the_n_best_is_chosen_and_no_other(n: int) -> None:
     """Section 3.3.4: uniformly among the n smallest distances, equal ones by place; never empty."""
@@ -294,18 +276,17 @@ def test_with_mixing_source_the_numbers_of_the_file_are_mixed() -> None:
 @pytest.mark.parametrize("we", [1, 2, 3, 4, 5])
 @pytest.mark.parametrize("join", ["middle", "feather"])
 def test_straight_cuts_lie_in_the_middle_of_seams(we: int, join: str) -> None:
-    """Section B.1.4: of the old picture the outer half of the seam stays; with a feather the map is the same."""
-    wb = 7
-    out = grow(bytes_of(40, 40), (40, 43), patch=wb, overlap=we, join=join, **PLAIN)
-    assert out.blend.feather == (we if join == "feather" else 0)
-    truth = NaivePatchSampling([Exemplar.of(bytes_of(40, 40))], (40, 43), wb, we, 5, 0).run()
-    np.testing.assert_array_equal(out.map.yx, truth[:, :, 2:])
-    pieces = out.map.pieces()
-    lines = set((np.flatnonzero((pieces[:, 1:] != pieces[:, :-1]).any(axis=0)) + 1).tolist())
-    assert lines <= {k * (wb + we) - we + (we + 1) // 2 for k in range(1, 9)}
-
-
-# ---- isometries, repetition, cost ---------------------------------------------------------------------------------
+    """Sections 3.2.1, 3.2.3 and B.1.4: of the old picture the outer half of the seam stays, of two exemplars, too."""
+    both = [Exemplar.of(bytes_of(19, 18)), Exemplar.of(bytes_of(16, 23, seed=1))]
+    for wb in (3, 6):
+        out = grow(both, (25, 21), 4, patch=wb, overlap=we, candidates=2, join=join, **PLAIN)
+        assert out.blend.feather == (we if join == "feather" else 0)
+        truth = NaivePatchSampling(both, (25, 21), wb, we, 2, 4).run()
+        np.testing.assert_array_equal(out.map.yx, truth[:, :, 2:])
+        np.testing.assert_array_equal(out.map.which, truth[:, :, 0])
+        pieces = out.map.pieces()
+        lines = set((np.flatnonzero((pieces[:, 1:] != pieces[:, :-1]).any(axis=0)) + 1).tolist())
+        assert lines <= {k * (wb + we) - we + (we + 1) // 2 for k in range(1, 9)}
 
 
 def test_the_isometries_are_the_group_of_the_square() -> None:
