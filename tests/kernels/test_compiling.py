@@ -76,8 +76,8 @@ def test_a_written_number_is_no_type_of_its_own() -> None:
 def test_kernels_are_loaded_in_any_order_whichever_was_compiled_first(order: str, tmp_path: Path) -> None:
     """What one holds of the other is not taken for the other itself: arrays come back whole."""
     script = (
-        "import sys, numpy as np\nfrom intarsia.kernels import shortest_paths as paths\ncost = np.arange(12).reshape(3, 4)\n"
-        "given = {'cheapest': (cost,), 'accumulate': (cost, 0)}\n"
+        "import sys, numpy as np\nfrom intarsia.kernels import shortest_paths as paths\n"
+        "cost = np.arange(12).reshape(3, 4)\ngiven = {'cheapest': (cost,), 'accumulate': (cost, 0)}\n"
         "print([getattr(paths, name)(*given[name]).tolist() for name in sys.argv[1:]])"
     )
 

@@ -135,8 +135,7 @@ def test_large_costs_do_not_overflow() -> None:
     """Costs just below the documented limit add up exactly, in a window where they cannot be shifted."""
     state = overlap_state(300, 6, 6, "l")
     state[:, -1] = 2
-    right = np.full((300, 5), 2**30 - 1, np.int32)
-    down = np.full((299, 6), 2**30 - 1, np.int32)
+    right, down = (np.full(shape, 2**30 - 1, np.int32) for shape in ((300, 5), (299, 6)))
     for solve in (min_cut, grid_min_cut):
         assert solve(state, right, down, np.empty((300, 6), np.uint8)) == 300 * (2**30 - 1)
 

@@ -99,8 +99,8 @@ def test_one_vector_is_enough() -> None:
     e = np.where(y % 15 < 3, 10, 120 + (noise(120, 140, 3) % np.uint64(60)).astype(int)).astype(np.uint8)
     made = ia.synthesize(e, (200, 300), ia.BestTile(lattice=((0, 15),)))
     np.testing.assert_array_equal(made.map.yx[15:], made.map.yx[:-15])
-    dark = made.render().pixels[:, :] < 60
-    assert set(np.flatnonzero(dark.mean(axis=1) > 0.9) % 15) == set(np.flatnonzero(dark.mean(axis=1) > 0.5) % 15)
+    dark = (made.render().pixels < 60).mean(axis=1)
+    assert set(np.flatnonzero(dark > 0.9) % 15) == set(np.flatnonzero(dark > 0.5) % 15)
     assert len(np.unique(made.map.yx[..., 1])) >= 35
 
 

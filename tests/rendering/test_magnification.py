@@ -144,15 +144,12 @@ def test_sides_are_cut_to_multiples_but_a_torus_is_refused() -> None:
     assert magnified(e, 1) is e
     made = magnified(e, 4)
     assert made.planes["albedo"].pixels.shape == (28, 40, 3)
-    refusals = [
+    planes = Exemplar.of({"a": texture(24, 24), "height": texture(6, 6)})
+    for exemplar, n, told in (
         (Exemplar.of(texture(30, 41, 3, 1), toroidal=True), 4, "no longer continue in itself"),
-        (made, 2, "magnified already"),
-        (e, 31, "leaves nothing of"),
-        (e, 0, "give 1 to 64"),
-        (e, 2.5, "give 1 to 64"),
-        (Exemplar.of({"a": texture(24, 24), "height": texture(6, 6)}), 6, "does not suit the plane height"),
-    ]
-    for exemplar, n, told in refusals:
+        (made, 2, "magnified already"), (e, 31, "leaves nothing of"), (e, 0, "give 1 to 64"),
+        (e, 2.5, "give 1 to 64"), (planes, 6, "does not suit the plane height"),
+    ):  # fmt: skip
         with pytest.raises(ia.ParameterError, match=told) as caught:
             magnified(exemplar, n)  # type: ignore[arg-type]
         assert "\n" not in str(caught.value)

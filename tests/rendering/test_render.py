@@ -227,12 +227,8 @@ def test_several_exemplars_must_fit() -> None:
 
 
 def test_refusals_are_one_line_and_say_what_to_do() -> None:
-    planes = {
-        "albedo": pixels_of("uint8", (6, 6)),
-        "small": pixels_of("uint8", (3, 3)),
-        "fine": pixels_of("uint8", (24, 24)),
-    }
-    exemplar = Exemplar.of(planes)
+    sides = {"albedo": 6, "small": 3, "fine": 24}
+    exemplar = Exemplar.of({name: pixels_of("uint8", (side, side)) for name, side in sides.items()})
     smap = SourceMap(np.zeros((5, 4, 2), np.int32), sources=(exemplar.source,))
     which = np.zeros((5, 4), np.uint8)
     which[2, 3] = HOLE

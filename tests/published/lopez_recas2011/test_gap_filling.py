@@ -62,11 +62,7 @@ def test_points_of_a_lattice_are_all_found(seed: int) -> None:
 def test_wedges_meet_in_mitres_and_do_not_overlap(height: int, width: int, border: int) -> None:
     """Section 4.2.2: together they are the whole border, each pixel once; sides are mirrored but for the diagonals."""
     ring = mitred_border(height, width, border)
-    want = [
-        (y, x, naive_rsgf.side_of(y, x, height, width, border))
-        for y in range(height + border)
-        for x in range(width + border)
-    ]
+    want = [(*at, naive_rsgf.side_of(*at, height, width, border)) for at in np.ndindex(height + border, width + border)]
     assert [tuple(r) for r in ring.tolist()] == [w for w in want if w[2] is not None]
     assert len(ring) == (height + border) * (width + border) - max(0, height - border) * max(0, width - border)
 

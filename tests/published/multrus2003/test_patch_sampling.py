@@ -33,14 +33,14 @@ def grow(exemplar, size, seed=0, run=None, **parameters) -> ia.Synthesis:
     return ia.synthesize(exemplar, size, ia.PatchSampling(**parameters), seed=seed, run=run or ia.Run(1))
 
 
-def grown(exemplar, size, **parameters) -> PatchSynthesis:
-    """A growth as it is after the method has filled it."""
+def grown(exemplar, size, seed=0, run=None, seen=None, **parameters) -> PatchSynthesis:
+    """A growth as it is after the method has filled it; `seen` takes what was found for each window."""
     method = ia.PatchSampling(**parameters)
-    e, canvas = Exemplar.of(exemplar), Canvas(*size)
+    e, canvas, seen = Exemplar.of(exemplar), Canvas(*size), {} if seen is None else seen
     growth = PatchSynthesis(settings_of(method.resolved([e], canvas)), [e], canvas)
     growth.fill(
-        0, 2003, ia.Run(1),
-        choose=lambda w, f, bits: choose(method, growth, w, f, bits, []),
+        seed, 2003, run or ia.Run(1),
+        choose=lambda w, f, bits: (seen.__setitem__(w, f), choose(method, growth, w, f, bits, []))[1],
         join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
     )  # fmt: skip
     return growth
@@ -195,15 +195,8 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
     usable = np.ones((24, 22), bool)
     usable[10, 11] = False
     e = Exemplar.of(bytes_of(24, 22), usable=usable, toroidal=toroidal)
-    method = ia.PatchSampling(patch=4, overlap=3, isometries=poses, **PLAIN)
-    growth = PatchSynthesis(settings_of(method), [e], Canvas(25, 25))
-    windows = {}
-    probe = Probe(12, 20)
-    growth.fill(
-        1, 2003, ia.Run(1, probe=probe),
-        choose=lambda w, f, bits: (windows.__setitem__(w, f), choose(method, growth, w, f, bits, []))[1],
-        join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
-    )  # fmt: skip
+    windows, probe, args = {}, Probe(12, 20), {"patch": 4, "overlap": 3, "isometries": poses, **PLAIN}
+    growth = grown(e, (25, 25), 1, ia.Run(1, probe=probe), windows, **args)
     found = windows[1, 2]
     assert probe.maps is not None
     (table,) = probe.maps
@@ -218,8 +211,7 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
         block = picture[np.ix_(rows, columns)]
         squares = min(((lay_down(block, p) - found.feats)[known] ** 2).sum() for p in ISOMETRY_SETS[poses])
         assert d == np.float32(np.sqrt(squares / (known.sum() * 1023**2)))
-    plain = grow(e, 25, 1, patch=4, overlap=3, isometries=poses, **PLAIN).map
-    np.testing.assert_array_equal(growth.map(method.blend).yx, plain.yx)
+    np.testing.assert_array_equal(growth.map(ia.Blend()).yx, grow(e, 25, 1, **args).map.yx)
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 20])
