@@ -222,10 +222,8 @@ def test_black_and_white_are_far_apart() -> None:
 def test_isometries_add_mirrored_patches() -> None:
     """Eight orientations, all of which occur; without being asked for, none."""
     e = Exemplar.of(bytes_of(24, 24))
-    assert grow(e, (40, 40), patch=8, overlap=2).pose is None
-    poses = set(grow(e, (90, 90), patch=8, overlap=2, isometries="both").poses)
-    assert poses == set(range(8))
-    assert set(grow(e, (90, 90), patch=8, overlap=2, isometries=(0, 6)).poses) == {0, 6}
+    for asked, poses in (("none", (0,)), ("both", tuple(range(8))), ((0, 6), (0, 6))):
+        assert grow(e, (90, 90), patch=8, overlap=2, isometries=asked).poses == poses
     with pytest.raises(ia.ParameterError, match="not square"):
         grow(e, (40, 40), patch=(8, 6), isometries="90")
 

@@ -164,12 +164,12 @@ def test_a_smaller_plane_is_averaged_in_blocks(kind: Kind, dtype: str, channels:
     assert (window.pixels == out.pixels[1:3, 2:5]).all()
 
 
-def test_a_smaller_plane_of_a_straight_map_is_a_copy() -> None:
-    for kind in Kind:
-        small = Plane(pixels_of("uint8", (5, 6, 3)), kind)
-        exemplar = Exemplar.of({"albedo": pixels_of("uint8", (15, 18)), "small": small})
-        for f in (0, 3):
-            assert (render([exemplar], laid(ISOMETRIES[0], 15, 18), "small", Blend(f)).pixels == small.pixels).all()
+@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("f", [0, 3])
+def test_a_smaller_plane_of_a_straight_map_is_a_copy(kind: Kind, f: int) -> None:
+    small = Plane(pixels_of("uint8", (5, 6, 3)), kind)
+    exemplar = Exemplar.of({"albedo": pixels_of("uint8", (15, 18)), "small": small})
+    assert (render([exemplar], laid(ISOMETRIES[0], 15, 18), "small", Blend(f)).pixels == small.pixels).all()
 
 
 def test_a_block_of_labels_takes_the_most_frequent_and_then_the_smallest() -> None:
