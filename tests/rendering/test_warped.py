@@ -382,10 +382,7 @@ def test_seams_of_a_turned_piece_cost_nothing() -> None:
 
 
 def test_a_hole_in_such_a_map_holds_nothing() -> None:
-    smap = wild_map((5, 6), (8, 8))
-    hole = np.zeros((5, 6), bool)
-    hole[2, 3] = True
-    out = with_hole(smap, hole)
+    out = with_hole(wild_map((5, 6), (8, 8)), np.arange(30).reshape(5, 6) == 15)
     assert out.holes.sum() == 1
     assert (out.frame[2, 3] == np.eye(2)).all()
     assert (out.sub[2, 3] == 0).all()
