@@ -6,6 +6,7 @@ import os
 import random
 import shutil
 from collections.abc import Callable, Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -50,9 +51,7 @@ def hits(function: Any) -> int:
 
 def named(function: Any, folder: Path) -> tuple[str, bytes]:
     """File and identity of the one compiled form of a function."""
-    found: tuple[str, bytes] = function._cache._entry(
-        str(folder), function.signatures[0], function.targetctx.codegen()
-    )
+    found: tuple[str, bytes] = function._cache._entry(str(folder), function.signatures[0], function.targetctx.codegen())
     return found
 
 
@@ -79,35 +78,48 @@ def test_a_whole_entry_is_loaded_and_nothing_is_said(folder: Path) -> None:
     assert len(list(folder.iterdir())) == 2
 
 
-@pytest.mark.parametrize("kind", sorted(caches.ON_FILES.keys() - {"swapped", "gone", "unreadable", "link", "fifo"}))
+def of_another_kernel(path: Path, _: random.Random) -> None:
+    loaded(thrice, path.parent)(21)
+    (other,) = path.parent.glob("*thrice*.kernel")
+    other.replace(path)
+
+
+def of_another_build(path: Path, _: random.Random) -> None:
+    function = loaded(twice, path.parent)
+    function(21)
+    kept.write_entry(*named(function, path.parent), b"of another build")
+
+
+def link(path: Path, _: random.Random) -> None:
+    path.symlink_to(path.rename(path.parent.parent / "whole"))
+
+
+def fifo(path: Path, _: random.Random) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+DAMAGES = {n: f for n, f in caches.ON_FILES.items() if n not in ("swapped", "gone", "unreadable", "link", "fifo")}
+DAMAGES |= {"another kernel": of_another_kernel, "another build": of_another_build}
+DAMAGES |= {"link": link, "fifo": fifo} if hasattr(os, "geteuid") else {}
+
+
+@pytest.mark.parametrize("kind", sorted(DAMAGES))
 def test_a_damaged_entry_is_compiled_anew_and_replaced_with_one_line(folder: Path, kind: str) -> None:
+    """What is no plain file is neither followed nor waited for."""
     length = entry(folder).stat().st_size
-    caches.ON_FILES[kind](entry(folder), random.Random(5))
+    DAMAGES[kind](entry(folder), random.Random(5))
     again = loaded(twice, folder)
     with pytest.warns(RuntimeWarning, match="was damaged; it is compiled anew") as said:
         assert (again(21), hits(again)) == (42, 0)
     assert len(said) == 1
     assert str(folder) in str(said[0].message)
+    assert entry(folder).is_file()
+    assert not entry(folder).is_symlink()
     assert entry(folder).stat().st_size == pytest.approx(length, abs=200)
     healed = loaded(twice, folder)
     assert (healed(21), hits(healed)) == (42, 1)
     assert not (folder.parent / "sprung").exists()
-
-
-@posix
-@pytest.mark.parametrize("kind", ["link", "fifo"])
-def test_what_is_no_plain_file_is_neither_followed_nor_waited_for(folder: Path, kind: str) -> None:
-    path, whole = entry(folder), folder.parent / "whole"
-    path.rename(whole)
-    if kind == "link":
-        path.symlink_to(whole)
-    else:
-        os.mkfifo(path)
-    again = loaded(twice, folder)
-    with pytest.warns(RuntimeWarning, match="damaged"):
-        assert (again(21), hits(again)) == (42, 0)
-    assert path.is_file()
-    assert not path.is_symlink()
 
 
 def test_every_cut_and_every_flipped_byte_of_the_header_is_found(folder: Path) -> None:
@@ -126,25 +138,6 @@ def test_every_cut_and_every_flipped_byte_of_the_header_is_found(folder: Path) -
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
         with pytest.raises(kept.Unfit):
             kept.read_entry(name, identity)
-
-
-def test_the_entry_of_another_kernel_under_this_name_is_not_loaded(folder: Path) -> None:
-    assert loaded(thrice, folder)(21) == 63
-    (other,) = folder.glob("*thrice*.kernel")
-    shutil.copy(other, entry(folder))
-    again = loaded(twice, folder)
-    with pytest.warns(RuntimeWarning, match="damaged"):
-        assert (again(21), hits(again)) == (42, 0)
-
-
-def test_a_whole_entry_that_this_numba_cannot_open_is_compiled_anew(folder: Path) -> None:
-    function = loaded(twice, folder)
-    function(21)
-    name, identity = named(function, folder)
-    kept.write_entry(name, identity, b"of another build")
-    again = loaded(twice, folder)
-    with pytest.warns(RuntimeWarning, match="damaged"):
-        assert (again(21), hits(again)) == (42, 0)
 
 
 def test_several_damaged_entries_are_told_of_once(folder: Path) -> None:
@@ -220,10 +213,9 @@ def test_the_folder_and_what_is_in_it_are_private(home: Path) -> None:
 
 
 @posix
-@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
-def test_a_folder_that_others_may_write_to_is_not_used(home: Path, mode: int) -> None:
+def test_a_folder_that_others_may_write_to_is_not_used(home: Path) -> None:
     place = resolved()
-    for path in (place, home):
+    for path, mode in product((place, home), (0o777, 0o770, 0o702)):
         path.chmod(mode)
         refused("others may write to it")
         path.chmod(0o755)  # they may read
@@ -257,13 +249,11 @@ def test_a_link_or_a_file_in_place_of_the_folder_is_not_used(home: Path) -> None
 
 
 @posix
-def test_what_an_earlier_release_left_open_is_closed(
-    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_an_earlier_release_left_open_is_closed(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("INTARSIA_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    own = tmp_path / "intarsia"
-    own.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home))
+    own = home / "intarsia"
+    own.mkdir(parents=True)
     own.chmod(0o775)
     assert resolved().parent == own
     assert own.stat().st_mode & 0o777 == 0o700

@@ -19,7 +19,7 @@ elif sys.argv[1] == "changed":
     import numba.core.codegen
     del numba.core.codegen.JITCodeLibrary
 from intarsia import kernels
-from intarsia.kernels import paths
+from intarsia.kernels import shortest_paths as paths
 kernels.on_first_compilation(lambda: print("compiled"))
 cost = np.array([[3, 1, 2], [4, 9, 1], [1, 1, 7]])
 print(paths.cheapest(cost).tolist(), paths.accumulate(cost, 0)[2].tolist())

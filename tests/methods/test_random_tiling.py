@@ -51,24 +51,13 @@ def test_it_looks_at_no_pixel() -> None:
     assert maps[0].digest == maps[1].digest
 
 
-def test_masks_and_isometries_are_kept() -> None:
-    usable = np.ones((40, 40), bool)
-    usable[12:20, 12:20] = False
-    e = Exemplar.of(texture(40, 40, 3), usable=usable)
-    out = ia.synthesize(e, 90, ia.RandomTiling(patch=9, isometries="both")).map
-    assert usable[out.yx[:, :, 0], out.yx[:, :, 1]].all()
-    assert set(out.poses) == set(range(8))
-
-
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"patch": 31}, "patch=31 is larger than the exemplar (30 x 40 px); choose at most 30"),
-        ({"patch": (6, 8), "isometries": "90"}, "patch=8x6 is not square"),
-        ({"patch": 0}, "patch=0 is not allowed"),
+        ({"patch": 31}, r"^patch=31 is larger than the exemplar \(30 x 40 px\); choose at most 30"),
+        ({"patch": (6, 8), "isometries": "90"}, "^patch=8x6 is not square"), ({"patch": 0}, "^patch=0 is not allowed"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_work_is_refused(parameters: dict, message: str) -> None:
-    with pytest.raises(ia.ParameterError) as caught:
+    with pytest.raises(ia.ParameterError, match=message):
         ia.synthesize(Exemplar.of(texture(40, 30, 3)), 50, ia.RandomTiling(**parameters))
-    assert str(caught.value).startswith(message)

@@ -20,11 +20,6 @@ def test_it_is_numpys_tile(size: tuple[int, int]) -> None:
     np.testing.assert_array_equal(out, np.tile(pixels, (90, 90, 1))[: size[0], : size[1]])
 
 
-def test_the_seed_changes_nothing() -> None:
-    e = Exemplar.of(texture(20, 13, 3))
-    assert len({ia.synthesize(e, 30, ia.Repeat(), seed=k).map.digest for k in range(3)}) == 1
-
-
 def test_holes_of_a_start_are_repeated_into() -> None:
     """Law 7 with a rim of 0: known pixels stay, mirrored ones too; holes show what repetition has there."""
     e = Exemplar.of(texture(20, 13, 3))
@@ -38,9 +33,3 @@ def test_holes_of_a_start_are_repeated_into() -> None:
     np.testing.assert_array_equal(out.yx[5:], start.yx[5:])
     assert (out.pose[:5] == 1).all()
     assert not out.pose[5:].any()
-
-
-def test_wrapping_is_not_claimed() -> None:
-    """A canvas that is no multiple of the exemplar would break at the border."""
-    with pytest.raises(ia.ParameterError, match="cannot wrap"):
-        ia.synthesize(texture(20, 13), 30, ia.Repeat(), wrap="x")

@@ -34,30 +34,18 @@ def test_a_figure_is_written_with_its_panels_and_a_page(tmp_path: Path) -> None:
     assert "Without blending block boundaries" in text
     assert "% of the input that is seen" in text
     assert "Shown (rising: sharp c b)" in text
+    with pytest.raises(SystemExit):
+        main(["000", "-o", str(tmp_path), "--only", "9.9"])
 
 
 @pytest.mark.parametrize("document", DOCUMENTS.values())
 def test_figures_have_numbers_claims_and_functions(document: str) -> None:
+    """No verdict goes by seconds."""
     made = importlib.import_module(f"intarsia.published.{document}.figures")
     assert len({f.number for f in made.FIGURES}) == len(made.FIGURES)
-    assert all(f.claim.endswith(".") for f in made.FIGURES)
+    assert all(f.claim.endswith(".") and f.usual.startswith("sample:") for f in made.FIGURES)
     assert made.TITLE
-    assert all(f.usual.startswith("sample:") for f in made.FIGURES)
-
-
-def test_figures_of_near_regular_textures_and_of_quilting_are_written(tmp_path: Path) -> None:
-    """Of a document each one figure: its panels are there, in their sizes."""
-    tiles = np.where((np.mgrid[:110, :110] % 22 < 3).any(axis=0), 20, 120).astype(np.uint8)
-    ia.write(tmp_path / "e.png", tiles + texture(110, 110, 1, 4)[..., 0] // 8)
-    for document, number, last, size in (("001", "5.12", "b", 400), ("002", "1", "c", 220)):
-        page = main([document, "-o", str(tmp_path / document), "--exemplar", str(tmp_path / "e.png"), "--only", number])
-        name = f"figure_{number.replace('.', '_')}_{last}.png"
-        assert ia.read(page.parent / name).base.pixels.shape[:2] == (size, size)
-
-
-def test_a_figure_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SystemExit):
-        main(["000", "-o", str(tmp_path), "--only", "9.9"])
+    assert not [f.number for f in made.FIGURES for rule in f.rising.split("; ") if rule.startswith("s ")]
 
 
 def tiles(side: int, pitch: int) -> ia.Exemplar:
@@ -73,10 +61,8 @@ def values_of(panels: list[Panel], letters: str) -> dict[str, dict[str, float]]:
 def test_a_verdict_holds_where_the_measures_rise_along_the_panels() -> None:
     picture = ia.Plane(np.zeros((2, 2), np.uint8))
     panels = [Panel("", picture, {"s": v, "seams": 9 - v}) for v in (1.0, 2.0, 2.0)]
-    for rising, said in (
-        ("s b c", "Shown"), ("s c b", "Not shown"), ("s b c; seams b c", "Partly shown"), ("s c d", "Not shown"),
-        ("s 0.5 b c 3", "Shown"), ("", "To be judged"),
-    ):  # fmt: skip
+    told = {"s b c": "Shown", "s c b": "Not shown", "s b c; seams b c": "Partly shown", "s c d": "Not shown"}
+    for rising, said in (told | {"s 0.5 b c 3": "Shown", "": "To be judged"}).items():
         assert Figure("1", "", lambda _: [], rising, letters="bcd").verdict(panels).startswith(said), rising
 
 
@@ -106,6 +92,9 @@ def test_the_tile_itself_is_best_and_the_best_tile_repeats_at_less_cost_than_the
     e = tiles(110, 22)
     good = {k: v["goodness"] for k, v in values_of(goodness(e), "abcd").items() if v}
     assert good["b"] > max(good["c"], good["d"])
+    pixels = np.asarray(sampled(e)[0].picture.pixels)  # every second block is empty at first
+    assert pixels[:40, :40].all()
+    assert not pixels[:40, 40:80].any()
     _, best, worst = tile_costs(e)
     assert best.values["cost"] < worst.values["cost"]
     pixels = np.asarray(best.picture.pixels)
@@ -144,23 +133,9 @@ def test_the_rule_for_lattices_fails_as_the_thesis_says() -> None:
     assert tiles["f"] > 2
 
 
-def test_every_second_block_is_empty_at_first() -> None:
-    (made,) = sampled(tiles(110, 22))
-    pixels = np.asarray(made.picture.pixels)
-    assert not pixels[:40, 40:80].any()
-    assert pixels[:40, :40].all()
-    assert pixels[40:80, 40:80].all()
-
-
 def test_a_dearer_jump_set_leaves_larger_pieces() -> None:
     values = values_of(varied("kappa", 1.0, 2.0, "inf")(ia.Exemplar.of(texture(48, 48, 3, 8))), "abcd")
     assert values["b"]["whole"] < values["d"]["whole"]
-
-
-def test_no_verdict_goes_by_seconds() -> None:
-    for document in DOCUMENTS.values():
-        made = importlib.import_module(f"intarsia.published.{document}.figures")
-        assert not [f.number for f in made.FIGURES for rule in f.rising.split("; ") if rule.startswith("s ")]
 
 
 def test_the_command_writes_a_page_and_tells_errors_in_one_line(tmp_path: Path) -> None:

@@ -28,10 +28,7 @@ def clearance(exemplar: Exemplar, y: int, x: int, cap: int) -> int:
                 inside = 0 <= yy < exemplar.height and 0 <= xx < exemplar.width
                 if not inside and not exemplar.toroidal:
                     return d
-                if (
-                    exemplar.usable is not None
-                    and not exemplar.usable[yy % exemplar.height, xx % exemplar.width]
-                ):
+                if exemplar.usable is not None and not exemplar.usable[yy % exemplar.height, xx % exemplar.width]:
                     return d
     return cap
 
@@ -90,17 +87,13 @@ def own_pixel(planes: Sequence[Plane], smap: SourceMap, y: int, x: int) -> Any:
     code = planes[w].samples[tuple(smap.yx[y, x])]
     if planes[0].kind is not Kind.NORMAL:
         return code
-    return np.array(
-        [encode(planes[0], float(v)) for v in turn(planes[0], [decode(planes[0], c) for c in code], pose)]
-    )
+    return np.array([encode(planes[0], float(v)) for v in turn(planes[0], [decode(planes[0], c) for c in code], pose)])
 
 
 class NaiveRenderer:
     """Renders planes of the map's own size."""
 
-    def __init__(
-        self, exemplars: Sequence[Exemplar], smap: SourceMap, feather: int, mixing: Mixing = Mixing.MEAN
-    ):
+    def __init__(self, exemplars: Sequence[Exemplar], smap: SourceMap, feather: int, mixing: Mixing = Mixing.MEAN):
         self.exemplars, self.smap, self.feather, self.mixing = exemplars, smap, feather, mixing
         self.planes = [e.base for e in exemplars]
         self.plane = self.planes[0]
@@ -141,10 +134,7 @@ class NaiveRenderer:
         return self.coded([*self.mean(light, shares)[:-1], opacity])
 
     def mean(self, light: list[list[Fraction]], weights: list[Fraction]) -> list[Any]:
-        mean = [
-            sum(w * v[c] for w, v in zip(weights, light, strict=True)) / sum(weights)
-            for c in range(len(light[0]))
-        ]
+        mean = [sum(w * v[c] for w, v in zip(weights, light, strict=True)) / sum(weights) for c in range(len(light[0]))]
         if self.mixing is not Mixing.VARIANCE or self.plane.kind not in (Kind.COLOUR, Kind.DATA):
             return mean
         used = [
@@ -164,9 +154,7 @@ class NaiveRenderer:
             values = np.array([[[float(v) for v in mean]]])
             return (values if self.plain else from_linear(values, self.plane))[0, 0]
         n = len(mean) - self.plane.alpha
-        halves = [
-            floor(v) if not self.plain and i < n else floor(v + Fraction(1, 2)) for i, v in enumerate(mean)
-        ]
+        halves = [floor(v) if not self.plain and i < n else floor(v + Fraction(1, 2)) for i, v in enumerate(mean)]
         return np.array(halves) if self.plain else from_linear(np.array([[halves]]), self.plane)[0, 0]
 
     def label(self, heard: dict[tuple[int, int, int, int], int]) -> Any:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from naive import unbroken
@@ -12,7 +10,6 @@ from numpy.typing import NDArray
 import intarsia as ia
 from intarsia import Kind, Plane
 from intarsia.analysis import features
-from intarsia.rendering.blending import NormalCoding
 
 F = NDArray[np.float64]
 
@@ -129,28 +126,6 @@ def test_normals_agree_within_the_feather_of_pieces() -> None:
     drawn, from_height = vectors(made.render("normal"), "16 gl"), normals_of(made.render("height").pixels)
     shades = [np.clip(n @ LIGHT, 0, 1).ravel() for n in (drawn, from_height)]
     assert np.corrcoef(*shades)[0, 1] > 0.95
-
-
-def test_broken_turning_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Normals that are not turned, or of which one axis is wrong, do not pass."""
-
-    def left(self: NormalCoding, codes: Any, pose: Any) -> Any:
-        return codes
-
-    right = NormalCoding.turn
-
-    def mirrored(self: NormalCoding) -> Any:
-        channel, sign = right(self)
-        sign = sign.copy()
-        sign[4:, 0] *= -1
-        return channel, sign
-
-    for name, broken in (("turned", left), ("turn", mirrored)):
-        with monkeypatch.context() as patch:
-            patch.setattr(NormalCoding, name, broken)
-            angle, light = angles(grown("16 gl"), "16 gl", 0)
-        assert angle.mean() > 5
-        assert light.mean() > 0.05
 
 
 @pytest.mark.parametrize("coding", ["16 gl", "16 dx", "signed gl", "signed dx", "unsigned dx"])

@@ -13,12 +13,12 @@ from torture import TORTURE
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
-from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS, patch_starts
+from intarsia.foundation.geometry import ISOMETRIES, ISOMETRY_SETS
 from intarsia.foundation.run import Probe
 from intarsia.kernels.maps import PartialMap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.sourcemap import HOLE, SourceMap
+from intarsia.model.sourcemap import SourceMap
 from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.published.multrus2003 import engine
 from intarsia.published.multrus2003.engine import choose, place_patch, settings_of
@@ -33,20 +33,17 @@ def grow(exemplar, size, seed=0, run=None, **parameters) -> ia.Synthesis:
     return ia.synthesize(exemplar, size, ia.PatchSampling(**parameters), seed=seed, run=run or ia.Run(1))
 
 
-def grown(exemplar, size, **parameters) -> PatchSynthesis:
-    """A growth as it is after the method has filled it."""
+def grown(exemplar, size, seed=0, run=None, seen=None, **parameters) -> PatchSynthesis:
+    """A growth as it is after the method has filled it; `seen` takes what was found for each window."""
     method = ia.PatchSampling(**parameters)
-    e, canvas = Exemplar.of(exemplar), Canvas(*size)
+    e, canvas, seen = Exemplar.of(exemplar), Canvas(*size), {} if seen is None else seen
     growth = PatchSynthesis(settings_of(method.resolved([e], canvas)), [e], canvas)
     growth.fill(
-        0, 2003, ia.Run(1),
-        choose=lambda w, f, bits: choose(method, growth, w, f, bits, []),
+        seed, 2003, run or ia.Run(1),
+        choose=lambda w, f, bits: (seen.__setitem__(w, f), choose(method, growth, w, f, bits, []))[1],
         join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
     )  # fmt: skip
     return growth
-
-
-# ---- the whole method, against a slow twin -----------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("channels", [1, 3])
@@ -61,18 +58,6 @@ def test_it_is_the_method_of_the_source(channels: int, isometries: str, n: int, 
         truth = NaivePatchSampling([e], (23, 27), 4, 3, n, seed, ISOMETRY_SETS[isometries]).run()
         np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
         np.testing.assert_array_equal(np.zeros((23, 27)) if out.pose is None else out.pose, truth[:, :, 1])
-
-
-@pytest.mark.parametrize("we", [0, 1, 2, 3, 5])
-def test_seams_of_all_widths_and_two_exemplars(we: int) -> None:
-    """Sections 3.2.1, 3.2.3 and B.1.4: any seam, odd or even, two exemplars, blocks cropped at right and bottom."""
-    both = [Exemplar.of(bytes_of(19, 18)), Exemplar.of(bytes_of(16, 23, seed=1))]
-    for wb in (3, 6):
-        out = grow(both, (25, 21), 4, patch=wb, overlap=we, candidates=2, **PLAIN).map
-        if we:
-            truth = NaivePatchSampling(both, (25, 21), wb, we, 2, 4).run()
-            np.testing.assert_array_equal(out.yx, truth[:, :, 2:])
-            np.testing.assert_array_equal(out.which, truth[:, :, 0])
 
 
 def sixteen(height: int, width: int, seed: int = 0) -> np.ndarray:
@@ -162,9 +147,6 @@ def test_where_labels_meet_one_of_a_few_is_drawn_at_every_level_too(monkeypatch:
         assert drawn == set(range(min(many, 3)))
 
 
-# ---- blocks, placement, distance -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("height", "width"), [(35, 35), (40, 36), (60, 51)])
 def test_the_number_of_valid_blocks(height: int, width: int) -> None:
     """Section 3.1: patch w_b, seam w_e on all sides, (W - w_b - 2 w_e + 1)(H - w_b - 2 w_e + 1) blocks."""
@@ -172,12 +154,8 @@ def test_the_number_of_valid_blocks(height: int, width: int) -> None:
     growth = PatchSynthesis(settings_of(ia.PatchSampling(patch=25, overlap=5)), [e], Canvas(50, 50))
     assert growth.layout.patch == (35, 35)
     assert growth.variants.valid[0].sum() == (width - 34) * (height - 34)
-
-
-def test_an_exemplar_smaller_than_a_block_is_refused_in_one_line() -> None:
-    """Section 3.1: what the source calls BAD_RANGE."""
     with pytest.raises(ParameterError, match="larger than the exemplar"):
-        grow(bytes_of(34, 40), 50, patch=25, overlap=5)
+        grow(bytes_of(34, width), 50, patch=25, overlap=5)
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 24), (24, 1), (2, 24), (1, 1), (3, 24)])
@@ -187,33 +165,6 @@ def test_an_exemplar_that_is_too_narrow_for_seams_is_laid_without(height: int, w
     assert made.method.overlap == (1 if min(height, width) > 2 else 0)  # type: ignore[attr-defined]
     rows = np.arange(24)[:, None] % 2 == np.zeros((1, 30))
     assert ia.synthesize(ia.Exemplar.of(texture(24, 30, 3, 4), usable=rows), 12, "patch-sampling").map.holes.sum() == 0
-
-
-@pytest.mark.parametrize("length", [1, 29, 30, 31, 60, 100])
-def test_patches_lie_at_multiples_of_patch_and_seam(length: int) -> None:
-    """Section 3.2.3: patch origins are multiples of w_b + w_e; the first touches the border, its seam is dropped."""
-    starts, block = patch_starts(length, 35, 5, wrap=False, hangs=1)
-    assert [s + 5 for s in starts] == list(range(0, length, 30))
-    assert block == 35
-
-
-def test_what_a_window_knows_is_its_upper_and_left_seam() -> None:
-    """Sections 3.2.1, 3.2.2 and 3.4: 2 w_e (w_b + 2 w_e) - w_e**2 px inside; one seam in the first row and column."""
-    seen: dict[tuple[int, int], int] = {}
-    method = ia.PatchSampling(patch=6, overlap=3, **PLAIN)
-    e = Exemplar.of(bytes_of(30, 30))
-    growth = PatchSynthesis(settings_of(method), [e], Canvas(36, 36))
-    growth.fill(
-        0, 2003, ia.Run(1),
-        choose=lambda w, f, bits: (seen.__setitem__(w, int(f.known.sum())), choose(method, growth, w, f, bits, []))[1],
-        join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
-    )  # fmt: skip
-    block = 12
-    assert seen[1, 1] == seen[2, 2] == 2 * 3 * block - 9
-    assert seen[0, 1] == 3 * (block - 3)  # the seam above lies outside
-    assert seen[1, 0] == 3 * (block - 3)
-    assert seen[3, 3] == 2 * 3 * (36 - 24) - 9 + 0 * block
-    assert len(seen) == 15
 
 
 def test_distances_are_root_mean_squares_over_known_pixels_and_colours() -> None:
@@ -233,10 +184,6 @@ def test_distances_are_root_mean_squares_over_known_pixels_and_colours() -> None
         diff = (old - picture[u : u + 12, s : s + 12].astype(float) / 255)[known]
         by_colour = np.sqrt((diff**2).mean(axis=0))
         assert d == pytest.approx(np.sqrt((by_colour**2).sum() / 3), abs=3e-3)
-    flat = Probe(14, 15)
-    grow(np.full((20, 20), 7, np.uint8), (30, 30), 3, ia.Run(1, probe=flat), patch=4, overlap=3)
-    assert flat.maps is not None
-    assert (flat.maps[0] == 0).all()
 
 
 @pytest.mark.parametrize(("poses", "toroidal"), [("180", False), ("both", False), ("both", True)])
@@ -248,15 +195,8 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
     usable = np.ones((24, 22), bool)
     usable[10, 11] = False
     e = Exemplar.of(bytes_of(24, 22), usable=usable, toroidal=toroidal)
-    method = ia.PatchSampling(patch=4, overlap=3, isometries=poses, **PLAIN)
-    growth = PatchSynthesis(settings_of(method), [e], Canvas(25, 25))
-    windows = {}
-    probe = Probe(12, 20)
-    growth.fill(
-        1, 2003, ia.Run(1, probe=probe),
-        choose=lambda w, f, bits: (windows.__setitem__(w, f), choose(method, growth, w, f, bits, []))[1],
-        join=lambda at, pick, f: place_patch(method, growth, at, pick, f),
-    )  # fmt: skip
+    windows, probe, args = {}, Probe(12, 20), {"patch": 4, "overlap": 3, "isometries": poses, **PLAIN}
+    growth = grown(e, (25, 25), 1, ia.Run(1, probe=probe), windows, **args)
     found = windows[1, 2]
     assert probe.maps is not None
     (table,) = probe.maps
@@ -271,11 +211,7 @@ def test_a_distance_map_is_exact_and_changes_no_pixel(poses: str, toroidal: bool
         block = picture[np.ix_(rows, columns)]
         squares = min(((lay_down(block, p) - found.feats)[known] ** 2).sum() for p in ISOMETRY_SETS[poses])
         assert d == np.float32(np.sqrt(squares / (known.sum() * 1023**2)))
-    plain = grow(e, 25, 1, patch=4, overlap=3, isometries=poses, **PLAIN).map
-    np.testing.assert_array_equal(growth.map(method.blend).yx, plain.yx)
-
-
-# ---- who may be chosen --------------------------------------------------------------------------------------------
+    np.testing.assert_array_equal(growth.map(ia.Blend()).yx, grow(e, 25, 1, **args).map.yx)
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 20])
@@ -294,57 +230,26 @@ def test_any_of_the_n_best_is_chosen_and_no_other(n: int) -> None:
 
 def test_the_epsilon_bound_is_the_source_s_and_says_when_nobody_passes() -> None:
     """Section 3.3.4: d < sqrt(mean of (eps R)**2); if none passes the best is taken, and the run notes it."""
-    run = ia.Run(1)
-    strict = grow(bytes_of(30, 30), 40, 2, run, patch=6, overlap=3, bound="epsilon", epsilon=0.0, **PLAIN)
-    assert len(run.notes) == 1
-    assert "no candidate within epsilon" in run.notes[0]
-    best = grow(bytes_of(30, 30), 40, 2, patch=6, overlap=3, candidates=1, **PLAIN)
-    np.testing.assert_array_equal(strict.map.yx, best.map.yx)
-    run = ia.Run(1)
-    grow(bytes_of(30, 30), 40, 2, run, patch=6, overlap=3, bound="epsilon", epsilon=100.0, **PLAIN)
-    assert run.notes == []
+    args, (strict, wide) = {"patch": 6, "overlap": 3, **PLAIN}, (ia.Run(1), ia.Run(1))
+    out = grow(bytes_of(30, 30), 40, 2, strict, bound="epsilon", epsilon=0.0, **args)
+    (note,) = strict.notes
+    assert "no candidate within epsilon" in note
+    np.testing.assert_array_equal(out.map.yx, grow(bytes_of(30, 30), 40, 2, candidates=1, **args).map.yx)
+    grow(bytes_of(30, 30), 40, 2, wide, bound="epsilon", epsilon=100.0, **args)
+    assert wide.notes == []
 
 
 def test_the_epsilon_bound_counts_from_black_and_the_relative_one_from_the_best() -> None:
     """Section 3.3.4: brighter by 100 the source's bound admits more; the relative bound does not change."""
-    dark = (bytes_of(40, 40) // 3).astype(np.uint8)
-    bright = dark + 100
-    args = {"patch": 6, "overlap": 3, **PLAIN}
+    dark, args = (bytes_of(40, 40) // 3).astype(np.uint8), {"patch": 6, "overlap": 3, **PLAIN}
     notes = []
-    for picture in (dark, bright):
+    for picture in (dark, dark + 100):
         run = ia.Run(1)
         grow(picture, 60, 1, run, bound="epsilon", epsilon=0.25, **args)
         notes.append(int(run.notes[0].split()[0]) if run.notes else 0)
     assert notes[1] < notes[0]
-    relative = [grow(p, 60, 1, bound="relative", epsilon=0.2, **args).map.yx for p in (dark, bright)]
+    relative = [grow(p, 60, 1, bound="relative", epsilon=0.2, **args).map.yx for p in (dark, dark + 100)]
     np.testing.assert_array_equal(*relative)
-
-
-# ---- how patches meet ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("we", [2, 3, 5, 8])
-def test_feathered_seams_are_linear_ramps(we: int) -> None:
-    """Section 3.2.3: across a seam the new patch counts 1/(w_e+1) .. w_e/(w_e+1), in corners their product."""
-    wb = 12
-    tall = np.zeros((200, 200), np.float32)
-    out = grow(tall, (2 * wb + we, 2 * wb + we), patch=wb, overlap=we, **PLAIN)
-    yx = np.array(out.map.yx)
-    pieces = np.zeros(yx.shape[:2], int)
-    cut = wb + (we + 1) // 2
-    for k, (rows, columns) in enumerate(
-        ((slice(0, cut), slice(0, cut)), (slice(0, cut), slice(cut, None)),
-         (slice(cut, None), slice(0, cut)), (slice(cut, None), slice(cut, None)))
-    ):  # fmt: skip
-        pieces[rows, columns] = k
-        y, x = np.mgrid[: yx.shape[0], : yx.shape[1]][:, rows, columns]
-        yx[rows, columns] = np.stack([y + 20 + 30 * (k // 2), x + 20 + 30 * (k % 2)], axis=2)  # far from the border
-    for mark in range(4):
-        shares = _share(out, yx, pieces, mark)
-        ramp = np.clip((np.arange(yx.shape[0]) - wb + 1) / (we + 1), 0, 1)
-        down = ramp if mark // 2 else 1 - ramp
-        right = ramp if mark % 2 else 1 - ramp
-        np.testing.assert_allclose(shares, down[:, None] * right[None, :], atol=1e-6)
 
 
 def test_with_mixing_source_the_numbers_of_the_file_are_mixed() -> None:
@@ -360,46 +265,33 @@ def test_with_mixing_source_the_numbers_of_the_file_are_mixed() -> None:
     assert all(light > told for light, told in zip(rows[1][8:12], ramp, strict=True))
 
 
-def _share(out, yx, pieces, mark) -> np.ndarray:
-    """Render with four exemplars that differ in nothing but that one of them is white."""
-    plates = [ia.Plane(np.full((200, 200), float(k == mark), np.float32), ia.Kind.DATA) for k in range(4)]
-    exemplars = tuple(Exemplar.of(p) for p in plates)
-    smap = SourceMap(yx, pieces.astype(np.uint8), None, tuple(e.source for e in exemplars))
-    return np.asarray(render(exemplars, smap, None, out.blend, None, ia.Run(1)).pixels, float)
-
-
 @pytest.mark.parametrize("we", [1, 2, 3, 4, 5])
 @pytest.mark.parametrize("join", ["middle", "feather"])
 def test_straight_cuts_lie_in_the_middle_of_seams(we: int, join: str) -> None:
-    """Section B.1.4: of the old picture the outer half of the seam stays; with a feather the map is the same."""
-    wb = 7
-    out = grow(bytes_of(40, 40), (40, 43), patch=wb, overlap=we, join=join, **PLAIN)
-    assert out.blend.feather == (we if join == "feather" else 0)
-    truth = NaivePatchSampling([Exemplar.of(bytes_of(40, 40))], (40, 43), wb, we, 5, 0).run()
-    np.testing.assert_array_equal(out.map.yx, truth[:, :, 2:])
-    pieces = out.map.pieces()
-    lines = set((np.flatnonzero((pieces[:, 1:] != pieces[:, :-1]).any(axis=0)) + 1).tolist())
-    assert lines <= {k * (wb + we) - we + (we + 1) // 2 for k in range(1, 9)}
-
-
-# ---- isometries, repetition, cost ---------------------------------------------------------------------------------
+    """Sections 3.2.1, 3.2.3 and B.1.4: of the old picture the outer half of the seam stays, of two exemplars, too."""
+    both = [Exemplar.of(bytes_of(19, 18)), Exemplar.of(bytes_of(16, 23, seed=1))]
+    for wb in (3, 6):
+        out = grow(both, (25, 21), 4, patch=wb, overlap=we, candidates=2, join=join, **PLAIN)
+        assert out.blend.feather == (we if join == "feather" else 0)
+        truth = NaivePatchSampling(both, (25, 21), wb, we, 2, 4).run()
+        np.testing.assert_array_equal(out.map.yx, truth[:, :, 2:])
+        np.testing.assert_array_equal(out.map.which, truth[:, :, 0])
+        pieces = out.map.pieces()
+        lines = set((np.flatnonzero((pieces[:, 1:] != pieces[:, :-1]).any(axis=0)) + 1).tolist())
+        assert lines <= {k * (wb + we) - we + (we + 1) // 2 for k in range(1, 9)}
 
 
 def test_the_isometries_are_the_group_of_the_square() -> None:
     """Sections 4.1.1 and B.1.5: the table, with 7 as (N-1-j, i); all distinct, closed, 5 of order four."""
     block = np.arange(25).reshape(5, 5)
     laid = [lay_down(block, k) for k in range(8)]
-    assert len({a.tobytes() for a in laid}) == 8
     for k, iso in enumerate(ISOMETRIES):
         start, j = np.array(iso.start(5, 5)), np.array(iso.j)
-        for i in range(5):
-            for c in range(5):
-                assert laid[k][i, c] == block[tuple(start + j @ (i, c))]
+        assert all(laid[k][at] == block[tuple(start + j @ at)] for at in np.ndindex(5, 5))
     every = {a.tobytes() for a in laid}
+    assert len(every) == 8
     assert all(lay_down(a, k).tobytes() in every for a in laid for k in range(8))
-    turned = lay_down(lay_down(lay_down(block, 5), 5), 5)
-    np.testing.assert_array_equal(turned, laid[7])
-    np.testing.assert_array_equal(lay_down(laid[5], 7), block)
+    np.testing.assert_array_equal(lay_down(lay_down(laid[5], 5), 5), laid[7])
     np.testing.assert_array_equal(laid[5], np.rot90(block))
     names = ["identity", "mirror left-right", "mirror up-down", "transpose", "anti-transpose"]
     assert [iso.name for iso in ISOMETRIES] == [*names, "rotate 90", "rotate 180", "rotate 270"]
@@ -417,34 +309,6 @@ def test_categories_of_isometries_through_the_method(name: str) -> None:
         grow(bytes_of(30, 30), 60, patch=(8, 6), overlap=3, isometries="90")
 
 
-@pytest.mark.parametrize("name", ["none", "180", "90", "both"])
-def test_the_demonstration_of_isometries(name: str) -> None:
-    """Section 4.1.2: 150x150 gray px continued to 300x150, patch 25, seam 5, 2 candidates: every pose, and no other.
-
-    How long each takes stands beside the source's seconds in docs/sources-000.md.
-    """
-    e = Exemplar.of(np.asarray(ia.read("sample:pebbles").base.samples)[:150, :150, 1].copy())
-    yx, which = np.zeros((150, 300, 2), np.int32), np.full((150, 300), HOLE, np.uint8)
-    yx[:, :150], which[:, :150] = np.stack(np.mgrid[:150, :150], axis=2), 0
-    start = SourceMap(yx, which, None, (e.source,))
-    method = ia.PatchSampling(patch=25, overlap=5, candidates=2, isometries=name, **PLAIN)
-    out = ia.synthesize(e, (150, 300), method, seed=1, start=start, run=ia.Run(1)).map
-    assert not out.holes.any()
-    np.testing.assert_array_equal(out.yx[:, :140], yx[:, :140])
-    new = np.zeros((150, 150), np.uint8) if out.pose is None else out.pose[:, 150:]
-    assert set(np.unique(new).tolist()) <= set(ISOMETRY_SETS[name])
-    assert len(np.unique(new)) >= min(3, len(ISOMETRY_SETS[name]))
-
-
-def test_the_counter_marks_all_blocks_that_touch_a_used_one() -> None:
-    """Section 4.2.1: within w_b + 2 w_e - 1 px along each axis, each use counts one."""
-    growth = grown(bytes_of(40, 44), (1, 1), patch=4, overlap=3, repetition="counter", search="exact")
-    (_, u, s), counts = growth.repetition.grid[0, 0, :3].tolist(), growth.repetition.search_prices.counts[0]
-    y, x = np.mgrid[: counts.shape[0], : counts.shape[1]]
-    near = (abs(y - u) <= 9) & (abs(x - s) <= 9)
-    np.testing.assert_array_equal(counts, 256 * near)
-
-
 def test_marks_weigh_a_block_by_the_marks_of_its_pixels() -> None:
     """Section 4.2.1: the alternative: 1 + the mean number of uses of the block's pixels, here for one use."""
     growth = grown(bytes_of(40, 44), (1, 1), patch=4, overlap=3, repetition="marks", search="exact")
@@ -458,16 +322,10 @@ def test_marks_weigh_a_block_by_the_marks_of_its_pixels() -> None:
 
 @pytest.mark.parametrize("rule", ["marks", "prices"])
 def test_prevention_of_repetitions_spreads_the_use_of_the_exemplar(rule: str) -> None:
-    """Section 4.2.1: more of the exemplar is shown than without.
-
-    The source's counter does not do so here: over five seeds it shows as much as no prevention. It multiplies the
-    distance, so that a perfect repeat stays free.
-    """
+    """Section 4.2.1: more is shown than without; not so by the source's counter, by which a perfect repeat is free."""
     picture = TORTURE["pebbles_black"](size=96)
-    shown = []
-    for repetition in ("none", rule):
-        yx = grow(picture, 256, 1, patch=12, overlap=4, candidates=1, repetition=repetition).map.yx
-        shown.append(len(np.unique(yx.reshape(-1, 2), axis=0)))
+    maps = [grow(picture, 256, 1, patch=12, overlap=4, candidates=1, repetition=r).map.yx for r in ("none", rule)]
+    shown = [len(np.unique(yx.reshape(-1, 2), axis=0)) for yx in maps]
     assert shown[1] >= shown[0]
 
 
@@ -486,13 +344,6 @@ def cost_of_pyramid(side: int, wb: int, we: int) -> float:
     return total / (wb + 2 * we) ** 2
 
 
-def test_the_cost_laws_of_the_source() -> None:
-    """Sections 2.3, 3.4 and 4.3.2: quadratic in the exemplar's side; the pyramid's is nearly flat."""
-    assert [round(cost(s, 25, 5)) for s in (100, 200, 300, 500)] == [1245, 7873, 20216, 62045]
-    assert [round(cost_of_pyramid(s, 25, 5)) for s in (100, 200, 300, 500)] == [390, 410, 446, 567]
-    assert 19 <= cost(200, 25, 5) / cost_of_pyramid(200, 25, 5) <= 20
-
-
 @pytest.mark.parametrize("side", [100, 200])
 def test_searches_look_at_as_many_places_as_the_laws_count(side: int) -> None:
     """Sections 3.4 and 4.3.2: the factors of the laws are those of the searches themselves.
@@ -505,6 +356,7 @@ def test_searches_look_at_as_many_places_as_the_laws_count(side: int) -> None:
     known = np.zeros((block, block), bool)
     known[:5] = known[:, :5] = True
     places = growth.variants.valid[0].sum()
+    assert (round(cost(side, 25, 5)), round(cost_of_pyramid(side, 25, 5))) == {100: (1245, 390), 200: (7873, 410)}[side]
     assert places * (known.sum() + 5 * 5) / block**2 == pytest.approx(cost(side, 25, 5))
     search = PatchSynthesis(
         settings_of(ia.PatchSampling(patch=25, overlap=5, pyramid="mean")), [e], Canvas(70, 70)

@@ -111,37 +111,11 @@ def test_levels_have_the_source_s_sizes() -> None:
     assert all(level_size(4 + 2 * 4, 4, level) >= 3 for level in range(LEVELS + 1))
 
 
-def test_seams_keep_floor_of_their_width_at_every_level() -> None:
-    """Section 4.3.1: what a window knows at level l is an L of floor(w_e / 2^l) px."""
-    for seam in (4, 5, 6, 7, 8, 9):
-        search = search_of(Exemplar.of(smooth(60, 60)), 16, seam)
-        variant, yx = corner(search, seam, (0, 5, 5))
-        stack = search.stack(PartialMap(variant, yx, (False, False)), np.array([[8, 8]]))
-        for level, (_, known) in enumerate(stack):
-            ell = np.zeros(known.shape[1:], bool)
-            ell[: seam >> level] = ell[:, : seam >> level] = True
-            np.testing.assert_array_equal(known[0] > 0, ell)
-
-
 @pytest.mark.parametrize(("patch", "overlap"), [(3, 4), (25, 3), (3, 1)])
 def test_patches_and_seams_below_4_px_are_refused(patch: int, overlap: int) -> None:
     """Section 4.3.1: in one line, before any work."""
     with pytest.raises(ParameterError, match="at least 4 px"):
         ia.synthesize(smooth(60, 60), 80, ia.PatchSampling(patch=patch, overlap=overlap, pyramid="mean"))
-
-
-def test_counters_move_the_search_elsewhere_at_all_levels() -> None:
-    """Section 4.3: where everything near the best place was used often, other places are followed and found."""
-    e = Exemplar.of(smooth(80, 80))
-    search = search_of(e, 8, 4, kept=1)
-    variant, yx = corner(search, 4, (0, 30, 30))
-    args = (PartialMap(variant, yx, (False, False)), np.array([[8, 8]]))
-    before = search.find(*args, free(search))[0]
-    used = free(search).counts[0]
-    y, x = before.rows[0, 2:]
-    used[max(y - 15, 0) : y + 16, max(x - 15, 0) : x + 16] = 256
-    priced = search.find(*args, Prices([used], 8 << 16))[0]
-    assert (used[priced.rows[:, 2], priced.rows[:, 3]] == 0).any()
 
 
 def test_counters_count_at_the_coarsest_level() -> None:

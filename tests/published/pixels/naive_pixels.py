@@ -151,10 +151,7 @@ class NaiveScan:
         down = 2 * ((up + 1) // 2) if self.levels > 1 else 0
         wide = max(side, 2 * ((side + 1) // 2)) if self.levels > 1 else side
         scale = 2 ** (self.levels - 1)
-        margin = (
-            0 if self.wrap.y else max(up, down) * scale,
-            0 if self.wrap.x else wide * scale,
-        )
+        margin = (0 if self.wrap.y else max(up, down) * scale, 0 if self.wrap.x else wide * scale)
         torus = self.size[0] + margin[0], self.size[1] + margin[1]
         pyramid = [of_posed(posed(self.exemplars, (0,)))]
         for _ in range(self.levels - 1):

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from published.pixels.naive_pixels import NaiveEfrosLeung
 
 import intarsia as ia
@@ -63,19 +62,6 @@ def test_it_draws_what_the_plain_version_draws(name: str, thorough: bool) -> Non
 def pixel_of(plain: NaiveEfrosLeung, v: int, y: int, x: int) -> tuple[int, ...]:
     one = plain.variants[v]
     return (one.number, one.isometry, *one.pixel(y, x))
-
-
-@pytest.mark.parametrize("window", [3, 9, (5, 11)])
-def test_threads_change_nothing(window: Any) -> None:
-    exemplar, method = COLOUR if window == 3 else big(), ia.EfrosLeung(window=window)
-    outs = [ia.synthesize(exemplar, (40, 37), method, run=ia.Run(threads=n), wrap="x") for n in (1, 2, 5)]
-    assert len({o.map.digest for o in outs}) == 1
-
-
-def big() -> NDArray[np.uint8]:
-    y, x = np.mgrid[:40, :44]
-    wave = 120 + 60 * np.sin(x / 2.5) + 50 * np.cos(y / 3)
-    return (wave + np.random.default_rng(3).integers(0, 20, (40, 44))).astype(np.uint8)
 
 
 def test_weights_fall_off_as_a_gaussian() -> None:

@@ -72,18 +72,25 @@ def test_it_takes_what_the_plain_version_takes(name: str, thorough: bool) -> Non
         assert shown(out) == plain.run()
 
 
+LEGS = [(y, x) for y in (-2, -1) for x in range(-3, 4)] + [(0, x) for x in (-3, -2, -1)]
+
+
+def of_the_text(height: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """An exemplar that is compared as it is, of 0 to 1023, and the L of 7x3 px of every neighbourhood inside it."""
+    sample = smooth(6, height, width).astype(np.int64)
+    sample = (sample - sample.min()) * 1023 // np.ptp(sample)
+    y, x = np.mgrid[2:height, 3 : width - 3]
+    return sample, np.stack([sample[y + a, x + b] for a, b in LEGS])
+
+
 def test_on_a_canvas_that_ends_every_pixel_is_the_best_by_the_l_alone() -> None:
     """Multrus 2003, 2.2.1, from its text: the L of 7x3 px above and to the left, all neighbourhoods of the exemplar."""
-    sample = smooth(6, 34, 37).astype(np.int64)
-    sample = (sample - sample.min()) * 1023 // np.ptp(sample)  # features are whole numbers up to 1023
+    sample, others = of_the_text(34, 37)
     out = ia.synthesize(sample.astype(np.uint16), (26, 30), ia.WeiLevoy(window=(3, 7), matching="exact"), seed=1).map.yx
     image = sample[out[..., 0], out[..., 1]]
-    legs = [(y, x) for y in (-2, -1) for x in range(-3, 4)] + [(0, x) for x in (-3, -2, -1)]
-    y, x = np.mgrid[2:34, 3:34]  # neighbourhoods wholly inside the exemplar
-    others = np.stack([sample[y + a, x + b] for a, b in legs])
     for i in range(2, 26):
         for j in range(3, 27):
-            own = np.array([image[i + a, j + b] for a, b in legs])
+            own = np.array([image[i + a, j + b] for a, b in LEGS])
             far = ((others - own[:, None, None]) ** 2).sum(axis=0)
             u, s = out[i, j]
             assert far[u - 2, s - 3] == far.min()
@@ -91,21 +98,16 @@ def test_on_a_canvas_that_ends_every_pixel_is_the_best_by_the_l_alone() -> None:
 
 def test_from_white_noise_it_is_the_method_of_the_source() -> None:
     """Multrus 2003, 2.2.1 and figure 2.3, from the text: noise, rows, an L of 7x3 px on a torus, the best of all."""
-    sample = smooth(6, 24, 27).astype(np.int64)
-    sample = (sample - sample.min()) * 1023 // np.ptp(sample)  # features are whole numbers up to 1023
+    sample, others = of_the_text(24, 27)
     method = ia.WeiLevoy(window=(3, 7), matching="exact", noise="white")
     out = ia.synthesize(sample.astype(np.uint16), (13, 15), method, seed=9, wrap="both").map.yx
     image = np.array([[below(1024, draw(9, STAGE, 64, i, j)) for j in range(15)] for i in range(13)])
-    legs = [(a, b) for a in (-2, -1) for b in range(-3, 4)] + [(0, b) for b in (-3, -2, -1)]
-    y, x = np.mgrid[2:24, 3:24]  # neighbourhoods wholly inside the exemplar
-    others = np.stack([sample[y + a, x + b] for a, b in legs])
-    for i in range(13):
-        for j in range(15):
-            own = np.array([image[(i + a) % 13, (j + b) % 15] for a, b in legs])
-            far = ((others - own[:, None, None]) ** 2).sum(axis=0)
-            best = np.unravel_index(far.argmin(), far.shape)
-            assert tuple(out[i, j]) == (best[0] + 2, best[1] + 3)
-            image[i, j] = sample[tuple(out[i, j])]
+    for i, j in np.ndindex(13, 15):
+        own = np.array([image[(i + a) % 13, (j + b) % 15] for a, b in LEGS])
+        far = ((others - own[:, None, None]) ** 2).sum(axis=0)
+        best = np.unravel_index(far.argmin(), far.shape)
+        assert tuple(out[i, j]) == (best[0] + 2, best[1] + 3)
+        image[i, j] = sample[tuple(out[i, j])]
 
 
 @pytest.mark.parametrize("matching", ["exact", "tree"])
@@ -147,31 +149,6 @@ def in_row(y: int, width: int) -> NDArray[np.int64]:
     return np.array([(y, x) for x in range(width)], np.int64)
 
 
-def test_only_the_last_rows_and_columns_of_the_noise_count() -> None:
-    """Whatever else the noise holds, the result is the same; what it holds there changes the result."""
-    e = Exemplar.of(smooth(5, 30, 31))
-
-    def grown(change: Any) -> NDArray[np.int32]:
-        scan = Scan([e], Canvas(24, 26, ia.Wrap.BOTH), (3, 7), 1, (1, STAGE))
-        torus, exemplar = scan.enter()
-        change(torus.yx)
-        for y in range(24):
-            raster_kernels.fill_full(torus, exemplar, in_row(y, 26), scan.room)
-        return torus.yx
-
-    def elsewhere(yx: NDArray[np.int32]) -> None:
-        inner = np.zeros((24, 26), bool)
-        inner[:22, 3:23] = True  # the last h_e - 1 rows, and w_e // 2 columns on both sides, are seen
-        yx[inner] = 29 - yx[inner] % 30
-
-    def there(yx: NDArray[np.int32]) -> None:
-        yx[22:] = 10 + yx[22:] % 7
-
-    before = grown(lambda yx: None)
-    assert (grown(elsewhere) == before).all()
-    assert (grown(there) != before).any()
-
-
 def test_the_tree_is_nearly_as_good_as_the_full_search() -> None:
     """Over pixels in the middle of good textures the tree's best is but a little further than the best of all."""
     e = Exemplar.of(smooth(7, 64, 64))
@@ -210,7 +187,7 @@ def operations(width: int, height: int, w_e: int, h_e: int) -> int:
     return width * height * ((h_e - 1) * w_e + -(-w_e // 2))
 
 
-@pytest.mark.parametrize(("side", "cost"), [(100, 3_130_000), (200, 12_520_000), (300, 28_170_000), (500, 78_250_000)])
+@pytest.mark.parametrize(("side", "cost"), [(100, 3_130_000), (200, 12_520_000)])
 def test_the_cost_law_of_the_source(side: int, cost: int) -> None:
     """Ours holds one pixel less than the law of Multrus 2003, 2.3, for w_e is odd and the pixel itself not compared."""
     assert operations(side, side, 25, 13) == cost
@@ -218,16 +195,6 @@ def test_the_cost_law_of_the_source(side: int, cost: int) -> None:
     torus, _ = Scan([e], Canvas(8, 8), (13, 25), 1, (0, STAGE)).enter()
     causal = sum(kind == raster_kernels.ABOVE for _, _, kind in torus.taps.tolist())
     assert operations(side, side, 25, 13) == len(torus.choices) * (causal + 1)  # what the search goes through
-
-
-@pytest.mark.parametrize("matching", ["exact", "tree"])
-def test_a_wrapped_border_fits(matching: str) -> None:
-    """The step across the border is no larger than the steps inside (law 6)."""
-    out = ia.synthesize(smooth(8, 48, 52), 60, ia.WeiLevoy(window=(4, 7), matching=matching), wrap="both", seed=2)
-    pixels = out.render().pixels.astype(int)
-    for axis in (0, 1):
-        steps = np.abs(np.diff(pixels, axis=axis, append=np.take(pixels, [0], axis))).mean(axis=1 - axis)
-        assert steps[-1] <= 1.15 * steps[:-1].max()
 
 
 def test_what_cannot_be_compared_is_refused() -> None:
