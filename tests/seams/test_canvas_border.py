@@ -6,24 +6,20 @@ from itertools import product
 
 import numpy as np
 import pytest
+from seams.sewing import empty_of as empty
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.seams import canvas_border, graphcut_map, local_search
-from intarsia.seams.graphcut_map import GraphcutMap
-from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.seams.local_search import Place, PlacementMove, fill
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
 
 
-def empty(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutMap:
-    method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
-    return GraphcutMap(PatchSynthesis(settings_of(method), exemplars, canvas), stitch_of(method))
+
 
 
 @pytest.mark.parametrize(("wrap", "size"), [(Wrap.NONE, (90, 80)), (Wrap.X, (90, 80)), (Wrap.NONE, (90, 65))])

@@ -12,7 +12,6 @@ from analysis.naive_masking import visibility
 import intarsia as ia
 from intarsia.analysis.features import features
 from intarsia.foundation.geometry import ISOMETRIES, Wrap
-from intarsia.methods import METHODS, make
 from intarsia.model import Exemplar
 from intarsia.model.sourcemap import SourceMap, identity
 from intarsia.seams import energy
@@ -199,19 +198,8 @@ def test_the_energy_of_bands_is_that_of_the_whole() -> None:
     e = Exemplar.of(texture(30, 30, 3, 7))
     made = ia.synthesize(e, (300, 20), ia.RandomTiling(patch=10), seed=1, wrap="both")
     assert made.energy == slow_energy([e], made.map) > 0
+    flat = Exemplar.of(np.full((17, 19, 3), 70, np.uint8))
+    assert energy([e], identity([e.source], 0)) == energy([flat], crazy([flat], Wrap.BOTH, 1)) == 0
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_what_every_method_makes_has_an_energy(method: str) -> None:
-    e = Exemplar.of(texture(32, 32, 3, 7))
-    values = {"lattice": ((8, 0), (0, 8)), "block": 6, "border": 2} if method in ("near-regular", "gap-filling") else {}
-    values = {"lattice": ((8, 0), (0, 8)), "band": 2} if method == "best-tile" else values
-    made = ia.synthesize(e, (36, 40), make(method, values), seed=3)
-    assert made.energy == slow_energy([e], made.map)
-    assert (made.energy == 0) == (made.map.pieces().max() == 0)
 
-
-def test_what_goes_on_has_no_energy_and_one_colour_has_none() -> None:
-    e, flat = Exemplar.of(texture(17, 19, 3)), Exemplar.of(np.full((17, 19, 3), 70, np.uint8))
-    assert energy([e], identity([e.source], 0)) == 0
-    assert energy([flat], crazy([flat], Wrap.BOTH, 1)) == 0
