@@ -33,12 +33,6 @@ def test_sixteen_bits_are_seen() -> None:
     assert set(np.unique(of(pixels)).tolist()) == {0, 1023}
 
 
-def test_a_gain_and_an_offset_change_next_to_nothing() -> None:
-    """The exemplar's own range counts, not its brightness."""
-    pixels = (texture(20, 20, 1, 1) // 4).astype(np.uint8)
-    assert np.abs(of(pixels).astype(int) - of((2 * pixels + 60).astype(np.uint8))).max() <= 1
-
-
 def test_a_uniform_exemplar_has_no_features() -> None:
     for value in (0, 7, 255):
         assert not of(np.full((5, 6, 3), value, np.uint8)).any()
@@ -111,15 +105,6 @@ def test_normals_turn_with_their_piece(pose: int) -> None:
     plain, posed = feats.posed(0, 0).astype(int), feats.posed(0, pose).astype(int)
     assert feats.normals == (0,)
     assert np.abs(plain - posed).max() <= 4 * 1023 / 255
-
-
-def test_exemplars_share_one_scale() -> None:
-    """Features of several exemplars are comparable: the range is that of all of them."""
-    dark, light = (texture(10, 10, 1, k) // 4 + np.uint8(k * 150) for k in (0, 1))
-    one, two = features([Exemplar.of(dark), Exemplar.of(light)]).pictures
-    assert one.max() < two.min()
-    assert min(one.min(), two.min()) == 0
-    assert max(one.max(), two.max()) == 1023
 
 
 def test_exemplars_of_another_make_up_are_refused() -> None:

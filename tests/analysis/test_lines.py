@@ -76,11 +76,6 @@ def test_lines_turn_and_are_mirrored_with_the_picture():
         assert np.abs(back(found.at) - plain.at).max() <= 3
 
 
-def test_a_part_has_the_lines_of_the_whole():
-    found = lines_in(np.ascontiguousarray(wall()[:, 30:150]))
-    assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 3
-
-
 def test_lines_may_lean():
     found = lines_in(wall(lean=0.06))
     assert np.abs(found.at - np.array(BEDS)[:, None] - 0.06 * np.arange(176)).max() <= 3

@@ -31,11 +31,6 @@ def test_a_red_cluster_is_striking():
         assert far.max() < 2 * MEDIAN
 
 
-def test_the_knot_is_striking():
-    grid, step = rarity(of("wood_knot"), 32)
-    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * MEDIAN
-
-
 def test_a_pair_of_equals_stays_striking():
     picture = np.random.default_rng(3).integers(0, 60, (128, 128, 3)).astype(np.int16)
     picture[20:30, 20:30] = picture[90:100, 84:94] = (1000, 0, 0)

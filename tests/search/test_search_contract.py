@@ -140,7 +140,7 @@ class TestGuidedPyramid(GuidedContract):
         return self.under(scene, PyramidSearch(scene.variants, scene.patch, (SEAM, SEAM), kept=12))
 
 
-UNDER_GUIDES = {"GuidedSearch", "GuidedByRoots", "GuidedPyramid"}
+UNDER_GUIDES = {"GuidedSearch", "GuidedPatchSearch", "GuidedPyramid"}
 
 
 def test_every_search_is_under_contract() -> None:
