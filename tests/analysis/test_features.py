@@ -50,7 +50,6 @@ def test_what_is_masked_is_not_seen(dtype: str) -> None:
 
 
 def test_colour_under_no_opacity_is_not_seen() -> None:
-    """Colour is premultiplied; what is transparent is all alike."""
     pixels = texture(12, 12, 4, 2)
     pixels[:, :, 3] = np.where(np.arange(12) < 6, 0, 255)
     garbage = pixels.copy()
@@ -113,14 +112,6 @@ def test_exemplars_of_another_make_up_are_refused() -> None:
         features([rgb, gray])
     with pytest.raises(ia.InputError, match="differ in planes"):
         features([rgb, Exemplar.of({"albedo": texture(10, 10, 3), "height": texture(10, 10, 1)[:, :, 0]})])
-
-
-def test_an_exemplar_that_is_never_sampled_keeps_its_features() -> None:
-    """Law 7: the picture under a start map is matched, though none of its pixels may be used."""
-    sampled = Exemplar.of(texture(10, 10, 3, 1))
-    below = Exemplar.of(texture(10, 10, 3, 1), usable=np.zeros((10, 10), bool))
-    one, two = features([below, sampled]).pictures
-    np.testing.assert_array_equal(one, two)
 
 
 def test_light_without_bounds_is_compared_on_a_curve() -> None:

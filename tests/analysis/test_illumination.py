@@ -104,7 +104,6 @@ def test_depth_size_opacity_and_other_planes_stay(dtype: str, transfer: Transfer
 
 
 def test_colours_keep_their_hue() -> None:
-    """All channels are divided by the same light, in linear light."""
     given = ia.Plane(as_depth(texture(50, 70, 3, 4), "float32"), ia.Kind.COLOUR, Transfer.LINEAR)
     even = ia.flattened(ia.Exemplar.of(light_on(given))).base.pixels
     ratio = even / np.maximum(given.pixels, 1e-6)

@@ -116,7 +116,6 @@ def test_without_courses_there_are_none():
 
 
 def test_lines_that_end_are_none():
-    """Where a wall ends beside something else, its joints do not run across."""
     picture = wall()
     picture[:, 125:] = np.random.default_rng(2).integers(120, 200, (160, 51))
     assert lines_in(picture) is None

@@ -97,7 +97,6 @@ def test_exemplars_share_one_range() -> None:
 
 @pytest.mark.parametrize("value", [200.0, -5.0, 1e30, -1e30, 1e-30, 65504.0])
 def test_a_plane_of_one_value_grows(value: float) -> None:
-    """Law 3, whatever the value; alone and as a map beside a picture."""
     flat = np.full((24, 24), value, np.float32)
     sampling, quilting = ia.PatchSampling(patch=8, overlap=2, bound="epsilon"), ia.ImageQuilting(patch=8, overlap=2)
     for pixels, method in ((flat, sampling), ({"albedo": texture(24, 24, 3), "height": flat}, quilting)):
@@ -114,7 +113,6 @@ def test_black_is_where_0_would_be() -> None:
 
 
 def test_target_pictures_of_any_range_guide_alike() -> None:
-    """Heights in metres lead as those from 0 to 1 do."""
     e = Exemplar.of(texture(40, 44, 3, 1))
     method, maps = ia.ImageQuilting(patch=12, overlap=4), set()
     for factor in (1.0, 4000.0, 1e-6):

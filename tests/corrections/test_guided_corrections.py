@@ -74,7 +74,6 @@ GUIDES = {
 
 @pytest.mark.parametrize(("kind", "method", "toroidal"), going_round([*GUIDES], [BASE, MEMO], [True, False]))
 def test_the_kernels_do_what_the_plain_twin_does(kind: str, method: Any, toroidal: bool) -> None:
-    """What is asked of the levels, where pixels begin again, and what candidates cost."""
     source, target, weight = GUIDES[kind]
     plane = Plane if kind == "a picture" else labels
     e = Exemplar.of(texture(21, 18, 3, 5), toroidal=toroidal)
@@ -171,7 +170,6 @@ def test_labels_fill_their_regions(marks: Any, target: Any, reach: int, least: f
 
 
 def test_colours_may_guide() -> None:
-    """Three channels, one target for each."""
     e = Exemplar.of(texture(90, 90, 3, 4))
     y, x = np.mgrid[:60, :80]
     wanted = np.stack([60 + 2 * x, 60 + 2 * y, np.full_like(x, 120)], axis=2).astype(np.uint8)
@@ -196,19 +194,7 @@ def test_masked_pixels_are_neither_shown_nor_compared(toroidal: bool) -> None:
     assert agreement(maps[0], target, marks) > 0.99
 
 
-def test_a_wrapped_border_is_no_worse_than_the_inside() -> None:
-    """The guide crosses the border, too: a target that is turned around gives regions that are."""
-    marks, target = regions(90, 90), np.roll(disc(80), (40, 40), (0, 1))
-    smap = grown(marks, target, wrap="both")
-    assert agreement(smap, target, marks) > 0.99
-    yx = smap.yx.astype(int)
-    for axis, step in ((0, (1, 0)), (1, (0, 1))):
-        on = (np.roll(yx, -1, axis) == yx + step).all(axis=2).mean(axis=1 - axis)
-        assert on[-1] > 0.7 * on[:-1].mean()
-
-
 def test_a_lattice_is_kept_to() -> None:
-    """With snap=on pixels begin again whole periods away."""
     y, x = np.mgrid[:96, :96]
     marks = (x // 48).astype(np.uint8)
     pixels = np.stack([(y % 8) * 30, (x % 8) * 30, 90 * marks], axis=2).astype(np.uint8)

@@ -206,7 +206,6 @@ def test_a_number_is_no_feature() -> None:
 
 
 def test_a_feature_is_part_of_what_is_remembered() -> None:
-    """Other outlines and weights make other maps of the same exemplar; the same ones, or weight 0, the same."""
     e = Exemplar.of(texture(48, 48, 3, 8))
     kinds: list[dict[str, Any]] = [
         {}, {"feature": "edges"}, {"feature": "edges", "feature_weight": 3}, {"feature": picture(48, 48)},

@@ -26,7 +26,6 @@ from intarsia.testing import texture
 @pytest.mark.parametrize("isometries", ["none", "both"])
 @pytest.mark.parametrize("distance", [6, 17])
 def test_no_pixel_returns_within_the_least_distance(wrap: str, isometries: str, distance: int) -> None:
-    """Checked on the map, pixel by pixel; across wrapped borders and mirrored, too."""
     more = {"min_repeat_distance": distance, "isometries": isometries}
     for seed, size in ((0, (36, 44)), (1, (30, 30)), (2, (21, 64))):
         out = grow(Exemplar.of(texture(64, 60, 1, seed)), size, seed, wrap, patch=10, overlap=4, tolerance=1, **more)
@@ -47,7 +46,6 @@ def test_every_layout_keeps_the_least_distance(seed, sides, size, wrap, distance
 
 @pytest.mark.parametrize("seed", range(4))
 def test_new_patches_keep_the_least_distance_to_the_start(seed: int) -> None:
-    """What is laid beside a start picture does not repeat it within the distance."""
     e = Exemplar.of(texture(90, 90, 3, seed))
     rows, columns = np.meshgrid(np.arange(5, 45), np.minimum(np.arange(65, 110), 89), indexing="ij")
     start = SourceMap(np.stack([rows, columns], axis=2), sources=(e.source,))
@@ -57,7 +55,6 @@ def test_new_patches_keep_the_least_distance_to_the_start(seed: int) -> None:
 
 
 def test_an_impossible_distance_is_refused_in_one_line() -> None:
-    """An exemplar of four patches cannot fill 40 without repeating."""
     with pytest.raises(ia.MethodError, match="min_repeat_distance=500") as caught:
         grow(Exemplar.of(bytes_of(20, 20)), (80, 80), patch=10, overlap=3, min_repeat_distance=500)
     assert "\n" not in str(caught.value)
@@ -75,7 +72,6 @@ def flat_share(smap: SourceMap) -> float:
 
 
 def test_a_price_on_repetition_uses_more_of_the_exemplar() -> None:
-    """The dearer a repeat, the more of the exemplar is shown, and the less of the flat spot."""
     e = flat_spot()
     free, dear = ([grow(e, (128, 128), k, patch=16, overlap=6, usage=u) for k in range(4)] for u in (0, 2))
     assert np.mean([shares(m, [e]) for m in dear]) > 1.3 * np.mean([shares(m, [e]) for m in free])
@@ -107,7 +103,6 @@ def red_cluster() -> tuple[Exemplar, np.ndarray]:
 
 
 def test_striking_patches_return_less_than_common_ones() -> None:
-    """The one red cluster is shown less often when repetition has a price."""
     e, red = red_cluster()
     shown = {}
     for usage in (0, 1):
@@ -231,7 +226,6 @@ def test_an_overlap_of_half_a_patch_costs_half() -> None:
 
 
 def test_mirrored_patches_of_one_spot_count_as_repeats() -> None:
-    """The same part of the exemplar in another pose has the same price."""
     c = control(Exemplar.of(texture(60, 50)), 10, (80, 80), 0.1, isometries=tuple(range(8)))
     c.add(3, 3, (0, 20, 12))
     spots = ((0, 20, 12), (1, 20, 50 - 10 - 12), (6, 60 - 10 - 20, 50 - 10 - 12), (3, 12, 20))

@@ -81,7 +81,6 @@ def naive_twins(sewing: graphcut_map.GraphcutMap, box: Box, row: tuple[int, ...]
 
 @pytest.mark.parametrize(("seed", "toroidal"), [(0, False), (1, True), (2, False)])
 def test_what_lies_beside_itself_is_counted(seed: int, toroidal: bool) -> None:
-    """Drawn pixels, and large pieces, over borders that wrap or not."""
     sewing = sewing_of((Wrap.BOTH, Wrap.NONE, Wrap.X)[seed], (0, 1, 5, 6), toroidal, two=seed == 0)
     scattered(sewing, seed)
     sewing.variant[4:20, 10:30], sewing.yx[4:20, 10:30] = 0, np.moveaxis(np.indices((16, 20)) + 5, 0, 2)
@@ -111,7 +110,6 @@ def test_a_mirror_is_left_aside() -> None:
 
 
 def test_no_piece_grows_beside_its_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside what goes on in its own picture neither half grows; beside another place both do."""
     grown = list[int]()
     for column in (26, 0):  # of the mirrored exemplar, at column 26 of the map
         sewing = halves()
@@ -194,7 +192,6 @@ def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyP
 
 
 def test_patches_are_counted_again_once_one_is_laid() -> None:
-    """What a window shows is dearer as soon as it is laid, and until then the same."""
     sewing = empty([Exemplar.of(texture(40, 40, 3, 9))], Canvas(30, 30))
     before, box = sewing.told, (0, 0, 16, 16)
     assert not any(counts.any() for counts in before.counts)

@@ -47,7 +47,6 @@ def test_what_ends_there_is_kept_and_nothing_of_a_torus(sides: tuple[int, int]) 
 
 
 def test_candidates_end_as_the_canvas_does() -> None:
-    """Of every window on the sides where it lies; none elsewhere, nor where nothing is known yet."""
     e = Exemplar.of(texture(48, 50, 3, 3))
     sewn, canvas = empty([e], Canvas(100, 110)), (100, 110)
     boxes = [(y, x, 16, 16) for y, x in product((0, 40, 84), (0, 50, 94))]

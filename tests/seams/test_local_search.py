@@ -34,7 +34,6 @@ def begun() -> SourceMap:
 @pytest.mark.parametrize("wrap", list(Wrap))
 @pytest.mark.parametrize("start", [None, begun()])
 def test_what_a_window_reads_no_other_of_its_wave_changes(wrap: Wrap, start: SourceMap | None) -> None:
-    """But around a canvas too small for that, where nothing shares a wave."""
     canvas = Canvas(140, 150, wrap, start)
     sewn = sewing_of(canvas)
     layout, seen = sewn.growth.layout, 0
@@ -112,7 +111,6 @@ def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], se
 
 
 def test_pieces_grow_in_waves_of_their_own() -> None:
-    """Progress goes on to the end, and never back."""
     sewn, told = sewing_of(Canvas(140, 150)), list[tuple[int, int]]()
     run, windows = ia.Run(1, lambda done, total, draft: told.append((done, total))), int(sewn.growth.windows.sum())
     local_search.fill(sewn, 1, 2, run, 2)

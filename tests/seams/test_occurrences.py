@@ -114,7 +114,6 @@ def test_cuts_keep_away_from_the_exemplars_border(monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.parametrize("poses", ["none", "both"])
 def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
-    """In all poses, of all exemplars, after windows were filled and pieces have grown."""
     exemplars = [Exemplar.of(texture(40, 44, 3, 1)), Exemplar.of(texture(30, 36, 3, 2), toroidal=True)]
     sewn = grown(exemplars, Canvas(90, 80, "x"), isometries=poses)
     made, seen = sewn.growth.map(ia.Blend(0)), Counter[tuple[int, int, int]]()

@@ -91,7 +91,6 @@ def test_most_maps_are_bettered_much() -> None:
 
 @pytest.mark.parametrize("isometries", ["none", "both"])
 def test_threads_change_no_byte(isometries: str) -> None:
-    """Law 4, in all poses too."""
     method = ia.ImageQuilting(patch=12, overlap=4, isometries=isometries)
     made = ia.synthesize(texture(40, 40, 3, 5), (70, 66), method, seed=2, wrap="y", run=ONE)
     outs = [repaired_with_statistics(made, 3, ia.Run(n)) for n in (1, 2, 4)]
@@ -150,7 +149,6 @@ def test_labels_are_followed_as_before() -> None:
 @pytest.mark.parametrize("wrap", ["none", "both"])
 @pytest.mark.parametrize("isometries", ["none", "both"])
 def test_no_pixel_returns_nearer_than_it_may(wrap: str, isometries: str) -> None:
-    """What a least distance forbids, a repair does not bring back; counted pair by pair."""
     method = ia.ImageQuilting(patch=10, overlap=3, min_repeat_distance=16, isometries=isometries)
     made = ia.synthesize(texture(56, 60, 3, 4), (50, 54), method, seed=3, wrap=wrap, run=ONE)
     out, done = repaired_with_statistics(made, 5, ONE)
@@ -205,7 +203,6 @@ def test_a_repair_ends() -> None:
 
 @given(st.integers(0, 999))
 def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
-    """Which pixels of a patch may not be taken: the same as by comparing each with each."""
     rng = np.random.default_rng(seed)
     toroidal, wrap = bool(rng.integers(2)), ia.Wrap(rng.choice(["none", "x", "both"]))
     e = Exemplar.of(texture(18, 20, 1, seed), toroidal=toroidal)
@@ -257,7 +254,6 @@ def test_windows_of_a_pass_lie_apart_worst_first(wraps: tuple[bool, bool]) -> No
 
 
 def test_a_continued_exemplar_is_found_again() -> None:
-    """A block moved within the exemplar is put back where it fits: no seam is left."""
     e = Exemplar.of(texture(64, 64, 3, 3))
     yx = identity([e.source], 0).yx.copy()
     yx[30:36, 28:35] -= 11
@@ -304,7 +300,6 @@ def test_passes_and_nothing_to_do() -> None:
 
 
 def test_cancelling_stops_at_every_pass() -> None:
-    """Law 12; drafts have the canvas's size and no hole."""
     made, event = ia.synthesize(texture(40, 40, 3, 6), (60, 60), QUILTING, run=ONE), threading.Event()
     told = list[tuple[int, int]]()
 
@@ -321,7 +316,6 @@ def test_cancelling_stops_at_every_pass() -> None:
 
 
 def test_a_repair_of_large_patches_on_a_small_canvas() -> None:
-    """Windows are at most as large as the canvas, and wrap around it once."""
     for wrap in ("none", "both"):
         made = ia.synthesize(texture(40, 40, 3, 6), (20, 17), ia.ImageQuilting(patch=12, overlap=4), wrap=wrap, run=ONE)
         assert made.canvas is not None

@@ -69,7 +69,6 @@ def test_the_pieces_of_a_window_are_told_by_its_first_pixel(wrap: Wrap) -> None:
 
 
 def test_a_piece_grows_over_its_neighbour() -> None:
-    """One of two pieces takes what the other leaves, and never makes the map dearer."""
     sewing = sewing_of(Wrap.NONE)
     before = sewing.total
     saved = local_search.expand(sewing, Run(1), 1)

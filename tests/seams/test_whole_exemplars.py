@@ -85,7 +85,6 @@ def shown_again(smap: ia.SourceMap) -> float:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_torus_is_not_laid_side_by_side(seed: int) -> None:
-    """Where it meets itself nothing would cost less than to go on for ever."""
     e = Exemplar.of(meeting(seed), toroidal=True)
     smap = ia.synthesize(e, 3 * SIDE, ia.Graphcut(patch=16), seed=seed).map
     assert shown_again(smap) < 0.2
@@ -93,7 +92,6 @@ def test_a_torus_is_not_laid_side_by_side(seed: int) -> None:
 
 @pytest.mark.parametrize("n", [10, 40, 60])
 def test_a_window_of_a_torus_grows_to_the_whole_of_it_at_most(n: int) -> None:
-    """Or stays as large as it is."""
     sewing = sewing_of(True)
     (windows,), (patch,) = sewing.windows((40, 40, n, n), [(0, 5, 7)], 40)
     y, x, h, w, up, left, *target = windows.tolist()

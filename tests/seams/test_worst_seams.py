@@ -18,7 +18,6 @@ WRAPS = ((False, False), (True, False), (False, True), (True, True))
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_windows_cost_what_lies_in_their_middles(wraps: tuple[bool, bool], seed: int) -> None:
-    """Cell by cell, around borders that wrap."""
     rng = np.random.default_rng(seed)
     size = tuple(int(n) for n in rng.integers(20, 150, 2))
     prices = rng.integers(0, 9, (*size, 2)).astype(np.int32)
@@ -56,7 +55,6 @@ def test_what_is_given_up_returns_where_something_changes(wraps: tuple[bool, boo
 
 
 def test_the_first_of_equals_comes_first() -> None:
-    """Row by row; what costs nothing is none."""
     prices = np.zeros((40, 64, 2), np.int32)
     prices[20, 8], prices[4, 60] = 5, 5
     worst = WorstSeams(prices, (8, 8), (False, False))

@@ -66,7 +66,6 @@ def test_the_fast_search_is_nearly_as_good_on_textures(name: str) -> None:
 
 
 def test_a_patch_of_the_exemplar_finds_itself() -> None:
-    """An exact continuation has distance 0 and is the first candidate."""
     for exact in (True, False):
         scene = Scene(Exemplar.of(TORTURE["pebbles_black"](size=64)), (16, 16), exact=exact)
         y, x = np.mgrid[21:37, 30:46]

@@ -78,7 +78,6 @@ def as_elements(names):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize(("slack", "least"), [(0, 1), (40, 1), (300, 3), (2000, 6)])
 def test_segments_are_those_of_the_published_rule(seed, slack, least):
-    """Few values, so that most edges have equals."""
     colours = (noise(9, 11, seed) % np.uint64(4)).astype(np.int32)[..., None] * np.array([7, 3], np.int32)
     usable = noise(9, 11, seed + 50) % np.uint64(5) > 0 if seed % 2 else np.ones((9, 11), bool)
     found = PixelGraph(colours, usable if seed % 2 else None).segments(slack, least)
@@ -273,7 +272,6 @@ def test_patches_stay_within_bounds():
 
 
 def test_a_size_that_many_groups_have_beats_a_single_even_group():
-    """The vote."""
     sizes, areas = np.array([100, 300, 310, 305, 900]), np.array([9, 5, 6, 7, 9])
     winner, share = vote(sizes, [0.5, 0.6, 0.75, 0.71, 0.9], areas)
     assert winner == 1
