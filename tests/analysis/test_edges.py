@@ -107,5 +107,3 @@ def test_structure_appends_outlines_and_slow_colour_by_their_weights():
     assert features([exemplar], structure=0.0) is plain
     half = features([exemplar], structure=0.5).pictures[0]
     assert np.abs(2 * half[..., 3:].astype(int) - more.pictures[0][..., 3:]).max() <= 2
-
-

@@ -37,9 +37,7 @@ def waves(height, width, py, px):
 
 
 def test_dips_along_the_axes_are_half_a_period():
-    stripes = np.repeat(
-        (127 + 100 * np.cos(np.arange(200) * 2 * np.pi / 20)).astype(np.uint8)[None], 200, axis=0
-    )
+    stripes = np.repeat((127 + 100 * np.cos(np.arange(200) * 2 * np.pi / 20)).astype(np.uint8)[None], 200, axis=0)
     found = measure(stripes)
     assert found.directions[0] == 10
     assert found.directions[6] == 0  # along the stripes nothing changes
@@ -55,8 +53,7 @@ def test_balls_have_about_their_own_size():
 
 
 @pytest.mark.parametrize(
-    ("shape", "size"),
-    [((1, 1), 1), ((1, 300), 1), ((5, 40), 1), ((7, 7), 1), ((64, 64), 16), ((96, 200), 24)],
+    ("shape", "size"), [((1, 1), 1), ((1, 300), 1), ((5, 40), 1), ((7, 7), 1), ((64, 64), 16), ((96, 200), 24)]
 )
 def test_constant_and_tiny_exemplars_answer_a_quarter_of_the_side(shape, size):
     for value in (0, 700, -1023):
@@ -80,9 +77,7 @@ def test_every_exemplar_has_an_answer(name):
     assert all(isinstance(n, int) for n in (found.size, found.height, found.width, *found.directions))
 
 
-@pytest.mark.parametrize(
-    ("shape", "reduction"), [((513, 600), 2), ((1100, 1100), 3), ((40, 3000), 1), ((8, 9000), 1)]
-)
+@pytest.mark.parametrize(("shape", "reduction"), [((513, 600), 2), ((1100, 1100), 3), ((40, 3000), 1), ((8, 9000), 1)])
 def test_large_exemplars_are_reduced_and_scaled_back(shape, reduction):
     picture = waves(*shape, 60, 60)
     found = measure(picture)

@@ -1,6 +1,5 @@
 """Lines between courses: found where there are some, wherever they run; in grain and wood there are none."""
 
-
 import numpy as np
 import pytest
 

@@ -25,9 +25,6 @@ from intarsia.testing import noise
 ALL = tuple(range(8))
 
 
-
-
-
 def round_bumps(size: int = 144, seed: int = 5) -> np.ndarray:
     """Heights (size, size) of round bumps on a plane."""
     rng = np.random.default_rng(seed)

@@ -15,7 +15,6 @@ from intarsia.testing import texture
 EXEMPLAR = Exemplar.of(texture(40, 44, 3))
 
 
-
 @pytest.mark.parametrize("level", [0, 1, 2, 3])
 @pytest.mark.parametrize("place", [(0, 0), (-96, 1 << 40)])
 def test_any_part_of_a_level_can_be_made_alone_and_the_finest_is_the_window(place: tuple[int, int], level: int) -> None:

@@ -171,9 +171,6 @@ def test_a_guide_is_followed_turned() -> None:
     assert (found == target).mean() > 0.95
 
 
-
-
-
 def test_what_needs_whole_pixels_is_refused_before_work(monkeypatch: pytest.MonkeyPatch) -> None:
     turned, e = ia.ParallelControllable(angle=30), Exemplar.of(texture(30, 30, 3, 1))
     with monkeypatch.context() as patch:

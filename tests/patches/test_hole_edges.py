@@ -43,9 +43,7 @@ def test_the_edge_is_that_of_the_plain_version(seed: int, share: int, wrap: tupl
 
 @pytest.mark.parametrize("isometries", [(0,), (0, 3, 5, 6)])
 @pytest.mark.parametrize("channels", [1, 3])
-def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(
-    channels: int, isometries: tuple[int, ...]
-) -> None:
+def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(channels: int, isometries: tuple[int, ...]) -> None:
     exemplars = [Exemplar.of(texture(30, 30, channels, 3))]
     feats = features(exemplars)
     laid = posed_exemplars(exemplars, feats, isometries, (SIDE, SIDE))

@@ -30,17 +30,17 @@ def painting(method: Any, marks: Any, target: Any, *more: Any, **given: Any) -> 
 
 class TestUses:
     def test_uses_are_judged_within_each_label(self) -> None:
-        """A label that alone is painted, and so is used often, is not dear for it; without a guide it is."""
+        """A label that alone is painted is not dear for its many uses; without a guide it is, and one spot always is."""
         marks = np.zeros((60, 60), np.uint8)
         marks[:, :20] = 1
         guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))
         dear = []
-        for given in (guide, None):
+        for given, down, across in ((guide, 48, 8), (None, 48, 8), (guide, 1, 1)):
             settings = PatchSettings((12, 12), (4, 4), repeats=Repeats(usage=0.05))
             growth = PatchSynthesis(settings, [painted(marks)], Canvas(300, 300, guide=given))
             rows, columns = growth.layout.shape
             for n in range(rows * columns):
-                growth.repetition.add(n // columns, n % columns, (0, n * 7 % 48, n * 5 % 8))  # all of label 1, evenly
+                growth.repetition.add(n // columns, n % columns, (0, n * 7 % down, n * 5 % across))  # label 1
             before = growth.repetition._flat.copy()
             growth.repetition.account()
             counts = growth.repetition.search_prices.counts[0].ravel()
@@ -48,6 +48,7 @@ class TestUses:
         label = slice(0, 8 // growth.finder.factor)
         assert not dear[0][:, label].any()
         assert (dear[1][:, label] > 0).any()
+        assert (dear[2][:, label] > 0).any()
 
 
 class TestPainting:
@@ -172,7 +173,6 @@ class TestPainting:
     def test_a_reach_is_followed(self, method: Any) -> None:
         marks, target = regions(90, 90), disc(90)
         assert agreement(painting(method, marks, target, 2.0, 6).map, target, marks) > 0.95
-
 
     @BOTH
     def test_a_target_picture_may_have_colours(self, method: Any) -> None:

@@ -96,25 +96,14 @@ def test_a_flat_corner_is_left_at_a_price() -> None:
     assert np.mean([flat_share(m) for m in grown]) < 0.5
 
 
-def red_cluster() -> tuple[Exemplar, np.ndarray]:
-    """An exemplar with one red cluster, and where it is red."""
-    pixels = TORTURE["red_cluster"](size=96)
-    return Exemplar.of(pixels), (pixels[:, :, 0] > 150) & (pixels[:, :, 1] < 90)
 
-
-def test_striking_patches_return_less_than_common_ones() -> None:
-    e, red = red_cluster()
-    shown = {}
-    for usage in (0, 1):
-        maps = [grow(e, (192, 192), k, patch=24, overlap=8, usage=usage) for k in range(3)]
-        shown[usage] = np.mean([red[m.yx[:, :, 0], m.yx[:, :, 1]].mean() for m in maps])
-    assert shown[1] <= max(shown[0], 1.5 * red.mean())
 
 
 @pytest.mark.parametrize("method", [ia.ImageQuilting(patch=24, overlap=8), ia.PatchSampling(patch=18, overlap=3)])
 def test_repeats_of_striking_patches_cost_more_where_a_method_grows(method) -> None:
     """The prices that methods lay by weigh the cluster's patches more than those of the ground."""
-    e, red = red_cluster()
+    pixels = TORTURE["red_cluster"](size=96)
+    e, red = Exemplar.of(pixels), (pixels[:, :, 0] > 150) & (pixels[:, :, 1] < 90)
     growth = PatchSynthesis(engine_of(method).settings_of(method), [e], Canvas(200, 200))
     y, x = (int(v.mean()) for v in np.nonzero(red))
     at = tuple(min(max(v - 12, 0), 96 - 24) for v in (y, x))
@@ -141,9 +130,7 @@ def test_what_was_asked_before_changes_nothing() -> None:
     assert grow(e, (80, 80), 4, **request).digest == fresh
 
 
-def control(
-    e: Exemplar, patch: int, size: tuple[int, int], strength: float, isometries=(0,), wrap=False
-) -> Repetition:
+def control(e: Exemplar, patch: int, size: tuple[int, int], strength: float, isometries=(0,), wrap=False) -> Repetition:
     """Repetition control over a canvas of patches side by side."""
     rows, columns = (tuple(spread(n, patch, 0, wrap)[0]) for n in size)
     search = PatchSearch(posed_exemplars([e], features([e]), isometries, (patch, patch)), (patch, patch), 4)
@@ -243,31 +230,3 @@ def test_striking_spots_weigh_more() -> None:
     assert upright.shape == turned.shape
     np.testing.assert_allclose(np.median(turned), np.median(upright), rtol=0.2)
     assert turned.argmax() != upright.argmax()
-
-
-def test_uses_are_judged_within_each_group() -> None:
-    """A part that alone may be used is not dear for it; a part used more than the others of its group is."""
-    exemplars = [Exemplar.of(texture(60, 60, 1))]
-    feats = features(exemplars)
-    search = PatchSearch(posed_exemplars(exemplars, feats, (0,), (12, 12)), (12, 12), 4, True)
-    rows, width = spread(400, 12, 4, False)
-    layout = WindowGrid(tuple(rows), tuple(rows), (width, width), (400, 400), (False, False))
-    shape = search.valid[0].shape
-    left = np.repeat((np.arange(shape[1]) < shape[1] // 4)[None], shape[0], 0)
-
-    def priced(groups: np.ndarray | None, rows: int, columns: int) -> np.ndarray:
-        """How much dearer every position is than its uses make it."""
-        made = Repetition(search, layout, 0.05, 0)
-        if groups is not None:
-            made.apart(groups.ravel())
-        for n in range(30 * 30):
-            made.add(n // 30, n % 30, (0, n * 7 % rows, n * 5 % columns))
-        before = made._flat.copy()
-        made.account()
-        return (made.search_prices.counts[0].ravel() - before).reshape(shape)
-
-    every, few = shape[0] * search.factor, max(search.factor * (shape[1] // 4) - 12, 1)
-    together, apart_ = priced(None, every, few), priced(left.astype(np.int64), every, few)
-    assert (together[left] > 0).any()
-    assert not apart_[left].any()
-    assert (priced(left.astype(np.int64), 1, 1)[left] > 0).any()

@@ -19,9 +19,6 @@ from intarsia.testing import texture
 ONE = ia.Run(1)
 
 
-
-
-
 @pytest.mark.parametrize(("wrap", "size"), [(Wrap.NONE, (90, 80)), (Wrap.X, (90, 80)), (Wrap.NONE, (90, 65))])
 def test_ends_are_those_of_canvases_half_as_long_again(wrap: Wrap, size: tuple[int, int]) -> None:
     sewn = empty([Exemplar.of(texture(40, 44, 3, 1)), Exemplar.of(texture(60, 30, 3, 2))], Canvas(*size, wrap))

@@ -326,9 +326,7 @@ def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -
     wraps = smap.wrap.y, smap.wrap.x
     visible = [visibility(picture, price.threshold, exemplar.usable, exemplar.toroidal)] if price.threshold else None
     naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.threshold, visible)
-    sources = {
-        (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
-    }
+    sources = {(int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)}
     return naive.total(sources)
 
 

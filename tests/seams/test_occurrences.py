@@ -198,9 +198,6 @@ def test_bare_ground_costs_nothing(toroidal: bool) -> None:
     assert (rate[72:] > 0).all()
 
 
-
-
-
 @pytest.mark.parametrize("lattice", [None, ((14.0, 0.0), (0.0, 12.0))])
 def test_the_recipe_tells_what_use_costs(lattice: tuple[tuple[float, float], ...] | None) -> None:
     """Pixel by pixel of both exemplars, by the rates that the cuts were paid with, in knees per million px."""

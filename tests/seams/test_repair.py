@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -28,7 +29,6 @@ from intarsia.patches import patch_synthesis as patches_growth
 from intarsia.patches.patch_synthesis import PatchSettings, seam_threshold
 from intarsia.seams.graphcut_map import Cut, GraphcutMap, GraphcutSettings
 from intarsia.seams.repair import Constraints, Repair, SeamRefinement, from_start, repaired
-from intarsia.seams.worst_seams import WorstSeams
 from intarsia.synthesis import Synthesis
 from intarsia.tasks.repair import repair_of, repaired_with_statistics
 from intarsia.testing import looked_up, texture
@@ -104,12 +104,9 @@ def test_threads_change_no_byte(isometries: str) -> None:
 def test_what_was_given_stays() -> None:
     """Law 7: of a start map, an extended and a healed picture every pixel that was kept is kept."""
     e = Exemplar.of(texture(48, 52, 3, 8))
-    start = ia.synthesize(e, (60, 60), QUILTING, seed=1, run=ONE).map
-    which = np.zeros((60, 60), np.uint8)
-    which[20:44, 14:60] = HOLE
-    begun = SourceMap(start.yx, which, None, start.sources)
-    hole = np.zeros((48, 52), bool)
-    hole[12:40, 16:44] = True
+    which, hole = np.zeros((60, 60), np.uint8), np.zeros((48, 52), bool)
+    which[20:44, 14:60], hole[12:40, 16:44] = HOLE, True
+    begun = replace(ia.synthesize(e, (60, 60), QUILTING, seed=1, run=ONE).map, which=which)
     for made in (
         ia.synthesize(e, None, QUILTING, start=begun, seed=3, run=ONE),
         ia.extend(e, ia.Margins(right=30, bottom=20), QUILTING, seed=3, run=ONE),
@@ -224,35 +221,6 @@ def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
     assert sewn.pays(Cut(0, box, pick, ~want))
 
 
-@pytest.mark.parametrize("wraps", [(False, False), (True, False), (True, True)])
-def test_windows_of_a_pass_lie_apart_worst_first(wraps: tuple[bool, bool]) -> None:
-    """Every window that is left out is too near to a worse one, or has no seam."""
-    rng = np.random.default_rng(5)
-    prices = (rng.integers(0, 99, (150, 133, 2)) * (rng.random((150, 133, 2)) < 0.02)).astype(np.int32)
-    worst = WorstSeams(prices, (24, 20), wraps)
-    found = worst.apart(9)
-    assert len(found) > 6
-
-    def near(a: tuple[int, int], b: tuple[int, int]) -> bool:
-        gaps = [abs(p - q) for p, q in zip(a, b, strict=True)]
-        gaps = [min(g, n - g) if w else g for g, n, w in zip(gaps, prices.shape, wraps, strict=False)]
-        return gaps[0] < 24 + 9 and gaps[1] < 20 + 9
-
-    cells, taken = list(found), list(found.values())
-    costs = worst.scores()
-    scores = [int(costs[c]) for c in cells]
-    assert scores == sorted(scores, reverse=True)
-    for n, at in enumerate(taken):
-        assert not any(near(at, other) for other in taken[:n])
-    for cell in np.ndindex(*worst.shape):
-        place = worst._first(0, cell[0]), worst._first(1, cell[1])
-        if cell not in found and costs[cell] > 0:
-            assert any(near(place, t) for t, s in zip(taken, scores, strict=True) if s >= costs[cell])
-    for cell in cells:
-        worst.give_up(cell)
-    assert not set(cells) & set(worst.apart(9))
-
-
 def test_a_continued_exemplar_is_found_again() -> None:
     e = Exemplar.of(texture(64, 64, 3, 3))
     yx = identity([e.source], 0).yx.copy()
@@ -289,8 +257,7 @@ def test_passes_and_nothing_to_do() -> None:
         with pytest.raises(ia.ParameterError, match="repair="):
             ia.repair(made, wrong)  # type: ignore[arg-type]
     smap = identity([e.source], 0)
-    holed = SourceMap(smap.yx, np.where(np.arange(1600).reshape(40, 40) == 124, HOLE, 0).astype(np.uint8), None,
-                      smap.sources)  # fmt: skip
+    holed = replace(smap, which=np.where(np.arange(1600).reshape(40, 40) == 124, HOLE, 0).astype(np.uint8))
     for shown, on, said in ((e, holed, "the map has holes"), (Exemplar.of(texture(30, 30, 3, 6)), smap, "other sizes")):
         with pytest.raises(ia.InputError, match=said):
             ia.repair(Synthesis((shown,), on, ia.Blend(0), QUILTING))
@@ -352,14 +319,12 @@ class TestCommand:
         ia.write("l.png", ia.Plane(np.repeat(labels[None], 40, 0)))
         ia.write("t.png", ia.Plane(np.repeat(np.repeat(labels, 2)[None, :80], 70, 0)))
         again = ("-o", "again.png", "-q", "--force", "-e", "e.png")
-        for words, more in (
-            (("extend", "e.png", "--right", "30", "--patch", "10"), ()),
-            (("heal", "e.png", "--mask", "hole.png", "--patch", "10"), ("--mask", "hole.png")),
-            (("paint", "e.png", "-l", "l.png", "-t", "t.png", "--patch", "10"), ("-l", "l.png", "-t", "t.png")),
-        ):
-            told = self.run(*words, "-o", "out.png", "--repair", "3", "--json", "--force")
-            assert told["repair"]["patches"] > 0 or words[0] == "heal", words  # what is healed was covered anew already
-            self.run("replay", "out.png", *again, *more)
+        for verb, own, more in (("extend", "--right 30", ""), ("heal", "", "--mask hole.png"),
+                                ("paint", "", "-l l.png -t t.png")):  # fmt: skip
+            made = "e.png", *f"{own} {more}".split(), "--patch", "10", "-o", "out.png", "--repair", "3"
+            told = self.run(verb, *made, "--json", "--force")
+            assert told["repair"]["patches"] > 0 or verb == "heal"  # what is healed was covered anew already
+            self.run("replay", "out.png", *again, *more.split())
             assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
 
     def test_what_keeps_a_lattice(self) -> None:

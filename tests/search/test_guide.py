@@ -197,7 +197,6 @@ class TestCost:
         best = scene.found().rows[0, 0]
         assert best <= every[among - 1] * 1.0001 + 1
 
-
     def test_where_nothing_is_known_labels_alone_decide(self) -> None:
         scene = Scene(2.0, "exact")
         scene.growth.growing.variant[:] = HOLE

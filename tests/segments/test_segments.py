@@ -372,7 +372,6 @@ def test_brightness_does_not_matter():
     assert (one.patch, one.zone, one.energy) == (two.patch, two.zone, two.energy)
 
 
-
 def test_a_mask_hides_pixels():
     picture = np.repeat(dots(side=160)[..., None], 3, axis=2).astype(np.int16)
     usable = np.ones((160, 160), bool)
