@@ -30,7 +30,7 @@ def painting(method: Any, marks: Any, target: Any, *more: Any, **given: Any) -> 
 
 class TestUses:
     def test_uses_are_judged_within_each_label(self) -> None:
-        """A label that alone is painted is not dear for its many uses; without a guide it is, and one spot always is."""
+        """A label that alone is painted is not dear for its uses; without a guide it is, and one spot always is."""
         marks = np.zeros((60, 60), np.uint8)
         marks[:, :20] = 1
         guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))

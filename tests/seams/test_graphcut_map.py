@@ -7,22 +7,20 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from analysis.naive_masking import visibility
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from seams.naive_recut import NaiveMap, Sources, energy, exhaustive_energy, naive_repeats, scipy_energy
+from seams.naive_recut import NaiveMap, Sources, energy, exhaustive_energy, naive_repeats, naive_total, scipy_energy
 from seams.sewing import empty, empty_of
 
 import intarsia as ia
 from intarsia import search
-from intarsia.analysis import features
 from intarsia.foundation.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.maps import PartialMap
 from intarsia.kernels.maxflow import MOST, least_cut
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.sourcemap import HOLE, SourceMap, identity
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.seams import cut_kernels, energy_kernels, graphcut_map, local_search, placement_kernels
 from intarsia.seams.cut_kernels import NEVER
 from intarsia.seams.occurrence_kernels import Usage
@@ -318,18 +316,6 @@ def test_chances_fall_off_as_published() -> None:
     assert all(a >= b for a, b in pairwise(got.tolist()))
 
 
-def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -> int:
-    """What all seams of a grown map cost, by the slow twin."""
-    picture = features.features([exemplar]).pictures[0]
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
-    size = smap.height, smap.width
-    wraps = smap.wrap.y, smap.wrap.x
-    visible = [visibility(picture, price.threshold, exemplar.usable, exemplar.toroidal)] if price.threshold else None
-    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.threshold, visible)
-    sources = {(int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)}
-    return naive.total(sources)
-
-
 @pytest.mark.parametrize("seam", ["difference", "gradient", "sharp"])
 def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
@@ -337,10 +323,10 @@ def test_the_books_are_kept(seam: str) -> None:
     sewing = empty_of([e], Canvas(50, 44), patch=12, overlap=4, seam=seam, evenness=0)
     local_search.fill(sewing, 1, 2, ia.Run(1))
     before = sewing.total
-    assert before == naive_total(e, sewing.growth.map(ia.Blend(0)), sewing.price)
+    assert before == naive_total([e], sewing.growth.map(ia.Blend(0)), sewing.price)
     saved = local_search.expand(sewing, ia.Run(1), 2)
     assert min(saved, default=0) > 0
-    assert sewing.total == before - sum(saved) == naive_total(e, sewing.growth.map(ia.Blend(0)), sewing.price)
+    assert sewing.total == before - sum(saved) == naive_total([e], sewing.growth.map(ia.Blend(0)), sewing.price)
 
 
 def with_one_patch(margin: int | None = None) -> graphcut_map.GraphcutMap:

@@ -10,17 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from analysis.naive_masking import visibility
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from laws import replayed
 from naive import least_return
-from seams.naive_recut import NaiveMap
+from seams.naive_recut import naive_total
 
 import intarsia as ia
 from intarsia.analysis import features, variance
 from intarsia.cli import cli
+from intarsia.kernels.cuts import SeamPrice
 from intarsia.methods import METHODS, keeps_lattice, make
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
@@ -38,20 +38,11 @@ SAMPLING = ia.PatchSampling(patch=10, overlap=2)
 ONE = ia.Run(1)
 
 
-def naive_total(made: Synthesis) -> int:
+def total(made: Synthesis) -> int:
     """What all seams of an upright map cost by the price `sharp`, pair by pair."""
     pictures = features.features(made.exemplars).pictures
-    knee = seam_threshold(max(variance(p, e.usable) for p, e in zip(pictures, made.exemplars, strict=True)))
-    usable = [np.ones((e.height, e.width), bool) if e.usable is None else e.usable for e in made.exemplars]
-    seen = [visibility(p, knee, e.usable, e.toroidal) for p, e in zip(pictures, made.exemplars, strict=True)]
-    smap, which = made.map, np.zeros((made.map.height, made.map.width), int)
-    which = which if smap.which is None else smap.which
-    naive = NaiveMap(list(pictures), usable, [e.toroidal for e in made.exemplars], (smap.height, smap.width),
-                     (smap.wrap.y, smap.wrap.x), threshold=knee, visible=seen)  # fmt: skip
-    return naive.total({
-        (y, x): (int(which[y, x]), int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1]))
-        for y, x in product(range(smap.height), range(smap.width))
-    })  # fmt: skip
+    spread = [variance(p, e.usable) for p, e in zip(pictures, made.exemplars, strict=True)]
+    return naive_total(made.exemplars, made.map, SeamPrice(threshold=seam_threshold(max(spread))))
 
 
 def exemplars(seed: int, several: bool, masked: bool) -> list[Exemplar]:
@@ -70,8 +61,8 @@ def test_seams_never_become_dearer_and_the_books_are_kept(
         exemplars(seed, several, masked), (44, 50), SAMPLING if feathered else QUILTING, seed=seed, wrap=wrap, run=ONE
     )
     out, done = repaired_with_statistics(made, 3, ONE)
-    assert done.before == naive_total(made)
-    assert done.after == naive_total(out)
+    assert done.before == total(made)
+    assert done.after == total(out)
     assert done.after < done.before if done.patches else done.after == done.before
     assert (out.map.digest == made.map.digest) == (done.patches == 0)
     assert not out.map.holes.any()
@@ -195,7 +186,7 @@ def test_a_repair_ends() -> None:
     assert 4 < len(passes) < 500
     assert passes[-1] == 1000
     assert done.before - done.after >= done.patches > 4
-    assert naive_total(out) == done.after
+    assert total(out) == done.after
 
 
 @given(st.integers(0, 999))
@@ -226,9 +217,9 @@ def test_a_continued_exemplar_is_found_again() -> None:
     yx = identity([e.source], 0).yx.copy()
     yx[30:36, 28:35] -= 11
     made = Synthesis((e,), SourceMap(yx, None, None, (e.source,)), ia.Blend(0), ia.ImageQuilting(patch=24, overlap=8))
-    assert naive_total(made) > 0
+    assert total(made) > 0
     out, done = repaired_with_statistics(made, 4, ONE)
-    assert done.after == naive_total(out) == 0
+    assert done.after == total(out) == 0
 
 
 @pytest.mark.parametrize("slug", METHODS)
