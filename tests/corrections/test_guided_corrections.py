@@ -10,7 +10,7 @@ from corrections.naive_correction import NaiveGuide
 from long import going_round
 from methods.test_parallel_controllable import BASE, MEMO, ONE, naive
 from scipy.ndimage import distance_transform_edt
-from search.test_guide import agreement, disc, got, labels, painted, regions
+from search.test_guide import agreement, disc, labels, painted, regions
 
 import intarsia as ia
 from intarsia.corrections import guide as wanted
@@ -144,16 +144,6 @@ def test_three_labels_any_size_and_wraps(wrap: str) -> None:
     smap = grown(marks, target, wrap=wrap)
     assert smap.yx.shape[:2] == (50, 131)
     assert agreement(smap, target, marks) > 0.99
-
-
-def test_thin_strokes_and_single_pixels_are_kept() -> None:
-    """No patch is needed: neither strokes nor regions of the exemplar have to hold one."""
-    marks, target = regions(90, 90), np.zeros((100, 120), np.uint8)
-    for k, width in enumerate((1, 2, 4, 8)):
-        target[12 + 24 * k : 12 + 24 * k + width, 10:110] = 1
-    found = got(grown(marks, target), marks)
-    for k, width in enumerate((1, 2, 4, 8)):
-        assert (found[12 + 24 * k : 12 + 24 * k + width, 10:110] == 1).mean() > 0.95
 
 
 RARE = np.zeros((128, 128), np.uint8)

@@ -13,7 +13,7 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.foundation.run import draw
 from intarsia.model.canvas import Canvas
 from intarsia.patches import Continuation, depth_of
-from intarsia.tasks.completion import Margins, extension, scene_to_heal
+from intarsia.tasks.completion import Margins, extension
 from intarsia.testing.cases import noise
 
 LATTICE = ((24.0, 0.0), (6.0, 20.0))
@@ -100,16 +100,6 @@ def test_a_start_of_holes_alone_is_no_start() -> None:
     empty = ia.SourceMap(np.zeros((90, 95, 2), np.int32), np.full((90, 95), 255, np.uint8), None, (e.source,))
     one, two = ia.synthesize(e, (90, 95), METHOD, seed=3), ia.synthesize(e, None, METHOD, seed=3, start=empty)
     assert (one.map.yx == two.map.yx).all()
-
-
-def test_auto_continues_a_lattice_by_it_and_fills_holes_by_patches() -> None:
-    e = ia.Exemplar.of(spoiled(pattern(150, 170)))
-    choice = ia.Auto().choose([e], extension(e, Margins(right=60)).canvas)
-    assert (choice.rule, choice.method.slug) == ("begun-lattice", "near-regular")
-    hole = np.zeros((150, 170), bool)
-    hole[50:81, 60:104] = True
-    scene = scene_to_heal(e, hole)
-    assert ia.Auto().choose(scene.exemplars, scene.canvas).method.slug == "image-quilting"
 
 
 def test_wicker_goes_on_without_a_border(textures: dict[str, Path]) -> None:

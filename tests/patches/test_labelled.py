@@ -141,12 +141,6 @@ class TestPainting:
         plain, turned = (agreement(painting(m, marks, target, seed=1).map, target, marks) for m in methods)
         assert turned > max(plain, 0.97)
 
-    @BOTH
-    def test_the_same_for_any_number_of_threads(self, method: Any) -> None:
-        marks, target = regions(70, 70), disc(100)
-        outs = [painting(method, marks, target, run=ia.Run(n)) for n in (1, 2, 4)]
-        assert len({o.map.digest for o in outs}) == 1
-        assert "guide" in outs[0].recipe
 
     @BOTH
     def test_a_start_map_is_kept(self, method: Any) -> None:

@@ -59,7 +59,7 @@ def laid_out(picture: NDArray, patch: int) -> PosedExemplars:
 
 
 def distances(search: PatchSearch, window: NDArray) -> tuple[NDArray, NDArray]:
-    """Of all positions, the short-list's squared distances and the exact ones of the reduced pictures."""
+    """At some positions, the short-list's squared distances and the exact ones of the reduced pictures."""
     h, w = search.patch
     reduced = search.reduce(window[None], np.ones((1, h, w), np.uint8))
     correlation = search.correlations(0, reduced)
