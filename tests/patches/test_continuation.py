@@ -78,7 +78,6 @@ def test_the_piece_of_most_pixels_is_continued() -> None:
     e = ia.Exemplar.of(pattern(60, 70))
     scene = extension(e, Margins(left=10, top=4))
     held = Continuation.of(scene.canvas, 5)
-    assert held is not None
     assert held.anchor == (-4, -10)
     depth = depth_of(~scene.canvas.start.holes, Wrap.NONE, 5)  # type: ignore[union-attr]
     assert (held.band == ((depth > 0) & (depth <= 5))).all()

@@ -151,7 +151,6 @@ def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32], saved:
         mask[tuple(free.T)] = bits
         cost = energy(mask, state, terms) + int(saved[mask == 0].sum())
         best = cost if best is None else min(best, cost)
-    assert best is not None
     return best
 
 

@@ -196,11 +196,9 @@ def test_patches_are_counted_again_once_one_is_laid() -> None:
     before, box = sewing.told, (0, 0, 16, 16)
     assert not any(counts.any() for counts in before.counts)
     cut = sewing.best(box, [(0, 8, 12)])
-    assert cut is not None
     assert sewing.told is before
     sewing.write(cut)
     sewing.note(cut)
-    assert sewing._search is not None
     assert sewing.told.counts[0][8 // sewing._search.factor, 12 // sewing._search.factor] == ONE
     rows = np.array([(0, 0, 8, 12), (0, 0, 24, 0)], np.int64)
     known = np.ones((16, 16), bool)

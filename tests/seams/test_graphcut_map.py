@@ -334,7 +334,6 @@ def with_one_patch(margin: int | None = None) -> graphcut_map.GraphcutMap:
     settings = graphcut_map.GraphcutSettings() if margin is None else graphcut_map.GraphcutSettings(margin=margin)
     sewing, box = empty([Exemplar.of(texture(40, 40, 3, 9))], Canvas(30, 30), settings), (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
-    assert first is not None
     sewing.write(first)
     sewing.note(first)
     return sewing
@@ -355,7 +354,6 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.best(box, picks)
-    assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
     fewer = graphcut_map.GraphcutMap(sewing.growth, graphcut_map.GraphcutSettings())
     assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2, 2) == picks[:2]

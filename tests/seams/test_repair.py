@@ -104,7 +104,6 @@ def test_what_was_given_stays() -> None:
         ia.heal(e, hole, SAMPLING, seed=2, run=ONE),
     ):
         was = made.canvas.start if made.canvas else None
-        assert was is not None
         stays = from_start(was, made.map)
         assert stays.sum() > 100
         out, done = repaired_with_statistics(made, 6, ONE)
@@ -206,7 +205,6 @@ def test_bars_are_those_of_looking_pixel_by_pixel(seed: int) -> None:
             dy, dx = abs(y - box[0] - i), abs(x - box[1] - j)
             dy, dx = min(dy, 22 - dy) if wrap.y else dy, min(dx, 24 - dx) if wrap.x else dx
             want[i, j] |= tuple(yx[y, x]) == mine and 0 < dy * dy + dx * dx < 25
-    assert sewn.constraint is not None
     assert (sewn.constraint(box, pick) == want).all()
     assert sewn.pays(Cut(0, box, pick, want.astype(np.uint8))) == (not want.any())
     assert sewn.pays(Cut(0, box, pick, ~want))
@@ -263,7 +261,6 @@ def test_cancelling_stops_at_every_pass() -> None:
 
     def step(done: int, total: int, draft: object) -> None:
         told.append((done, total))
-        assert callable(draft)
         assert not draft().holes.any()
         if len(told) == 2:
             event.set()
@@ -276,7 +273,6 @@ def test_cancelling_stops_at_every_pass() -> None:
 def test_a_repair_of_large_patches_on_a_small_canvas() -> None:
     for wrap in ("none", "both"):
         made = ia.synthesize(texture(40, 40, 3, 6), (20, 17), ia.ImageQuilting(patch=12, overlap=4), wrap=wrap, run=ONE)
-        assert made.canvas is not None
         done = repaired(Repair((30, 30), 3), made.exemplars, made.canvas, made.map, ONE)
         assert done.after <= done.before
 

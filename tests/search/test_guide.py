@@ -80,7 +80,6 @@ class TestClasses:
         marks, target = regions(40, 50, 3), regions(33, 41, 3)
         canvas = Canvas(33, 41, ia.Wrap(wrap), guide=Guide(labels(marks), labels(target)))
         growth = PatchSynthesis(PatchSettings((12, 12), (4, 4), hangs=1), [painted(marks)], canvas)
-        assert growth.guided is not None
         for r, c in np.ndindex(growth.layout.shape):
             rows, columns = (np.arange(at, at + 12) for at in growth.layout.at(r, c))
             if wrap == "none":
@@ -93,7 +92,6 @@ class TestClasses:
         marks = regions(60, 60, 3)
         guide = Guide(labels(marks), labels(regions(60, 60, 3)))
         growth = PatchSynthesis(PatchSettings((10, 10), (3, 3)), [painted(marks)], Canvas(60, 60, guide=guide))
-        assert growth.guided is not None
         every = label_sets(marks.astype(int), (10, 10))
         for held, (allowed,) in growth.guided.allowed.items():
             assert np.array_equal(allowed, every == held)
@@ -106,7 +104,6 @@ class TestClasses:
         growth = PatchSynthesis(
             PatchSettings((8, 8), (2, 2), isometries="both"), [painted(marks)], Canvas(30, 30, guide=guide)
         )
-        assert growth.guided is not None
         pictures = growth.guided.guidance.pictures
         for v in range(8):
             _, height, width, _ = pictures.table[v].tolist()
@@ -146,7 +143,6 @@ class Scene:
 
     @property
     def guided(self) -> Any:
-        assert self.growth.guided is not None
         return self.growth.guided
 
     def found(self) -> Any:
