@@ -189,6 +189,6 @@ class TestPainting:
     @BOTH
     def test_less_slack_more_agreement(self, method: Any) -> None:
         marks, target = regions(90, 90), (np.indices((90, 90)).sum(axis=0) // 20 % 2).astype(np.uint8)
-        ways = [replace(method, boundary_slack=s, boundary_isometries="none") for s in (90, 3, 0)]
+        ways = [replace(method, boundary_tolerance=s, boundary_isometries="none") for s in (90, 3, 0)]
         near = [agreement(painting(m, marks, target).map, target, marks) for m in ways]
         assert near[0] < near[1] <= near[2] == 1.0

@@ -8,7 +8,7 @@ import intarsia as ia
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
-from intarsia.seams.graphcut_map import GraphcutMap, GraphcutSettings
+from intarsia.seams.graphcut_textures import GraphcutMap, GraphcutSettings
 from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 
 

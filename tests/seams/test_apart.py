@@ -13,8 +13,8 @@ from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
-from intarsia.seams import graphcut_map, local_search, placement_kernels
-from intarsia.seams.graphcut_map import GraphcutSettings
+from intarsia.seams import graphcut_textures, graphcut_moves, placement_kernels
+from intarsia.seams.graphcut_textures import GraphcutSettings
 from intarsia.seams.occurrence_kernels import count_map
 from intarsia.seams.placement_kernels import ONE
 from intarsia.search import Candidates
@@ -25,13 +25,13 @@ Box = tuple[int, int, int, int]
 
 def sewing_of(
     wrap: Wrap = Wrap.NONE, poses: tuple[int, ...] = tuple(range(8)), toroidal: bool = False, two: bool = False
-) -> graphcut_map.GraphcutMap:
+) -> graphcut_textures.GraphcutMap:
     """An empty map of one exemplar or two, wider than high."""
     exemplars = [Exemplar.of(texture(40, 52, 1, seed), toroidal=toroidal) for seed in range(1 + two)]
     return empty(exemplars, Canvas(48, 56, wrap), GraphcutSettings(usage=0.1, margin=4), isometries=poses)
 
 
-def scattered(sewing: graphcut_map.GraphcutMap, seed: int) -> None:
+def scattered(sewing: graphcut_textures.GraphcutMap, seed: int) -> None:
     """Pixels of all variants, drawn, and holes."""
     rng = np.random.default_rng(seed)
     shape = sewing.variant.shape
@@ -54,7 +54,7 @@ def test_a_pixel_is_the_same_exemplar_pixel_in_every_pose() -> None:
             assert (mine[0] == its[0]).all()
 
 
-def naive_twins(sewing: graphcut_map.GraphcutMap, box: Box, row: tuple[int, ...], step: int) -> int:
+def naive_twins(sewing: graphcut_textures.GraphcutMap, box: Box, row: tuple[int, ...], step: int) -> int:
     """Pixel by pixel of the canvas: does the placement show it less than half a window away in another pose?"""
     _, k, u, s = row
     size, near, count = sewing.variant.shape, max(box[2:]) // 2, 0
@@ -92,7 +92,7 @@ def test_what_lies_beside_itself_is_counted(seed: int, toroidal: bool) -> None:
         assert out.tolist() == [naive_twins(sewing, box, tuple(row), step) for row in rows.tolist()]
 
 
-def halves() -> graphcut_map.GraphcutMap:
+def halves() -> graphcut_textures.GraphcutMap:
     """A map whose left half shows the exemplar as it is, and whose right half is empty."""
     sewing = sewing_of(poses=(0, 1, 6))
     sewing.variant[:40, :26], sewing.yx[:40, :26] = 0, np.moveaxis(np.indices((40, 26)), 0, 2)
@@ -118,15 +118,15 @@ def test_no_piece_grows_beside_its_mirror(monkeypatch: pytest.MonkeyPatch) -> No
         sewing.yx[:40, 26:52, 0], sewing.yx[:40, 26:52, 1] = rows, columns + column
         grown.append(0)
 
-        def best(self: object, piece: graphcut_map.Piece, found: object) -> None:
+        def best(self: object, piece: graphcut_textures.Piece, found: object) -> None:
             grown[-1] += 1
 
-        monkeypatch.setattr(local_search.ExpansionMove, "best", best)
-        local_search.expand(sewing, Run(1), 1)
+        monkeypatch.setattr(graphcut_moves.ExpansionMove, "best", best)
+        graphcut_moves.expand(sewing, Run(1), 1)
     assert grown == [0, 2]
 
 
-def posed_alike(sewing: graphcut_map.GraphcutMap, y: int, x: int, k: int) -> tuple[int, int] | None:
+def posed_alike(sewing: graphcut_textures.GraphcutMap, y: int, x: int, k: int) -> tuple[int, int] | None:
     """Where variant k shows what the map shows at (y, x): found among all its pixels; None: nowhere."""
     if sewing.variant[y, x] == HOLE:
         return None
@@ -174,7 +174,7 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
 @pytest.mark.parametrize("nearby", [1000, 20])
 def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """As pixel by pixel, in every pose, by the cells of the search; of a large map as much as of what is near."""
-    monkeypatch.setattr(graphcut_map, "NEARBY", nearby)
+    monkeypatch.setattr(graphcut_textures, "NEARBY", nearby)
     exemplars = [Exemplar.of(texture(20, 24, 1, seed)) for seed in range(2)]
     sewing = empty(exemplars, Canvas(60, 70), GraphcutSettings(usage=0.1), 8, 3, isometries=(0, 5))
     scattered(sewing, 4)
@@ -203,4 +203,4 @@ def test_patches_are_counted_again_once_one_is_laid() -> None:
     rows = np.array([(0, 0, 8, 12), (0, 0, 24, 0)], np.int64)
     known = np.ones((16, 16), bool)
     prices = sewing.priced((14, 14, 16, 16), Candidates(rows, 1000, np.empty(0), known))
-    assert prices[0] > 1000 * graphcut_map.REPEAT * sewing.stitch.usage > prices[1] == 0
+    assert prices[0] > 1000 * graphcut_textures.REPEAT * sewing.stitch.usage > prices[1] == 0

@@ -17,8 +17,8 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.seams import lattice_alignment
-from intarsia.seams.graphcut_map import Piece
-from intarsia.seams.local_search import ExpansionMove, fill
+from intarsia.seams.graphcut_textures import Piece
+from intarsia.seams.graphcut_moves import ExpansionMove, fill
 from intarsia.testing import texture
 
 LATTICE = ((31.25, 1.5), (-2.0, 35.75))

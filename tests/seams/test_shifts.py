@@ -14,8 +14,8 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
-from intarsia.seams import graphcut_map, local_search
-from intarsia.seams.graphcut_map import NOTHING, Cut, Piece, pieces_in
+from intarsia.seams import graphcut_textures, graphcut_moves
+from intarsia.seams.graphcut_textures import NOTHING, Cut, Piece, pieces_in
 from intarsia.seams.repair import Repair, SeamRefinement
 from intarsia.testing import texture
 
@@ -48,14 +48,14 @@ def test_pieces_equal_their_plain_form(seed: int) -> None:
     assert pieces_in(variant, yx, 2) == [piece for piece, n in zip(naive, count, strict=True) if n > 1]
 
 
-def sewing_of(wrap: Wrap) -> graphcut_map.GraphcutMap:
+def sewing_of(wrap: Wrap) -> graphcut_textures.GraphcutMap:
     """Two pieces side by side, the right one out of step by four columns."""
-    e, settings = Exemplar.of(texture(60, 60, 1, 4)), graphcut_map.GraphcutSettings(usage=0.0, margin=4)
+    e, settings = Exemplar.of(texture(60, 60, 1, 4)), graphcut_textures.GraphcutSettings(usage=0.0, margin=4)
     growth = PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(48, 48, wrap))
     growth.growing.variant[:] = 0
     growth.growing.yx[:] = np.moveaxis(np.indices((48, 48)), 0, 2)
     growth.growing.yx[:, 30:, 1] += 4
-    return graphcut_map.GraphcutMap(growth, settings)
+    return graphcut_textures.GraphcutMap(growth, settings)
 
 
 @pytest.mark.parametrize("wrap", [Wrap.NONE, Wrap.BOTH])
@@ -71,13 +71,13 @@ def test_the_pieces_of_a_window_are_told_by_its_first_pixel(wrap: Wrap) -> None:
 def test_a_piece_grows_over_its_neighbour() -> None:
     sewing = sewing_of(Wrap.NONE)
     before = sewing.total
-    saved = local_search.expand(sewing, Run(1), 1)
+    saved = graphcut_moves.expand(sewing, Run(1), 1)
     assert min(saved, default=0) > 0
     assert sewing.total == before - sum(saved)
 
 
 def test_a_piece_grows_two_thirds_as_far_as_it_is_long_up_to_two_patches() -> None:
-    work = local_search.ExpansionMove(sewing_of(Wrap.NONE))
+    work = graphcut_moves.ExpansionMove(sewing_of(Wrap.NONE))
     reach = [work.reach(Piece((3, 3, *size), (0, 0, 0))) for size in ((5, 9), (31, 4), (48, 32), (70, 7))]
     assert reach == [6, 20, 32, 32]
 
@@ -88,7 +88,7 @@ def test_pieces_below_a_quarter_of_a_patch_do_not_grow(monkeypatch: pytest.Monke
     sewing.yx[2:9, 2:11, 0] += 7
     sewing.yx[20:28, 2:10, 0] += 9
     monkeypatch.setattr(sewing, "cut", lambda box, *_, **__: grown.append(box) or Cut(0, box, (0, 0, 0), NOTHING))
-    local_search.expand(sewing, Run(1), 1)
+    graphcut_moves.expand(sewing, Run(1), 1)
     assert sorted(grown) == [(0, 0, 48, 30), (0, 30, 48, 18), (20, 2, 8, 8)]
 
 
@@ -102,6 +102,6 @@ def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pyt
     (found,) = work.found([box], Run(1))
     assert work.best(box, found) is None
     near = work.sewn.shown(box)
-    assert len(near) == graphcut_map.TRIES // 3
+    assert len(near) == graphcut_textures.TRIES // 3
     assert tried[: len(near)] == near
-    assert len(tried) == graphcut_map.TRIES
+    assert len(tried) == graphcut_textures.TRIES

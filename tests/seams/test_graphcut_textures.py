@@ -21,10 +21,10 @@ from intarsia.kernels.maxflow import MOST, least_cut
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.seams import cut_kernels, energy_kernels, graphcut_map, local_search, placement_kernels
+from intarsia.seams import cut_kernels, energy_kernels, graphcut_textures, graphcut_moves, placement_kernels
 from intarsia.seams.cut_kernels import NEVER
 from intarsia.seams.occurrence_kernels import Usage
-from intarsia.seams.softmax_sampling import weights
+from intarsia.seams.softmax_sampling import boltzmann_weights
 from intarsia.testing import texture
 
 PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(threshold=11), SeamPrice(threshold=1))
@@ -308,7 +308,7 @@ def test_what_lies_about_a_window_is_looked_at(wrap: Wrap) -> None:
 def test_chances_fall_off_as_published() -> None:
     """A place is drawn with a chance of exp(-C / (k sigma^2)), in whole numbers that are the same everywhere."""
     x = np.arange(0, 1400)
-    got = weights(x)
+    got = boltzmann_weights(x)
     assert got[0] == 1 << 30
     for n in range(0, 600, 7):  # k squarings of rounded numbers: 0.4 % at worst
         assert got[n] == pytest.approx(2**30 * math.exp(-n / 64), rel=5e-3)
@@ -321,17 +321,17 @@ def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
     sewing = empty_of([e], Canvas(50, 44), patch=12, overlap=4, seam=seam, evenness=0)
-    local_search.fill(sewing, 1, 2, ia.Run(1))
+    graphcut_moves.fill(sewing, 1, 2, ia.Run(1))
     before = sewing.total
     assert before == naive_total([e], sewing.growth.map(ia.Blend(0)), sewing.price)
-    saved = local_search.expand(sewing, ia.Run(1), 2)
+    saved = graphcut_moves.expand(sewing, ia.Run(1), 2)
     assert min(saved, default=0) > 0
     assert sewing.total == before - sum(saved) == naive_total([e], sewing.growth.map(ia.Blend(0)), sewing.price)
 
 
-def with_one_patch(margin: int | None = None) -> graphcut_map.GraphcutMap:
+def with_one_patch(margin: int | None = None) -> graphcut_textures.GraphcutMap:
     """A map with a patch of 16 px in its first corner."""
-    settings = graphcut_map.GraphcutSettings() if margin is None else graphcut_map.GraphcutSettings(margin=margin)
+    settings = graphcut_textures.GraphcutSettings() if margin is None else graphcut_textures.GraphcutSettings(margin=margin)
     sewing, box = empty([Exemplar.of(texture(40, 40, 3, 9))], Canvas(30, 30), settings), (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     sewing.write(first)
@@ -341,27 +341,27 @@ def with_one_patch(margin: int | None = None) -> graphcut_map.GraphcutMap:
 
 def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
-    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 1.0)
     sewing, box = with_one_patch(2), (0, 10, 16, 16)
     picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2, 6)
     assert len(set(picks)) == len(picks) == 6
     rough = []
     for pick in picks:
-        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut_map.NEVER, 1])
+        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut_textures.NEVER, 1])
         one = np.array([(0, *patch[0])])
-        cut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut_map.NOTHING, cost)
+        cut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut_textures.NOTHING, cost)
         rough.append(int(cost[0]))
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.best(box, picks)
     assert (found.pick, found.change) == (best.pick, best.change)
-    fewer = graphcut_map.GraphcutMap(sewing.growth, graphcut_map.GraphcutSettings())
+    fewer = graphcut_textures.GraphcutMap(sewing.growth, graphcut_textures.GraphcutSettings())
     assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2, 2) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
-    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 0.0)
+    monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 0.0)
     sewing, box = with_one_patch(), (0, 10, 16, 16)
     found = sewing.found([box], ia.Run(1))[0]
     prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))
@@ -375,7 +375,7 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
 def test_what_is_not_seen_makes_no_seam() -> None:
     """Channels of structure find what fits; seams are priced by what is shown, as without them."""
     e = Exemplar.of(texture(40, 48, 3, 9))
-    sharp = graphcut_map.GraphcutSettings(seam="sharp")
+    sharp = graphcut_textures.GraphcutSettings(seam="sharp")
     plain, more = (empty([e], Canvas(30, 30), sharp, structure=s) for s in (0, 1))
     assert more.growth.variants.channels == 7
     assert more.pieces.channels == plain.pieces.channels == 3
