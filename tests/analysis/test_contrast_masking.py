@@ -47,15 +47,3 @@ def test_what_is_masked_says_nothing() -> None:
     other[~usable] = 1000
     assert (visibility(seen, KNEE, usable) == visibility(other, KNEE, usable))[usable].all()
     assert not (visibility(seen, KNEE) == visibility(other, KNEE))[usable].all()
-
-
-def test_a_torus_has_no_first_pixel() -> None:
-    seen = picture()
-    rolled = np.roll(visibility(seen, KNEE, None, True), (5, 7), (0, 1))
-    assert (visibility(np.roll(seen, (5, 7), (0, 1)), KNEE, None, True) == rolled).all()
-
-
-def test_turned_exemplars_are_seen_alike() -> None:
-    """So what a seam costs does not hang on the pose of a piece."""
-    seen = picture()
-    assert (visibility(np.rot90(seen), KNEE) == np.rot90(visibility(seen, KNEE))).all()

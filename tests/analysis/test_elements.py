@@ -37,22 +37,13 @@ def waves(height, width, py, px):
 
 
 def test_dips_along_the_axes_are_half_a_period():
-    stripes = np.repeat(
-        (127 + 100 * np.cos(np.arange(200) * 2 * np.pi / 20)).astype(np.uint8)[None], 200, axis=0
-    )
+    stripes = np.repeat((127 + 100 * np.cos(np.arange(200) * 2 * np.pi / 20)).astype(np.uint8)[None], 200, axis=0)
     found = measure(stripes)
     assert found.directions[0] == 10
     assert found.directions[6] == 0  # along the stripes nothing changes
     assert found.width in (20, 21)
     assert 60 <= found.height <= 80  # 2 x 39 beside the axis, half the side on it, cut to 0.4 of the side
     assert 0 < found.found < 12
-
-
-def test_checks_of_two_lengths():
-    found = measure(waves(240, 240, 40, 24))
-    assert 20 <= found.width < found.height
-    assert found.width <= found.size <= 60
-    assert found.reduction == 1
 
 
 def test_balls_have_about_their_own_size():
@@ -62,15 +53,17 @@ def test_balls_have_about_their_own_size():
 
 
 @pytest.mark.parametrize(
-    ("shape", "size"),
-    [((1, 1), 1), ((1, 300), 1), ((5, 40), 1), ((7, 7), 1), ((64, 64), 16), ((96, 200), 24)],
+    ("shape", "size"), [((1, 1), 1), ((1, 300), 1), ((5, 40), 1), ((7, 7), 1), ((64, 64), 16), ((96, 200), 24)]
 )
 def test_constant_and_tiny_exemplars_answer_a_quarter_of_the_side(shape, size):
     for value in (0, 700, -1023):
         constant = np.full((*shape, 3), value, np.int16)
         assert element_size(constant) == ElementSize(size, size, size, (0,) * 12, 0)
     noise = np.random.default_rng(1).integers(0, 1023, (*shape, 3)).astype(np.int16)
-    assert 1 <= element_size(noise).size <= max(1, 0.4 * min(shape))
+    one = np.zeros((*shape, 1), np.int16)
+    one[shape[0] // 3, shape[1] // 2] = 1
+    for picture in (noise, one):
+        assert 1 <= element_size(picture).size <= max(1, 0.4 * min(shape))
 
 
 @pytest.mark.parametrize("name", TORTURE)
@@ -84,15 +77,7 @@ def test_every_exemplar_has_an_answer(name):
     assert all(isinstance(n, int) for n in (found.size, found.height, found.width, *found.directions))
 
 
-def test_one_pixel_that_differs():
-    picture = np.zeros((64, 64, 1), np.int16)
-    picture[20, 30] = 1
-    assert 1 <= element_size(picture).size <= 25
-
-
-@pytest.mark.parametrize(
-    ("shape", "reduction"), [((513, 600), 2), ((1100, 1100), 3), ((40, 3000), 1), ((8, 9000), 1)]
-)
+@pytest.mark.parametrize(("shape", "reduction"), [((513, 600), 2), ((1100, 1100), 3), ((40, 3000), 1), ((8, 9000), 1)])
 def test_large_exemplars_are_reduced_and_scaled_back(shape, reduction):
     picture = waves(*shape, 60, 60)
     found = measure(picture)
@@ -105,17 +90,12 @@ def test_large_exemplars_are_reduced_and_scaled_back(shape, reduction):
 
 
 def test_a_mask_hides_pixels():
-    picture = waves(200, 200, 30, 30)
-    usable = np.ones((200, 200), bool)
+    picture, usable = waves(200, 200, 30, 30).astype(np.int16) * 4, np.ones((200, 200), bool)
+    assert element_size(picture, usable) == element_size(picture)
     usable[60:110, 40:120] = False
-    spoilt = picture.copy()
-    spoilt[~usable] = 255
-    features_ = (spoilt.astype(np.int16) * 4)[..., :3]
-    other = features_.copy()
-    other[~usable] = -7
-    assert element_size(features_, usable) == element_size(other, usable)
-    assert abs(element_size(features_, usable).size - measure(picture).size) <= 4
-    assert element_size(features_, np.ones((200, 200), bool)) == element_size(features_)
+    found = [element_size(np.where(usable[..., None], picture, hidden), usable) for hidden in (1020, -7)]
+    assert found[0] == found[1]
+    assert abs(found[0].size - element_size(picture).size) <= 4
 
 
 def test_a_mask_that_leaves_one_corner_counts_as_that_corner():
@@ -139,13 +119,6 @@ def test_the_weights_of_the_channels_do_not_matter():
     wanted = element_size(picture * 8)
     weighted = picture * np.array([4, 8, 2], np.int16)
     assert abs(element_size(weighted).size - wanted.size) <= 2
-
-
-def test_inputs_stay_as_they_are_and_results_repeat():
-    picture = TORTURE["grapes"]().astype(np.int16)
-    before = picture.copy()
-    assert element_size(picture) == element_size(picture)
-    assert np.array_equal(picture, before)
 
 
 def test_photographs_agree_with_the_eye(textures: dict[str, Path]):

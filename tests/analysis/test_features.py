@@ -33,12 +33,6 @@ def test_sixteen_bits_are_seen() -> None:
     assert set(np.unique(of(pixels)).tolist()) == {0, 1023}
 
 
-def test_a_gain_and_an_offset_change_next_to_nothing() -> None:
-    """The exemplar's own range counts, not its brightness."""
-    pixels = (texture(20, 20, 1, 1) // 4).astype(np.uint8)
-    assert np.abs(of(pixels).astype(int) - of((2 * pixels + 60).astype(np.uint8))).max() <= 1
-
-
 def test_a_uniform_exemplar_has_no_features() -> None:
     for value in (0, 7, 255):
         assert not of(np.full((5, 6, 3), value, np.uint8)).any()
@@ -56,7 +50,6 @@ def test_what_is_masked_is_not_seen(dtype: str) -> None:
 
 
 def test_colour_under_no_opacity_is_not_seen() -> None:
-    """Colour is premultiplied; what is transparent is all alike."""
     pixels = texture(12, 12, 4, 2)
     pixels[:, :, 3] = np.where(np.arange(12) < 6, 0, 255)
     garbage = pixels.copy()
@@ -113,29 +106,12 @@ def test_normals_turn_with_their_piece(pose: int) -> None:
     assert np.abs(plain - posed).max() <= 4 * 1023 / 255
 
 
-def test_exemplars_share_one_scale() -> None:
-    """Features of several exemplars are comparable: the range is that of all of them."""
-    dark, light = (texture(10, 10, 1, k) // 4 + np.uint8(k * 150) for k in (0, 1))
-    one, two = features([Exemplar.of(dark), Exemplar.of(light)]).pictures
-    assert one.max() < two.min()
-    assert min(one.min(), two.min()) == 0
-    assert max(one.max(), two.max()) == 1023
-
-
 def test_exemplars_of_another_make_up_are_refused() -> None:
     rgb, gray = Exemplar.of(texture(10, 10, 3)), Exemplar.of(texture(10, 10, 1))
     with pytest.raises(ia.InputError, match="differ in planes, channels, kind or weights"):
         features([rgb, gray])
     with pytest.raises(ia.InputError, match="differ in planes"):
         features([rgb, Exemplar.of({"albedo": texture(10, 10, 3), "height": texture(10, 10, 1)[:, :, 0]})])
-
-
-def test_an_exemplar_that_is_never_sampled_keeps_its_features() -> None:
-    """Law 7: the picture under a start map is matched, though none of its pixels may be used."""
-    sampled = Exemplar.of(texture(10, 10, 3, 1))
-    below = Exemplar.of(texture(10, 10, 3, 1), usable=np.zeros((10, 10), bool))
-    one, two = features([below, sampled]).pictures
-    np.testing.assert_array_equal(one, two)
 
 
 def test_light_without_bounds_is_compared_on_a_curve() -> None:

@@ -1,6 +1,5 @@
 """Lines between courses: found where there are some, wherever they run; in grain and wood there are none."""
 
-
 import numpy as np
 import pytest
 
@@ -54,7 +53,6 @@ def test_no_path_is_surer(seed):
 
 def test_joints_between_courses_are_found():
     found = lines_in(wall())
-    assert found is not None
     assert found.axis == 0
     assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 3
     assert found.heights == pytest.approx(np.diff(BEDS), abs=2)
@@ -70,15 +68,9 @@ def test_lines_turn_and_are_mirrored_with_the_picture():
         (picture.T, 1, lambda at: at),
     ):
         plain, found = lines_in(picture), lines_in(np.ascontiguousarray(turned))
-        assert found is not None
         assert found.axis == axis
         assert found.at.shape == plain.at.shape
         assert np.abs(back(found.at) - plain.at).max() <= 3
-
-
-def test_a_part_has_the_lines_of_the_whole():
-    found = lines_in(np.ascontiguousarray(wall()[:, 30:150]))
-    assert np.abs(found.at - np.array(BEDS)[:, None]).max() <= 3
 
 
 def test_lines_may_lean():
@@ -103,7 +95,6 @@ def test_masked_pixels_have_no_lines():
 
 def test_on_a_torus_lines_end_as_they_begin():
     found = lines_in(np.roll(wall(), (-21, 40), (0, 1)), toroidal=True)
-    assert found is not None
     want = np.sort((np.array(BEDS) - 21) % 160)
     assert np.abs(found.at - want[:, None]).max() <= 3
     assert np.abs(found.at[:, 0] - found.at[:, -1]).max() <= 1
@@ -121,7 +112,6 @@ def test_without_courses_there_are_none():
 
 
 def test_lines_that_end_are_none():
-    """Where a wall ends beside something else, its joints do not run across."""
     picture = wall()
     picture[:, 125:] = np.random.default_rng(2).integers(120, 200, (160, 51))
     assert lines_in(picture) is None

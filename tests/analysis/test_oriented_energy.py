@@ -1,5 +1,7 @@
 """Outlines: joints are found, grain has none, and turning or mirroring a picture turns what is found."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -26,15 +28,10 @@ def naive_nearest(far, steps, toroidal):
     height, width = far.shape
     for _ in range(steps):
         out = far.copy()
-        for y in range(height):
-            for x in range(width):
-                for dy in (-1, 0, 1):
-                    for dx in (-1, 0, 1):
-                        v, u = y + dy, x + dx
-                        if toroidal:
-                            v, u = v % height, u % width
-                        if (dy or dx) and 0 <= v < height and 0 <= u < width:
-                            out[y, x] = min(out[y, x], far[v, u] + (SLANTED if dy and dx else STRAIGHT))
+        for y, x, dy, dx in product(range(height), range(width), (-1, 0, 1), (-1, 0, 1)):
+            v, u = ((y + dy) % height, (x + dx) % width) if toroidal else (y + dy, x + dx)
+            if (dy or dx) and 0 <= v < height and 0 <= u < width:
+                out[y, x] = min(out[y, x], far[v, u] + (SLANTED if dy and dx else STRAIGHT))
         far = out
     return far
 
@@ -110,5 +107,3 @@ def test_structure_appends_outlines_and_slow_colour_by_their_weights():
     assert features([exemplar], structure=0.0) is plain
     half = features([exemplar], structure=0.5).pictures[0]
     assert np.abs(2 * half[..., 3:].astype(int) - more.pictures[0][..., 3:]).max() <= 2
-
-

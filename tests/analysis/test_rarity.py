@@ -31,19 +31,6 @@ def test_a_red_cluster_is_striking():
         assert far.max() < 2 * MEDIAN
 
 
-def test_the_knot_is_striking():
-    grid, step = rarity(of("wood_knot"), 32)
-    assert over(grid, step, 32, 50, 85).max() == grid.max() > 1.5 * MEDIAN
-
-
-def test_a_pair_of_equals_stays_striking():
-    picture = np.random.default_rng(3).integers(0, 60, (128, 128, 3)).astype(np.int16)
-    picture[20:30, 20:30] = picture[90:100, 84:94] = (1000, 0, 0)
-    grid, step = rarity(picture, 24)
-    for y, x in ((25, 25), (95, 89)):
-        assert over(grid, step, 24, y, x).max() == MOST_RARE
-
-
 def test_a_thing_beside_its_exact_copy_stays_striking():
     """One copy is no company: a repeat that stands in the exemplar already makes neither of the two common."""
     picture = np.random.default_rng(3).integers(0, 60, (128, 128, 3)).astype(np.int16)

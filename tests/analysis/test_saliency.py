@@ -17,7 +17,6 @@ from intarsia.testing import texture
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 99), st.booleans(), st.booleans(), st.sampled_from([1, 2, 3]))
 def test_spots_are_measured_as_by_the_twin(seed, masked, toroidal, radius):
-    """Means, contrast and the nearest likes, under masks and round borders."""
     rng = np.random.default_rng(seed)
     picture = rng.integers(0, 900, (17, 21, 2)).astype(np.int64)
     usable = rng.random((17, 21)) < (0.7 if masked else 2)
@@ -46,7 +45,6 @@ def test_spread_is_the_same_in_all_directions():
 
 @pytest.mark.parametrize("name", ["red_cluster", "wood_knot"])
 def test_what_strikes_pops_out(name):
-    """The thing that a picture was painted with has the highest number of all."""
     picture = features([Exemplar.of(TORTURE[name]())]).pictures[0]
     found = saliency_map(picture)
     y, x = {"red_cluster": (85, 85), "wood_knot": (50, 85)}[name]
@@ -64,7 +62,6 @@ def test_a_leaf_on_a_lawn_pops_out_though_its_blades_do_not():
 
 
 def test_masked_pixels_are_not_seen():
-    """What may not be shown neither strikes nor makes others common."""
     picture = features([Exemplar.of(texture(96, 96, 3, 2))]).pictures[0].copy()
     usable = np.ones((96, 96), bool)
     usable[40:60, 40:60] = False

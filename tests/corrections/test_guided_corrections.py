@@ -10,11 +10,11 @@ from corrections.naive_correction import NaiveGuide
 from long import going_round
 from methods.test_parallel_controllable import BASE, MEMO, ONE, naive
 from scipy.ndimage import distance_transform_edt
-from search.test_guide import agreement, disc, got, labels, painted, regions
+from search.test_guide import agreement, disc, labels, painted, regions
 
 import intarsia as ia
 from intarsia.corrections import guide as wanted
-from intarsia.corrections.appearance import bordered, stack_of, without_gaps
+from intarsia.corrections.appearance import stack_of, without_gaps
 from intarsia.corrections.coordinate_pyramid import CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.parallel_controllable import decided
@@ -72,14 +72,8 @@ GUIDES = {
 }
 
 
-NEAR_AND_MEMO = [BASE, MEMO]
-
-
-@pytest.mark.parametrize(
-    ("kind", "method", "toroidal"), going_round([*GUIDES], NEAR_AND_MEMO, [True, False])
-)
+@pytest.mark.parametrize(("kind", "method", "toroidal"), going_round([*GUIDES], [BASE, MEMO], [True, False]))
 def test_the_kernels_do_what_the_plain_twin_does(kind: str, method: Any, toroidal: bool) -> None:
-    """What is asked of the levels, where pixels begin again, and what candidates cost."""
     source, target, weight = GUIDES[kind]
     plane = Plane if kind == "a picture" else labels
     e = Exemplar.of(texture(21, 18, 3, 5), toroidal=toroidal)
@@ -152,49 +146,20 @@ def test_three_labels_any_size_and_wraps(wrap: str) -> None:
     assert agreement(smap, target, marks) > 0.99
 
 
-def test_thin_strokes_and_single_pixels_are_kept() -> None:
-    """No patch is needed: neither strokes nor regions of the exemplar have to hold one."""
-    marks, target = regions(90, 90), np.zeros((100, 120), np.uint8)
-    for k, width in enumerate((1, 2, 4, 8)):
-        target[12 + 24 * k : 12 + 24 * k + width, 10:110] = 1
-    found = got(grown(marks, target), marks)
-    for k, width in enumerate((1, 2, 4, 8)):
-        assert (found[12 + 24 * k : 12 + 24 * k + width, 10:110] == 1).mean() > 0.95
+RARE = np.zeros((128, 128), np.uint8)
+RARE[60:66, 70:76] = 1  # which a draw of any place would hardly ever meet
 
 
-def test_a_rare_label_is_found() -> None:
-    """A label of 6 x 6 of 128 x 128 px fills a region, though a draw of any place would hardly ever meet it."""
-    marks = np.zeros((128, 128), np.uint8)
-    marks[60:66, 70:76] = 1
-    target = disc(96)
-    assert agreement(grown(marks, target), target, marks) > 0.99
-
-
-def test_labels_that_never_meet_are_cut_at_the_boundary() -> None:
-    marks, target = regions(90, 90, 3), disc(90, 2, 0)
-    assert agreement(grown(marks, target), target, marks) > 0.995
-
-
-def test_a_reach_is_followed() -> None:
-    marks, target = regions(90, 90), disc(90)
-    near = [agreement(grown(marks, target, reach=r), target, marks) for r in (0, 6)]
-    assert near[0] >= near[1] > 0.95
-
-
-def test_a_target_picture_is_followed() -> None:
-    e = Exemplar.of(texture(90, 90, 1, 4))
-    ramp = np.tile(np.linspace(40, 200, 80).astype(np.uint8), (60, 1))
-    near = []
-    for weight in (0.0, 2.0):
-        out = ia.synthesize(e, None, METHOD, guide=Guide(e.base, Plane(ramp), weight))
-        shown = np.asarray(out.render().pixels, float).reshape(60, 80).mean(axis=0)
-        near.append(float(np.corrcoef(shown, ramp[0])[0, 1]))
-    assert near[1] > 0.97
-    assert near[1] > near[0]
+@pytest.mark.parametrize(
+    ("marks", "target", "reach", "least"),
+    [(RARE, disc(96), 0, 0.99), (regions(90, 90, 3), disc(90, 2, 0), 0, 0.995), (regions(90, 90), disc(90), 6, 0.95)],
+    ids=["a rare label", "labels that never meet", "a reach"],
+)
+def test_labels_fill_their_regions(marks: Any, target: Any, reach: int, least: float) -> None:
+    assert agreement(grown(marks, target, reach=reach), target, marks) > least
 
 
 def test_colours_may_guide() -> None:
-    """Three channels, one target for each."""
     e = Exemplar.of(texture(90, 90, 3, 4))
     y, x = np.mgrid[:60, :80]
     wanted = np.stack([60 + 2 * x, 60 + 2 * y, np.full_like(x, 120)], axis=2).astype(np.uint8)
@@ -219,19 +184,7 @@ def test_masked_pixels_are_neither_shown_nor_compared(toroidal: bool) -> None:
     assert agreement(maps[0], target, marks) > 0.99
 
 
-def test_a_wrapped_border_is_no_worse_than_the_inside() -> None:
-    """The guide crosses the border, too: a target that is turned around gives regions that are."""
-    marks, target = regions(90, 90), np.roll(disc(80), (40, 40), (0, 1))
-    smap = grown(marks, target, wrap="both")
-    assert agreement(smap, target, marks) > 0.99
-    yx = smap.yx.astype(int)
-    for axis, step in ((0, (1, 0)), (1, (0, 1))):
-        on = (np.roll(yx, -1, axis) == yx + step).all(axis=2).mean(axis=1 - axis)
-        assert on[-1] > 0.7 * on[:-1].mean()
-
-
 def test_a_lattice_is_kept_to() -> None:
-    """With keep_lattice=on pixels begin again whole periods away."""
     y, x = np.mgrid[:96, :96]
     marks = (x // 48).astype(np.uint8)
     pixels = np.stack([(y % 8) * 30, (x % 8) * 30, 90 * marks], axis=2).astype(np.uint8)
@@ -245,19 +198,14 @@ def test_a_lattice_is_kept_to() -> None:
 
 def test_a_pin_is_stronger_than_the_guide_on_coarse_levels() -> None:
     marks = regions(96, 96)
-    e, target = painted(marks), np.zeros((96, 96), np.uint8)
-    stack, guide = exemplar_stack(e, ComparisonSettings()), Guide(labels(marks), labels(target))
-    pinned = ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))
-    asked = StackGuide(Canvas(96, 96, guide=guide), stack)
-    descent = PyramidSynthesis(stack, CorrectionParameters.of(decided(pinned, e)), 1, asked)
-    spans = descent._spans(Span(0, 96, 0), Span(0, 96, 0))
-    assert spans[0][0].start == -CorrectionParameters.of(decided(pinned, e)).margin - 1
-    coords = descent.window(Span(0, 96, 0), Span(0, 96, 0), ONE)
-    assert coords.shape == (96, 96, 2)
-    free = PyramidSynthesis(
-        stack, CorrectionParameters.of(decided(METHOD, e)), 1, StackGuide(Canvas(96, 96, guide=guide), stack)
-    )
-    assert (free.window(Span(0, 96, 0), Span(0, 96, 0), ONE) != coords).any()
+    e, canvas = painted(marks), Canvas(96, 96, guide=Guide(labels(marks), labels(np.zeros((96, 96), np.uint8))))
+    stack, all_of_it, found = exemplar_stack(e, ComparisonSettings()), (Span(0, 96, 0),) * 2, []
+    for method in (METHOD, ia.ParallelControllable(pin=((40, 70, 48, 48, 20),))):
+        rules = CorrectionParameters.of(decided(method, e))
+        made = PyramidSynthesis(stack, rules, 1, StackGuide(canvas, stack))
+        assert made._spans(*all_of_it)[0][0].start == -rules.margin - 1
+        found.append(made.window(*all_of_it, ONE))
+    assert (found[0] != found[1]).any()
 
 
 def test_threads_change_nothing() -> None:
@@ -271,8 +219,7 @@ def test_threads_change_nothing() -> None:
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 40), (3, 2), (33, 64)])
 def test_any_shape_will_do(shape: tuple[int, int]) -> None:
-    marks = np.zeros(shape, np.uint8)
-    marks[:, shape[1] // 2 :] = 1
+    marks = (np.arange(shape[1]) >= shape[1] // 2) * np.ones((shape[0], 1), np.uint8)
     target = np.full((20, 30), marks.max(), np.uint8)
     smap = grown(marks, target, wrap="x", run=ONE)
     assert not smap.holes.any()
@@ -287,11 +234,3 @@ def test_what_does_not_fit_is_refused() -> None:
     guide = Guide([labels(marks)] * 2, labels(marks))
     with pytest.raises(ia.ParameterError, match="grows from one exemplar"):
         ia.synthesize([painted(marks)] * 2, None, METHOD, guide=guide)
-
-
-def test_without_a_guide_the_site_holds_none() -> None:
-    """An empty guide is a loop of no turns, and border positions are never asked for theirs."""
-    e = painted(regions(40, 40))
-    assert all(not len(level.shown) + len(level.asked) for level in exemplar_stack(e, ComparisonSettings()).levels)
-    around = bordered(np.arange(6).reshape(2, 3), 1, False)
-    assert around.shape == (4, 5)

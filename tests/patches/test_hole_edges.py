@@ -43,9 +43,7 @@ def test_the_edge_is_that_of_the_plain_version(seed: int, share: int, wrap: tupl
 
 @pytest.mark.parametrize("isometries", [(0,), (0, 3, 5, 6)])
 @pytest.mark.parametrize("channels", [1, 3])
-def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(
-    channels: int, isometries: tuple[int, ...]
-) -> None:
+def test_candidates_are_weighed_and_ordered_as_by_the_plain_version(channels: int, isometries: tuple[int, ...]) -> None:
     exemplars = [Exemplar.of(texture(30, 30, channels, 3))]
     feats = features(exemplars)
     laid = posed_exemplars(exemplars, feats, isometries, (SIDE, SIDE))
@@ -75,23 +73,3 @@ def test_without_an_edge_nothing_changes() -> None:
         growth = PatchSynthesis(PatchSettings((SIDE, SIDE), (4, 4)), [e], canvas)
         (found,) = growth.finder.find(growth.growing.grown, np.array([growth.at((0, 0))]), growth.finder.unpriced)
         assert (growth.weighed((0, 0), found).rows.tolist() != found.rows.tolist()) == weighed
-
-
-def test_rough_is_not_continued_by_smooth() -> None:
-    """Of two patches that fit badly the smooth one has the smaller sum of squares; at the edge of a hole it shows."""
-    pixels = (noise(30, 60, 4) % np.uint64(200)).astype(np.uint8)
-    pixels[:, 30:] = 100
-    exemplars = [Exemplar.of(pixels)]
-    feats = features(exemplars)
-    laid = posed_exemplars(exemplars, feats, (0,), (SIDE, SIDE))
-    old, known = feats.pictures[0][1 : 1 + SIDE, 2 : 2 + SIDE], np.ones((SIDE, SIDE), np.uint8)
-    known[5:9, 5:9] = 0
-    picture = feats.pictures[0].astype(np.int64)
-    rows = []
-    for u, s in ((16, 16), (9, 44)):
-        apart = (old - picture[u : u + SIDE, s : s + SIDE])[known > 0]
-        rows.append((int((apart**2).sum()), 0, u, s))
-    assert rows[0][0] > rows[1][0]  # the sum of squares prefers the smooth patch
-    table = np.array(rows, np.int64)
-    weigh_edge(old, int(known.sum()), *edge_cells(np.ones((SIDE, SIDE), bool), known), laid.posed, table)
-    assert table[0, 0] < table[1, 0]

@@ -22,19 +22,25 @@ from intarsia.tasks.completion import with_hole
 from intarsia.testing.cases import texture
 
 
+def painting(method: Any, marks: Any, target: Any, *more: Any, **given: Any) -> Any:
+    """What grows from a texture of some labels where a target wants them; `more`: weight and reach of the guide."""
+    exemplar = given.pop("exemplar", None) or painted(marks)
+    return ia.synthesize(exemplar, None, method, guide=Guide(labels(marks), labels(target), *more), **given)
+
+
 class TestUses:
     def test_uses_are_judged_within_each_label(self) -> None:
-        """A label that alone is painted, and so is used often, is not dear for it; without a guide it is."""
+        """A label that alone is painted is not dear for its uses; without a guide it is, and one spot always is."""
         marks = np.zeros((60, 60), np.uint8)
         marks[:, :20] = 1
         guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))
         dear = []
-        for given in (guide, None):
+        for given, down, across in ((guide, 48, 8), (None, 48, 8), (guide, 1, 1)):
             settings = PatchSettings((12, 12), (4, 4), repeats=Repeats(usage=0.05))
             growth = PatchSynthesis(settings, [painted(marks)], Canvas(300, 300, guide=given))
             rows, columns = growth.layout.shape
             for n in range(rows * columns):
-                growth.repetition.add(n // columns, n % columns, (0, n * 7 % 48, n * 5 % 8))  # all of label 1, evenly
+                growth.repetition.add(n // columns, n % columns, (0, n * 7 % down, n * 5 % across))  # label 1
             before = growth.repetition._flat.copy()
             growth.repetition.account()
             counts = growth.repetition.search_prices.counts[0].ravel()
@@ -42,6 +48,7 @@ class TestUses:
         label = slice(0, 8 // growth.finder.factor)
         assert not dear[0][:, label].any()
         assert (dear[1][:, label] > 0).any()
+        assert (dear[2][:, label] > 0).any()
 
 
 class TestPainting:
@@ -50,11 +57,9 @@ class TestPainting:
     def test_inside_of_regions_every_pixel_has_its_label(self, method: Any, boundary_patch: int | None) -> None:
         marks, target = regions(90, 90), disc(90)
         method = replace(method, boundary_patch=boundary_patch)
-        out = ia.synthesize(painted(marks), None, method, seed=3, guide=Guide(labels(marks), labels(target)))
-        found = got(out.map, marks)
-        settings = engine_of(method).settings_of(method)
+        found = got(painting(method, marks, target, seed=3).map, marks)
         canvas = Canvas(90, 90, guide=Guide(labels(marks), labels(target)))
-        growth = PatchSynthesis(settings, [painted(marks)], canvas)
+        growth = PatchSynthesis(engine_of(method).settings_of(method), [painted(marks)], canvas)
         only_pure = np.ones((90, 90), bool)
         h, w = growth.layout.patch
         for r, y in enumerate(growth.layout.rows):
@@ -110,8 +115,7 @@ class TestPainting:
     def test_three_labels_and_all_sizes(self, method: Any) -> None:
         marks, target = regions(96, 72, 3), regions(50, 131, 3)[::-1]
         for wrap in ("none", "both"):
-            guide = Guide(labels(marks), labels(target))
-            out = ia.synthesize(painted(marks), None, method, guide=guide, wrap=wrap)
+            out = painting(method, marks, target, wrap=wrap)
             assert out.map.yx.shape[:2] == (50, 131)
             assert agreement(out.map, target, marks) > (0.9 if wrap == "none" else 0.85)
 
@@ -127,40 +131,23 @@ class TestPainting:
     @BOTH
     def test_weight_0_still_keeps_regions_apart(self, method: Any) -> None:
         marks, target = regions(90, 90), disc(90)
-        loose, close = (
-            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), weight))
-            for weight in (0.0, 2.0)
-        )
-        assert 0.8 < agreement(loose.map, target, marks) <= agreement(close.map, target, marks)
+        loose, close = (agreement(painting(method, marks, target, w).map, target, marks) for w in (0.0, 2.0))
+        assert 0.8 < loose <= close
 
     @BOTH
     def test_turned_patches_follow_boundaries_that_the_exemplar_lacks(self, method: Any) -> None:
         marks, target = regions(90, 90), regions(90, 90).T  # the exemplar's boundary lies across, the target's upright
-        guide = Guide(labels(marks), labels(target))
         methods = [replace(method, isometries="none", boundary_isometries=i) for i in ("none", "both")]
-        plain, turned = (ia.synthesize(painted(marks), None, m, guide=guide, seed=1).map for m in methods)
-        assert agreement(turned, target, marks) > max(agreement(plain, target, marks), 0.97)
+        plain, turned = (agreement(painting(m, marks, target, seed=1).map, target, marks) for m in methods)
+        assert turned > max(plain, 0.97)
 
-    @BOTH
-    def test_the_same_for_any_number_of_threads(self, method: Any) -> None:
-        marks, target = regions(70, 70), disc(100)
-        outs = [
-            ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)), run=ia.Run(n))
-            for n in (1, 2, 4)
-        ]
-        assert len({o.map.digest for o in outs}) == 1
-        assert "guide" in outs[0].recipe
 
     @BOTH
     def test_a_start_map_is_kept(self, method: Any) -> None:
-        marks = regions(70, 70)
-        e = painted(marks)
-        holes = np.zeros((70, 70), bool)
-        holes[:, 35:] = True
-        start = with_hole(identity([e.source], 0), holes)
-        target = marks.copy()
-        target[:, 50:] = 1
-        out = ia.synthesize(e, None, method, start=start, guide=Guide(labels(marks), labels(target)))
+        marks, across = regions(70, 70), np.arange(70) * np.ones((70, 1), int)
+        e, target = painted(marks), np.where(across >= 50, 1, marks)
+        start = with_hole(identity([e.source], 0), across >= 35)
+        out = painting(method, marks, target, exemplar=e, start=start)
         assert np.array_equal(out.map.yx[:, :25], start.yx[:, :25])
         assert agreement(out.map, target, marks) > 0.93
 
@@ -173,26 +160,13 @@ class TestPainting:
         which = np.full(target.shape, HOLE, np.uint8)
         which[:, :20] = 0
         start = replace(start, yx=np.resize(start.yx[:24, :20], (24, 600, 2)), which=which)
-        guide = Guide(labels(marks), labels(target))
-        out = ia.synthesize(e, None, method, seed=3, start=start, guide=guide)
+        out = painting(method, marks, target, exemplar=e, seed=3, start=start)
         assert (got(out.map, marks) == 0)[:, 30:].all()
 
     @BOTH
     def test_a_reach_is_followed(self, method: Any) -> None:
         marks, target = regions(90, 90), disc(90)
-        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target), reach=6))
-        assert agreement(out.map, target, marks) > 0.95
-
-    @BOTH
-    def test_a_target_picture_is_followed(self, method: Any) -> None:
-        e = Exemplar.of(texture(90, 90, 1, 4))
-        ramp = np.tile(np.linspace(40, 200, 80).astype(np.uint8), (60, 1))
-        near = []
-        for weight in (0.0, 2.0):
-            out = ia.synthesize(e, None, method, guide=Guide(e.base, Plane(ramp), weight))
-            shown = np.asarray(out.render(feather=0).pixels, float).reshape(60, 80).mean(axis=0)
-            near.append(float(np.corrcoef(shown, ramp[0])[0, 1]))
-        assert near[1] > 0.9 > near[0]
+        assert agreement(painting(method, marks, target, 2.0, 6).map, target, marks) > 0.95
 
     @BOTH
     def test_a_target_picture_may_have_colours(self, method: Any) -> None:
@@ -209,20 +183,12 @@ class TestPainting:
 
     @BOTH
     def test_labels_that_never_meet_are_cut_at_the_boundary(self, method: Any) -> None:
-        marks = regions(90, 90, 3)
-        target = disc(90, 2, 0)
-        out = ia.synthesize(painted(marks), None, method, guide=Guide(labels(marks), labels(target)))
-        assert np.array_equal(got(out.map, marks), target)
+        marks, target = regions(90, 90, 3), disc(90, 2, 0)
+        assert np.array_equal(got(painting(method, marks, target).map, marks), target)
 
     @BOTH
     def test_less_slack_more_agreement(self, method: Any) -> None:
         marks, target = regions(90, 90), (np.indices((90, 90)).sum(axis=0) // 20 % 2).astype(np.uint8)
-        near = [
-            agreement(
-                ia.synthesize(painted(marks), None, replace(method, boundary_tolerance=s, boundary_isometries="none"),
-                              guide=Guide(labels(marks), labels(target))).map,
-                target, marks,
-            )
-            for s in (90, 3, 0)
-        ]  # fmt: skip
+        ways = [replace(method, boundary_tolerance=s, boundary_isometries="none") for s in (90, 3, 0)]
+        near = [agreement(painting(m, marks, target).map, target, marks) for m in ways]
         assert near[0] < near[1] <= near[2] == 1.0

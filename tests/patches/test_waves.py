@@ -7,10 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-import intarsia as ia
 from intarsia.foundation.geometry import apart, patch_starts
 from intarsia.patches import WindowGrid, window_batches
-from intarsia.testing import texture
 
 PATCH, OVERLAP = (9, 14), (2, 5)
 
@@ -36,12 +34,3 @@ def test_windows_of_a_wave_lie_apart_on_canvases_of_any_width(wraps: tuple[bool,
                 for p, q, length, wrap in zip(layout.at(*a), layout.at(*b), (height, width), wraps, strict=True)
             ]
             assert any(n >= side + around for n, side in zip(away, layout.patch, strict=True)), (height, width, a, b)
-
-
-@pytest.mark.parametrize("width", [24, 25, 26])
-def test_on_a_canvas_of_three_windows_threads_change_no_byte(width: int) -> None:
-    exemplar = ia.Exemplar.of(texture(28, 29, 2, 1), toroidal=True)
-    method = ia.ImageQuilting(patch=PATCH[::-1], overlap=OVERLAP[::-1])
-    for seed in range(4):
-        one, two = (ia.synthesize(exemplar, (22, width), method, seed=seed, run=ia.Run(n)).map for n in (1, 2))
-        assert one.digest == two.digest

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from analysis.naive_masking import visibility
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import maximum_flow
 
+from intarsia.analysis.features import features
+from intarsia.kernels.cuts import SeamPrice
+from intarsia.model import Exemplar
+from intarsia.model.sourcemap import SourceMap
 from intarsia.seams.placement_kernels import Look
 
 Source = tuple[int, int, int]  # variant, row, column
@@ -81,6 +86,18 @@ class NaiveMap:
                    for p, q, dy, dx in self.neighbours() if p in sources and q in sources)  # fmt: skip
 
 
+def naive_total(exemplars: Sequence[Exemplar], smap: SourceMap, price: SeamPrice) -> int:
+    """What all seams of an upright map cost, pair by pair."""
+    pictures, known = features(exemplars).pictures, price.threshold
+    seen = [visibility(p, known, e.usable, e.toroidal) for p, e in zip(pictures, exemplars, strict=True) if known]
+    naive = NaiveMap(
+        list(pictures), [e.free for e in exemplars], [e.toroidal for e in exemplars], (smap.height, smap.width),
+        (smap.wrap.y, smap.wrap.x), price.gradient, known, seen or None,
+    )  # fmt: skip
+    at = np.argwhere(~smap.holes).tolist()
+    return naive.total({(y, x): (int(smap.numbers[y, x]), *smap.yx[y, x].tolist()) for y, x in at})
+
+
 def scipy_energy(state: NDArray[np.uint8], terms: NDArray[np.int32]) -> int:
     """The least energy by scipy's maximum flow through the graph of the paper: a node for every old seam."""
     h, w = state.shape
@@ -134,7 +151,6 @@ def exhaustive_energy(state: NDArray[np.uint8], terms: NDArray[np.int32], saved:
         mask[tuple(free.T)] = bits
         cost = energy(mask, state, terms) + int(saved[mask == 0].sum())
         best = cost if best is None else min(best, cost)
-    assert best is not None
     return best
 
 

@@ -6,14 +6,15 @@ from itertools import product
 
 import numpy as np
 import pytest
+from seams.sewing import empty
 
 from intarsia.foundation.geometry import Wrap
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
-from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.seams import graphcut_moves, graphcut_textures, placement_kernels
+from intarsia.seams.graphcut_textures import GraphcutSettings
 from intarsia.seams.occurrence_kernels import count_map
 from intarsia.seams.placement_kernels import ONE
 from intarsia.search import Candidates
@@ -27,8 +28,7 @@ def sewing_of(
 ) -> graphcut_textures.GraphcutMap:
     """An empty map of one exemplar or two, wider than high."""
     exemplars = [Exemplar.of(texture(40, 52, 1, seed), toroidal=toroidal) for seed in range(1 + two)]
-    growth = PatchSynthesis(PatchSettings((16, 16), (6, 6), isometries=poses), exemplars, Canvas(48, 56, wrap))
-    return graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.1, margin=4))
+    return empty(exemplars, Canvas(48, 56, wrap), GraphcutSettings(usage=0.1, margin=4), isometries=poses)
 
 
 def scattered(sewing: graphcut_textures.GraphcutMap, seed: int) -> None:
@@ -81,7 +81,6 @@ def naive_twins(sewing: graphcut_textures.GraphcutMap, box: Box, row: tuple[int,
 
 @pytest.mark.parametrize(("seed", "toroidal"), [(0, False), (1, True), (2, False)])
 def test_what_lies_beside_itself_is_counted(seed: int, toroidal: bool) -> None:
-    """Drawn pixels, and large pieces, over borders that wrap or not."""
     sewing = sewing_of((Wrap.BOTH, Wrap.NONE, Wrap.X)[seed], (0, 1, 5, 6), toroidal, two=seed == 0)
     scattered(sewing, seed)
     sewing.variant[4:20, 10:30], sewing.yx[4:20, 10:30] = 0, np.moveaxis(np.indices((16, 20)) + 5, 0, 2)
@@ -102,25 +101,15 @@ def halves() -> graphcut_textures.GraphcutMap:
 
 def test_a_mirror_is_left_aside() -> None:
     """The mirrored exemplar goes on where column 25 is at the mirror: it fits best, and is no placement."""
-    sewing = halves()
-    box = (10, 20, 16, 16)
-    mirror, other = (1, 10, 52 - 32), (1, 20, 0)  # column 32 - x of the exemplar at column x
-    rows = np.array([(0, *mirror), (9, *other), (9, 0, 10, 20)], np.int64)
-    assert sewing.apart(box, rows).tolist() == [False, True, True]
-
-
-def test_what_is_drawn_stands_beside_no_mirror() -> None:
     sewing, box = halves(), (10, 20, 16, 16)
-    rows = np.array([(0, 1, 10, 20), (5, 1, 20, 0), (6, 0, 10, 20)], np.int64)
-    known = np.ones((16, 16), bool)
-    found = Candidates(rows, 100, np.empty(0), known)
-    assert (1, 10, 20) not in sewing.placements(box, found, 7, 12)
-    found = Candidates(rows[:1], 100, np.empty(0), known)
-    assert sewing.placements(box, found, 7, 12) == [(1, 10, 20)]  # nothing else is there
+    rows = np.array([(0, 1, 10, 52 - 32), (5, 1, 20, 0), (6, 0, 10, 20)], np.int64)  # column 32 - x at column x
+    assert sewing.apart(box, rows).tolist() == [False, True, True]
+    every, one = (Candidates(some, 100, np.empty(0), np.ones((16, 16), bool)) for some in (rows, rows[:1]))
+    assert (1, 10, 20) not in sewing.placements(box, every, 7, 12)
+    assert sewing.placements(box, one, 7, 12) == [(1, 10, 20)]  # nothing else is there
 
 
 def test_no_piece_grows_beside_its_mirror(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside what goes on in its own picture neither half grows; beside another place both do."""
     grown = list[int]()
     for column in (26, 0):  # of the mirrored exemplar, at column 26 of the map
         sewing = halves()
@@ -187,8 +176,7 @@ def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyP
     """As pixel by pixel, in every pose, by the cells of the search; of a large map as much as of what is near."""
     monkeypatch.setattr(graphcut_textures, "NEARBY", nearby)
     exemplars = [Exemplar.of(texture(20, 24, 1, seed)) for seed in range(2)]
-    growth = PatchSynthesis(PatchSettings((8, 8), (3, 3), isometries=(0, 5)), exemplars, Canvas(60, 70))
-    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.1))
+    sewing = empty(exemplars, Canvas(60, 70), GraphcutSettings(usage=0.1), 8, 3, isometries=(0, 5))
     scattered(sewing, 4)
     count_map(sewing.grown, sewing.pieces, sewing.usage)
     once = ONE * min(max(nearby, 48), 60) * min(max(nearby, 48), 70) // (60 * 70)
@@ -204,18 +192,13 @@ def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyP
 
 
 def test_patches_are_counted_again_once_one_is_laid() -> None:
-    """What a window shows is dearer as soon as it is laid, and until then the same."""
-    e = Exemplar.of(texture(40, 40, 3, 9))
-    growth = PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
-    empty, box = sewing.told, (0, 0, 16, 16)
-    assert not any(counts.any() for counts in empty.counts)
+    sewing = empty([Exemplar.of(texture(40, 40, 3, 9))], Canvas(30, 30))
+    before, box = sewing.told, (0, 0, 16, 16)
+    assert not any(counts.any() for counts in before.counts)
     cut = sewing.best(box, [(0, 8, 12)])
-    assert cut is not None
-    assert sewing.told is empty
+    assert sewing.told is before
     sewing.write(cut)
     sewing.note(cut)
-    assert sewing._search is not None
     assert sewing.told.counts[0][8 // sewing._search.factor, 12 // sewing._search.factor] == ONE
     rows = np.array([(0, 0, 8, 12), (0, 0, 24, 0)], np.int64)
     known = np.ones((16, 16), bool)

@@ -6,24 +6,17 @@ from itertools import product
 
 import numpy as np
 import pytest
+from seams.sewing import empty_of as empty
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.seams import canvas_border, graphcut_moves, graphcut_textures
 from intarsia.seams.graphcut_moves import Place, PlacementMove, fill
-from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
-from intarsia.seams.graphcut_textures import GraphcutMap
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
-
-
-def empty(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutMap:
-    method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
-    return GraphcutMap(PatchSynthesis(settings_of(method), exemplars, canvas), stitch_of(method))
 
 
 @pytest.mark.parametrize(("wrap", "size"), [(Wrap.NONE, (90, 80)), (Wrap.X, (90, 80)), (Wrap.NONE, (90, 65))])
@@ -51,7 +44,6 @@ def test_what_ends_there_is_kept_and_nothing_of_a_torus(sides: tuple[int, int]) 
 
 
 def test_candidates_end_as_the_canvas_does() -> None:
-    """Of every window on the sides where it lies; none elsewhere, nor where nothing is known yet."""
     e = Exemplar.of(texture(48, 50, 3, 3))
     sewn, canvas = empty([e], Canvas(100, 110)), (100, 110)
     boxes = [(y, x, 16, 16) for y, x in product((0, 40, 84), (0, 50, 94))]
@@ -102,6 +94,6 @@ def test_the_exemplar_is_used_to_its_border(monkeypatch: pytest.MonkeyPatch) -> 
                   for name, seed in (("pebbles", 1), ("pebbles", 2))]  # fmt: skip
         never.append(np.mean([(c == 0).mean() for c in counts]))
         outer.append(np.mean([c[:8].mean() + c[-8:].mean() + c[:, :8].mean() + c[:, -8:].mean() for c in counts]))
-        monkeypatch.setattr(graphcut_moves, "border_candidates", lambda sewn, boxes, run: [None] * len(boxes))
+        monkeypatch.setattr(graphcut_moves, "ending", lambda sewn, boxes, run: [None] * len(boxes))
     assert never[0] < 0.09 < never[1], never
     assert outer[0] > 1.3 * outer[1], outer

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from seams.sewing import empty_of
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap, apart
@@ -13,19 +14,13 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches import window_batches
-from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.seams import graphcut_moves
-from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.seams.graphcut_textures import Box, Cut, GraphcutMap, Pick
 from intarsia.testing import texture
 
-METHOD = ia.Graphcut(patch=24, overlap=10, refinements=2)
-
 
 def sewing_of(canvas: Canvas) -> GraphcutMap:
-    exemplar = Exemplar.of(texture(60, 64, 3, 5))
-    method = METHOD.resolved([exemplar], canvas)
-    return GraphcutMap(PatchSynthesis(settings_of(method), [exemplar], canvas), stitch_of(method))
+    return empty_of([Exemplar.of(texture(60, 64, 3, 5))], canvas, patch=24, overlap=10, refinements=2)
 
 
 def begun() -> SourceMap:
@@ -39,7 +34,6 @@ def begun() -> SourceMap:
 @pytest.mark.parametrize("wrap", list(Wrap))
 @pytest.mark.parametrize("start", [None, begun()])
 def test_what_a_window_reads_no_other_of_its_wave_changes(wrap: Wrap, start: SourceMap | None) -> None:
-    """But around a canvas too small for that, where nothing shares a wave."""
     canvas = Canvas(140, 150, wrap, start)
     sewn = sewing_of(canvas)
     layout, seen = sewn.growth.layout, 0
@@ -49,14 +43,6 @@ def test_what_a_window_reads_no_other_of_its_wave_changes(wrap: Wrap, start: Sou
             assert any(gap >= side + sewn.around for gap, side in zip(gaps, layout.patch, strict=True))
             seen += 1
     assert seen
-
-
-@pytest.mark.parametrize("wrap", ["none", "both"])
-def test_threads_share_the_work_and_change_no_byte(wrap: str) -> None:
-    made = [
-        ia.synthesize(texture(60, 64, 3, 5), (140, 150), METHOD, seed=3, wrap=wrap, run=ia.Run(n)).map for n in (1, 5)
-    ]
-    assert (made[0].yx == made[1].yx).all()
 
 
 class Watched:
@@ -125,7 +111,6 @@ def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], se
 
 
 def test_pieces_grow_in_waves_of_their_own() -> None:
-    """Progress goes on to the end, and never back."""
     sewn, told = sewing_of(Canvas(140, 150)), list[tuple[int, int]]()
     run, windows = ia.Run(1, lambda done, total, draft: told.append((done, total))), int(sewn.growth.windows.sum())
     graphcut_moves.fill(sewn, 1, 2, run, 2)

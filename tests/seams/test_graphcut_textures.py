@@ -7,36 +7,24 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from analysis.naive_masking import visibility
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from seams.naive_recut import (
-    NaiveMap,
-    Sources,
-    energy,
-    exhaustive_energy,
-    naive_repeats,
-    scipy_energy,
-)
+from seams.naive_recut import NaiveMap, Sources, energy, exhaustive_energy, naive_repeats, naive_total, scipy_energy
+from seams.sewing import empty, empty_of
 
 import intarsia as ia
 from intarsia import search
-from intarsia.analysis import features
 from intarsia.foundation.geometry import Wrap
 from intarsia.kernels.cuts import PLAIN, SeamPrice
 from intarsia.kernels.maps import PartialMap
 from intarsia.kernels.maxflow import MOST, least_cut
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.model.sourcemap import HOLE, SourceMap, identity
-from intarsia.patches import patch_synthesis as patches_growth
-from intarsia.patches.patch_synthesis import PatchSettings
+from intarsia.model.sourcemap import HOLE, identity
 from intarsia.seams import cut_kernels, energy_kernels, graphcut_moves, graphcut_textures, placement_kernels
 from intarsia.seams.cut_kernels import NEVER
-from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.seams.occurrence_kernels import Usage
 from intarsia.seams.softmax_sampling import boltzmann_weights
-from intarsia.seams.worst_seams import WorstSeams
 from intarsia.testing import texture
 
 PRICES = (PLAIN, SeamPrice(gradient=True), SeamPrice(threshold=11), SeamPrice(threshold=1))
@@ -102,6 +90,13 @@ def recut(
     return NEVER if best[1] else int(best[0])
 
 
+def drawn_window(rng: np.random.Generator) -> tuple[tuple[int, int, int, int], tuple[int, int, int]]:
+    """A window of a scene, and what to cut in."""
+    h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
+    box = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1)), h, w
+    return box, (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
+
+
 @settings(max_examples=60, deadline=None)
 @given(seeds, st.sampled_from(PRICES))
 def test_the_price_of_seams_is_that_of_the_map(seed: int, price: SeamPrice) -> None:
@@ -120,9 +115,7 @@ def test_a_recut_changes_the_total_by_what_it_says(seed: int, price: SeamPrice) 
     """Old seams covered, old seams kept and new seams: their sum is the difference of the two maps' totals."""
     scene = Scene(seed, price=price)
     rng = np.random.default_rng(seed)
-    h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
-    y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
-    pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
+    (y, x, h, w), pick = drawn_window(rng)
     take, edge = np.empty((h, w), np.uint8), np.ones((h, w), bool)
     edge[1:-1, 1:-1] = False
     if (scene.variant[y : y + h, x : x + w][edge] == HOLE).any():
@@ -147,9 +140,7 @@ def test_a_rough_cut_is_the_cut_of_a_smaller_scene(seed: int, price: SeamPrice, 
     """Every px of a small scene magnified to `step` x `step`: a cut on every so many-th px is that of the small one."""
     scene = Scene(seed, price=price)
     rng = np.random.default_rng(seed)
-    h, w = int(rng.integers(2, 6)), int(rng.integers(2, 6))
-    y, x = int(rng.integers(0, 9 - h + 1)), int(rng.integers(0, 10 - w + 1))
-    pick = (int(rng.integers(2)), int(rng.integers(-2, 5)), int(rng.integers(-2, 5)))
+    (y, x, h, w), pick = drawn_window(rng)
     small, rough = np.empty((h, w), np.uint8), np.empty((h, w), np.uint8)
     window = (y, x, h, w, 1, 0, h - 1, w)
     change = recut(scene, window, pick, small)
@@ -292,10 +283,8 @@ def test_repeats_are_counted(seed: int) -> None:
         turns = np.zeros((2, 2, 7), np.int64)  # two exemplars
         samples = placement_kernels.samples_of(scene.shown, scene.pieces.table, look)
         placement_kernels.repeats(scene.shown, scene.pieces, turns, samples, box, rows, 50 * step, out)
-        want = [
-            naive_repeats(scene.naive, scene.sources(), box, tuple(row[1:].tolist()), look, 50 * step) for row in rows
-        ]
-        assert out.tolist() == want
+        of = scene.naive, scene.sources(), box
+        assert out.tolist() == [naive_repeats(*of, tuple(row[1:].tolist()), look, 50 * step) for row in rows]
 
 
 @pytest.mark.parametrize("wrap", list(Wrap))
@@ -303,8 +292,7 @@ def test_what_lies_about_a_window_is_looked_at(wrap: Wrap) -> None:
     """All within one and a half windows of its middle, each row and column once, and nothing beyond the canvas."""
     e = Exemplar.of(texture(40, 40))
     for size in ((50, 512), (64, 200), (111, 33)):
-        growth = patches_growth.PatchSynthesis(PatchSettings((16, 20), (6, 6)), [e], Canvas(*size, wrap))
-        sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
+        sewing = empty([e], Canvas(*size, wrap), patch=(16, 20))
         for at in ((0, 0), (size[0] - 16, size[1] - 20), (size[0] // 2, 7)):
             look = sewing.look((*at, 16, 20))
             for axis, (first, long) in enumerate(zip(look[:2], look[2:4], strict=True)):
@@ -328,120 +316,35 @@ def test_chances_fall_off_as_published() -> None:
     assert all(a >= b for a, b in pairwise(got.tolist()))
 
 
-@pytest.mark.parametrize("wraps", WRAPS)
-def test_the_worst_seams_are_found_given_up_and_looked_at_again(wraps: tuple[bool, bool]) -> None:
-    """The window with the dearest seams in its middle; a place given up returns when something changes there."""
-    rng = np.random.default_rng(3)
-    prices = rng.integers(0, 9, (60, 77, 2)).astype(np.int32)
-    prices[33, 70] += 4000
-    worst = WorstSeams(prices, (32, 40), wraps)
-    cell, place = next(iter(worst.apart(0).items()))
-    y, x = ((33 - place[0]) % 60, (70 - place[1]) % 77)
-    assert 0 <= y < 32
-    assert 0 <= x < 40
-    worst.give_up(cell)
-    assert cell not in worst.apart(0)
-    worst.renew((30, 60, 20, 17))
-    assert next(iter(worst.apart(0).items())) == (cell, place)
-    for _ in range(200):
-        for other in worst.apart(0):
-            worst.give_up(other)
-    assert not worst.apart(0)
-
-
-def naive_total(exemplar: Exemplar, smap: SourceMap, price: SeamPrice = PLAIN) -> int:
-    """What all seams of a grown map cost, by the slow twin."""
-    picture = features.features([exemplar]).pictures[0]
-    usable = np.ones(picture.shape[:2], bool) if exemplar.usable is None else exemplar.usable
-    size = smap.height, smap.width
-    wraps = smap.wrap.y, smap.wrap.x
-    visible = [visibility(picture, price.threshold, exemplar.usable, exemplar.toroidal)] if price.threshold else None
-    naive = NaiveMap([picture], [usable], [exemplar.toroidal], size, wraps, price.gradient, price.threshold, visible)
-    sources = {
-        (int(y), int(x)): (0, int(smap.yx[y, x, 0]), int(smap.yx[y, x, 1])) for y, x in np.argwhere(~smap.holes)
-    }
-    return naive.total(sources)
-
-
-@pytest.mark.parametrize("wrap", ["none", "both"])
-def test_refinement_never_makes_seams_dearer(wrap: str) -> None:
-    """After every attempt the seams of the whole map cost less, or the map is what it was."""
-    e, drafts = Exemplar.of(texture(36, 40, 3, 2), toroidal=wrap == "both"), []
-
-    def step(done: int, total: int, draft: object) -> None:
-        assert callable(draft)
-        drafts.append((done, total, draft()))
-
-    method = ia.Graphcut(patch=14, overlap=5, refinements=3, seam="difference", evenness=0)
-    made = ia.synthesize(e, (52, 60), method, seed=4, wrap=wrap, run=ia.Run(1, step))
-    refined = [d for done, total, d in drafts if 4 * done >= total]
-    assert len(refined) > 5
-    totals = [naive_total(e, d) for d in refined]
-    falls = 0
-    for (before, after), (one, two) in zip(pairwise(totals), pairwise(refined), strict=True):
-        changed = (one.yx != two.yx).any()
-        assert after < before if changed else after == before
-        falls += bool(changed)
-    assert falls
-    assert naive_total(e, made.map) == totals[-1]
-
-
 @pytest.mark.parametrize("seam", ["difference", "gradient", "sharp"])
 def test_the_books_are_kept(seam: str) -> None:
     """What a stitching notes of its seams is what the finished map costs; what patches saved is what is missing."""
     e = Exemplar.of(texture(40, 40, 1, 7))
-    method = ia.Graphcut(patch=12, overlap=4, seam=seam, evenness=0).resolved([e], Canvas(50, 44))
-    growth = patches_growth.PatchSynthesis(settings_of(method), [e], Canvas(50, 44))
-    sewing = graphcut_textures.GraphcutMap(growth, stitch_of(method))
+    sewing = empty_of([e], Canvas(50, 44), patch=12, overlap=4, seam=seam, evenness=0)
     graphcut_moves.fill(sewing, 1, 2, ia.Run(1))
-    assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
     before = sewing.total
+    assert before == naive_total([e], sewing.growth.map(ia.Blend(0)), sewing.price)
     saved = graphcut_moves.expand(sewing, ia.Run(1), 2)
-    assert saved
-    assert min(saved) > 0
-    assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
+    assert min(saved, default=0) > 0
+    assert sewing.total == before - sum(saved) == naive_total([e], sewing.growth.map(ia.Blend(0)), sewing.price)
 
 
-def test_an_exemplar_put_on_itself_has_no_seams() -> None:
-    """Where the canvas holds the exemplar but for a hole, the exact patch is found and no seam is left."""
-    e = Exemplar.of(texture(48, 48, 3, 3))
-    start = identity([e.source], 0)
-    which = np.zeros((48, 48), np.uint8)
-    which[18:30, 15:27] = HOLE
-    start = SourceMap(start.yx, which, None, start.sources)
-    method = ia.Graphcut(patch=24, overlap=8, repeat_penalty=0.0, refinements=0)
-    out = ia.synthesize(e, None, method, start=start, run=ia.Run(1)).map
-    assert naive_total(e, out) == 0
-
-
-def test_a_bad_seam_is_covered() -> None:
-    """An island of a striped exemplar, out of step with what lies around it, is covered by that."""
-    stripes = np.repeat((np.arange(60) % 12 < 6)[:, None] * np.uint8(200), 60, axis=1)
-    grain = (texture(60, 60, 1, 4)[:, :, 0] % 8).astype(np.uint8)
-    e = Exemplar.of(stripes + grain)
-    growth = patches_growth.PatchSynthesis(PatchSettings((30, 30), (10, 10)), [e], Canvas(60, 60))
-    work = growth.growing
-    work.variant[:] = 0
-    work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
-    work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
-    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.0))
-    before = sewing.total
-    assert sum(graphcut_moves.expand(sewing, ia.Run(1), 1)) >= before * 9 // 10
-    assert sewing.total <= before // 10
+def with_one_patch(margin: int | None = None) -> graphcut_textures.GraphcutMap:
+    """A map with a patch of 16 px in its first corner."""
+    settings = (
+        graphcut_textures.GraphcutSettings() if margin is None else graphcut_textures.GraphcutSettings(margin=margin)
+    )
+    sewing, box = empty([Exemplar.of(texture(40, 40, 3, 9))], Canvas(30, 30), settings), (0, 0, 16, 16)
+    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
+    sewing.write(first)
+    sewing.note(first)
+    return sewing
 
 
 def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
     monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 1.0)
-    e = Exemplar.of(texture(40, 40, 3, 9))
-    growth = patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(margin=2))
-    box = (0, 0, 16, 16)
-    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
-    assert first is not None
-    sewing.write(first)
-    sewing.note(first)
-    box = (0, 10, 16, 16)
+    sewing, box = with_one_patch(2), (0, 10, 16, 16)
     picks = sewing.placements(box, sewing.found([box], ia.Run(1))[0], 2, 6)
     assert len(set(picks)) == len(picks) == 6
     rough = []
@@ -453,24 +356,15 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.best(box, picks)
-    assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
-    fewer = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
+    fewer = graphcut_textures.GraphcutMap(sewing.growth, graphcut_textures.GraphcutSettings())
     assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2, 2) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
     monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 0.0)
-    e = Exemplar.of(texture(40, 40, 3, 9))
-    growth = patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
-    box = (0, 0, 16, 16)
-    first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
-    assert first is not None
-    sewing.write(first)
-    sewing.note(first)
-    box = (0, 10, 16, 16)
+    sewing, box = with_one_patch(), (0, 10, 16, 16)
     found = sewing.found([box], ia.Run(1))[0]
     prices = dict(zip(map(tuple, found.rows[:, 1:].tolist()), sewing.priced(box, found).tolist(), strict=True))
     cheap = min(prices.values())
@@ -483,13 +377,9 @@ def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -
 def test_what_is_not_seen_makes_no_seam() -> None:
     """Channels of structure find what fits; seams are priced by what is shown, as without them."""
     e = Exemplar.of(texture(40, 48, 3, 9))
-    growths = [
-        patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6), structure=s), [e], Canvas(30, 30)) for s in (0, 1)
-    ]
-    plain, more = (
-        graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(seam="sharp")) for growth in growths
-    )
-    assert growths[1].variants.channels == 7
+    sharp = graphcut_textures.GraphcutSettings(seam="sharp")
+    plain, more = (empty([e], Canvas(30, 30), sharp, structure=s) for s in (0, 1))
+    assert more.growth.variants.channels == 7
     assert more.pieces.channels == plain.pieces.channels == 3
     assert np.array_equal(more.pieces.flat, plain.pieces.flat)
     assert np.array_equal(more.pieces.table, plain.pieces.table)

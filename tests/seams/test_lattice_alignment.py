@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
+from seams.naive_steps import in_step
+from seams.sewing import empty_of
 
 import intarsia as ia
 from intarsia import lattice
@@ -12,17 +16,12 @@ from intarsia.methods import keeps_lattice
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
-from intarsia.patches.patch_synthesis import PatchSynthesis
-from intarsia.seams import graphcut_textures, lattice_alignment
+from intarsia.seams import lattice_alignment
 from intarsia.seams.graphcut_moves import ExpansionMove, fill
-from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.seams.graphcut_textures import Piece
 from intarsia.testing import texture
 
-from .naive_steps import in_step
-
 LATTICE = ((31.25, 1.5), (-2.0, 35.75))
-VECTORS = ((384, 3392), (4544, -512))
 
 
 def off(smap: SourceMap, first: tuple[int, int] | None = None, stretch: np.ndarray | None = None) -> np.ndarray:
@@ -35,9 +34,8 @@ def off(smap: SourceMap, first: tuple[int, int] | None = None, stretch: np.ndarr
     steps_of = np.array([(y, x) for x, y in LATTICE])
     least = np.full(away.shape[:2], np.inf)
     nearest = np.rint(away @ np.linalg.inv(steps_of))
-    for m in (-1, 0, 1):
-        for n in (-1, 0, 1):
-            least = np.minimum(least, np.abs(away - (nearest + np.array((m, n))) @ steps_of).max(axis=2))
+    for around in product((-1, 0, 1), repeat=2):
+        least = np.minimum(least, np.abs(away - (nearest + np.array(around)) @ steps_of).max(axis=2))
     return least
 
 
@@ -54,18 +52,6 @@ def test_places_in_step_are_those_of_the_plain_twin(seed: int) -> None:
     assert (found == in_step(valid, (first, second), place, slack)).all()
     assert found.any() == valid.any()
     assert not (found & ~valid).any()
-
-
-def test_a_place_is_in_step_with_itself_and_with_nothing_between() -> None:
-    valid = np.ones((40, 40), bool)
-    found = lattice_alignment.aligned(valid, VECTORS, (20, 20), 0)
-    assert found[20, 20]
-    assert abs(found.sum() - 40 * 40 * 65536 / (4544 * 3392 + 384 * 512)) < 4
-
-
-def test_where_nothing_is_in_step_the_slack_grows() -> None:
-    found = lattice_alignment.aligned(np.ones((2, 2), bool), VECTORS, (9, 8), 1)
-    assert found.any()
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -94,14 +80,11 @@ def test_patches_of_rows_lie_whole_pitches_apart_and_anywhere_along(pitch: tuple
 @pytest.mark.parametrize("second", [False, True])
 def test_across_rows_of_one_vector_patches_give_way_less(second: bool) -> None:
     """That a gap between boards jogs by 3 px is seen; threads that cross have nowhere else to go."""
-    lattice, slack = (
-        (((0.0, 20.0),), lattice_alignment.STRAIGHT)
-        if not second
-        else (((0.0, 20.0), (20.0, 0.0)), lattice_alignment.SLACK)
+    lattice = ((0.0, 20.0), (20.0, 0.0))[: 1 + second]
+    slack = lattice_alignment.SLACK if second else lattice_alignment.STRAIGHT
+    sewing = empty_of(
+        [Exemplar.of(texture(72, 80))], Canvas(90, 90), patch=30, overlap=10, overreach=10, lattice=lattice
     )
-    method = ia.Graphcut(patch=30, overlap=10, overreach=10, lattice=lattice)
-    growth = PatchSynthesis(settings_of(method), [Exemplar.of(texture(72, 80))], Canvas(90, 90))
-    sewing = graphcut_textures.GraphcutMap(growth, stitch_of(method))
     sewing.first = (10, 12), (0, 0)
     (allowed,) = sewing._allowed((0, 0))
     down, across = ((np.argwhere(allowed) - (10, 12) + 10) % 20 - 10).T.tolist()
@@ -144,9 +127,7 @@ def test_on_a_canvas_that_wraps_no_piece_goes_on_by_itself() -> None:
     """As it lies in the exemplar, not stretched, but by a third of a patch; on others it keeps to the lattice."""
     exemplar, found = Exemplar.of(texture(120, 130)), []
     for wrap in ("none", "both"):
-        canvas = Canvas(150, 130, wrap=Wrap(wrap))
-        method = ia.Graphcut(patch=30, lattice=LATTICE).resolved([exemplar], canvas)
-        sewn = graphcut_textures.GraphcutMap(PatchSynthesis(settings_of(method), [exemplar], canvas), stitch_of(method))
+        sewn = empty_of([exemplar], Canvas(150, 130, wrap=Wrap(wrap)), patch=30, overlap=10, lattice=LATTICE)
         fill(sewn, 3, 7, ia.Run(1))
         piece = Piece((60, 50, 80, 70), (0, 0, 0))
         found.append((len(sewn.shown((60, 50, 30, 30))), ExpansionMove(sewn).reach(piece)))
@@ -166,29 +147,18 @@ def test_what_is_there_is_gone_on_with_in_step() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "canvas", "said"),
-    [
-        ({"isometries": "180"}, Canvas(90, 90), "isometries=180"),
-        ({"lattice": ((0.0, 13.0), (70.0, 0.0))}, Canvas(90, 90), "no patch of 16 px"),
-    ],
-)
-def test_what_does_not_go_with_steps_is_refused(given: dict[str, object], canvas: Canvas, said: str) -> None:
-    exemplar = Exemplar.of(texture(72, 80))
+    ("given", "many", "said"),
+    [({"isometries": "180"}, 1, "isometries=180"), ({}, 2, "several exemplars"),
+     ({"lattice": ((0.0, 13.0), (70.0, 0.0))}, 1, "no patch of 16 px")],
+)  # fmt: skip
+def test_what_does_not_go_with_steps_is_refused(given: dict[str, object], many: int, said: str) -> None:
     with pytest.raises(ia.ParameterError, match=said):
-        ia.Graphcut(**{"lattice": LATTICE, **given}).resolved([exemplar], canvas)  # type: ignore[arg-type]
+        empty_of([Exemplar.of(texture(72, 80))] * many, Canvas(90, 90), patch=None, overlap=None,
+                 **{"lattice": LATTICE, **given})  # fmt: skip
 
 
-def test_several_exemplars_have_no_steps_together() -> None:
-    exemplars = [Exemplar.of(texture(72, 80, s)) for s in (1, 2)]
-    with pytest.raises(ia.ParameterError, match="several exemplars"):
-        ia.Graphcut(lattice=LATTICE).resolved(exemplars, Canvas(90, 90))
-
-
-def test_windows_leave_room_for_a_period() -> None:
-    exemplar = Exemplar.of(texture(72, 80))
-    assert ia.Graphcut(lattice=((40.0, 0.0), (3.0, 50.0))).resolved([exemplar], Canvas(90, 90)).patch <= 22
-
-
-def test_a_lattice_is_kept_only_where_it_is_given() -> None:
-    assert keeps_lattice(ia.Graphcut(lattice=LATTICE))
+def test_windows_leave_room_for_a_period_where_one_is_kept() -> None:
+    method = ia.Graphcut(lattice=((40.0, 0.0), (3.0, 50.0)))
+    assert method.resolved([Exemplar.of(texture(72, 80))], Canvas(90, 90)).patch <= 22
+    assert keeps_lattice(method)
     assert not keeps_lattice(ia.Graphcut())

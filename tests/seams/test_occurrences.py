@@ -8,17 +8,16 @@ from itertools import product
 
 import numpy as np
 import pytest
+from seams.sewing import empty_of
 
 import intarsia as ia
 from intarsia.analysis.saliency import MAX_WEIGHT, MEDIAN
 from intarsia.kernels.maxflow import ABSENT, FREE, NEW, OLD
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.seams import occurrence_kernels
 from intarsia.seams import occurrences as pricing
 from intarsia.seams.graphcut_moves import expand, fill
-from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.seams.graphcut_textures import Cut, GraphcutMap
 from intarsia.seams.occurrence_kernels import SHARE, Usage
 from intarsia.seams.occurrences import RIM, border_counts, repeat_costs
@@ -28,8 +27,7 @@ ONE = ia.Run(1)
 
 
 def grown(exemplars: list[Exemplar], canvas: Canvas, **given: object) -> GraphcutMap:
-    method = ia.Graphcut(patch=16, overlap=6, **given).resolved(exemplars, canvas)  # type: ignore[arg-type]
-    sewn = GraphcutMap(PatchSynthesis(settings_of(method), exemplars, canvas), stitch_of(method))
+    sewn = empty_of(exemplars, canvas, **given)
     fill(sewn, 3, 7, ONE)
     expand(sewn, ONE, 1)
     return sewn
@@ -116,7 +114,6 @@ def test_cuts_keep_away_from_the_exemplars_border(monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.parametrize("poses", ["none", "both"])
 def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
-    """In all poses, of all exemplars, after windows were filled and pieces have grown."""
     exemplars = [Exemplar.of(texture(40, 44, 3, 1)), Exemplar.of(texture(30, 36, 3, 2), toroidal=True)]
     sewn = grown(exemplars, Canvas(90, 80, "x"), isometries=poses)
     made, seen = sewn.growth.map(ia.Blend(0)), Counter[tuple[int, int, int]]()
@@ -133,9 +130,7 @@ def test_what_is_counted_is_what_the_map_shows(poses: str) -> None:
 def test_what_a_canvas_begins_with_counts() -> None:
     e = Exemplar.of(texture(40, 44, 3, 1))
     start = ia.synthesize(e, (60, 60), ia.Graphcut(patch=16, overlap=6), seed=1).map
-    canvas = Canvas(60, 60, start=start)
-    method = ia.Graphcut(patch=16, overlap=6).resolved([e], canvas)
-    sewn = GraphcutMap(PatchSynthesis(settings_of(method), [e], canvas), stitch_of(method))
+    sewn = empty_of([e], Canvas(60, 60, start=start))
     shown = sewn.usage.shown.reshape(40, 44) - border_counts(e.free, False, 3600 / (40 * 44))
     assert shown.sum() == 3600
     np.testing.assert_array_equal(shown, start.usage()[0])
@@ -179,11 +174,10 @@ def test_in_step_only_what_clearly_strikes_costs() -> None:
     """And as much as elsewhere: all else returns by the lattice anyway."""
     pixels = np.random.default_rng(2).integers(60, 190, (72, 80, 3)).astype(np.uint8)
     pixels[30:38, 20:30] //= np.array((9, 9, 1), np.uint8)
-    e, canvas, rates = Exemplar.of(pixels), Canvas(90, 90), []
-    for lattice in (None, ((20.0, 0.0), (0.0, 18.0))):
-        method = ia.Graphcut(patch=24, lattice=lattice, evenness=1).resolved([e], canvas)
-        rates.append(GraphcutMap(PatchSynthesis(settings_of(method), [e], canvas), stitch_of(method)).usage.rate)
-    free, stepped = rates
+    free, stepped = (
+        empty_of([Exemplar.of(pixels)], Canvas(90, 90), patch=24, overlap=8, lattice=lattice, evenness=1).usage.rate
+        for lattice in (None, ((20.0, 0.0), (0.0, 18.0)))
+    )
     assert free.min() > 0
     clear = free > free.min()
     assert clear.any()
@@ -202,12 +196,6 @@ def test_bare_ground_costs_nothing(toroidal: bool) -> None:
     assert (rate[33:67] == 0).all()
     assert (rate[:28] > 0).all()
     assert (rate[72:] > 0).all()
-
-
-def test_where_nothing_is_asked_use_is_counted_and_costs_nothing() -> None:
-    sewn = grown([Exemplar.of(texture(40, 44, 3, 1))], Canvas(60, 60), evenness=0)
-    assert sewn.usage.rate.size == 0
-    assert sewn.usage.shown.sum() == 3600
 
 
 @pytest.mark.parametrize("lattice", [None, ((14.0, 0.0), (0.0, 12.0))])
@@ -231,6 +219,8 @@ def test_the_recipe_tells_what_use_costs(lattice: tuple[tuple[float, float], ...
     assert "use" not in made.recipe
 
 
-def test_where_nothing_is_paid_for_use_none_is_told() -> None:
+def test_where_nothing_is_paid_for_use_it_costs_nothing_and_none_is_told() -> None:
+    sewn = grown([Exemplar.of(texture(40, 44, 3, 1))], Canvas(60, 60), evenness=0)
+    assert (sewn.usage.rate.size, sewn.usage.shown.sum()) == (0, 3600)
     for method in (ia.Graphcut(patch=16, evenness=0.0), ia.ImageQuilting(patch=16)):
         assert "use" not in json.loads(ia.synthesize(texture(30, 30, 1, 4), 50, method, seed=1).recipe_text)

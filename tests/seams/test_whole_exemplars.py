@@ -6,13 +6,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+from seams.sewing import empty
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
-from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.seams import placement_kernels
 from intarsia.seams.graphcut_textures import TORUS_TOLERANCE, GraphcutMap, GraphcutSettings
 from intarsia.search import Candidates
@@ -33,8 +33,7 @@ def meeting(seed: int) -> np.ndarray:
 def sewing_of(toroidal: bool, wrap: Wrap = Wrap.NONE, size: tuple[int, int] = (110, 130)) -> GraphcutMap:
     """An empty map of two exemplars, one of them turned, too."""
     exemplars = [Exemplar.of(meeting(1), toroidal=toroidal), Exemplar.of(meeting(2)[:30], toroidal=toroidal)]
-    growth = PatchSynthesis(PatchSettings((14, 17), (4, 4), isometries=(0, 4)), exemplars, Canvas(*size, wrap))
-    return GraphcutMap(growth, GraphcutSettings(margin=5))
+    return empty(exemplars, Canvas(*size, wrap), GraphcutSettings(margin=5), (14, 17), 4, isometries=(0, 4))
 
 
 def again(sewing: GraphcutMap, box: tuple[int, int, int, int], row: tuple[int, ...]) -> int:
@@ -86,23 +85,13 @@ def shown_again(smap: ia.SourceMap) -> float:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_torus_is_not_laid_side_by_side(seed: int) -> None:
-    """Where it meets itself nothing would cost less than to go on for ever."""
     e = Exemplar.of(meeting(seed), toroidal=True)
     smap = ia.synthesize(e, 3 * SIDE, ia.Graphcut(patch=16), seed=seed).map
     assert shown_again(smap) < 0.2
 
 
-def test_a_window_is_filled_where_nothing_else_is_there() -> None:
-    sewing, box = sewing_of(True), (SIDE, SIDE, 14, 17)
-    sewing.variant[:SIDE, :SIDE], sewing.yx[:SIDE, :SIDE] = 0, np.moveaxis(np.indices((SIDE, SIDE)), 0, 2)
-    found = Candidates(np.array([(0, 0, 0, 0)], np.int64), 100, np.empty(0), np.ones((14, 17), bool))
-    assert not sewing.apart(box, found.rows)[0]
-    assert sewing.placements(box, found, 7, 12) == [(0, 0, 0)]
-
-
 @pytest.mark.parametrize("n", [10, 40, 60])
 def test_a_window_of_a_torus_grows_to_the_whole_of_it_at_most(n: int) -> None:
-    """Or stays as large as it is."""
     sewing = sewing_of(True)
     (windows,), (patch,) = sewing.windows((40, 40, n, n), [(0, 5, 7)], 40)
     y, x, h, w, up, left, *target = windows.tolist()

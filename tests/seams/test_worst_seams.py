@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from intarsia.foundation.geometry import apart
 from intarsia.seams.worst_seams import CELL, WorstSeams
 
 WRAPS = ((False, False), (True, False), (False, True), (True, True))
@@ -18,7 +19,6 @@ WRAPS = ((False, False), (True, False), (False, True), (True, True))
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_windows_cost_what_lies_in_their_middles(wraps: tuple[bool, bool], seed: int) -> None:
-    """Cell by cell, around borders that wrap."""
     rng = np.random.default_rng(seed)
     size = tuple(int(n) for n in rng.integers(20, 150, 2))
     prices = rng.integers(0, 9, (*size, 2)).astype(np.int32)
@@ -55,9 +55,18 @@ def test_what_is_given_up_returns_where_something_changes(wraps: tuple[bool, boo
     assert seen
 
 
-def test_the_first_of_equals_comes_first() -> None:
-    """Row by row; what costs nothing is none."""
-    prices = np.zeros((40, 64, 2), np.int32)
-    prices[20, 8], prices[4, 60] = 5, 5
-    worst = WorstSeams(prices, (8, 8), (False, False))
-    assert list(worst.apart(0)) == [(0, 7), (2, 1)]
+@pytest.mark.parametrize("wraps", WRAPS)
+def test_windows_of_a_pass_lie_apart_worst_first(wraps: tuple[bool, bool]) -> None:
+    """The dearest, of equals the first by rows, then the next that is far from all before; none without seams."""
+    rng = np.random.default_rng(5)
+    prices = (rng.random((150, 133, 2)) < 0.02).astype(np.int32)
+    prices[:40, :60] = 0
+    worst, taken = WorstSeams(prices, (24, 20), wraps), dict[tuple[int, ...], tuple[int, int]]()
+    costs = worst.scores()
+    for cell in sorted(np.ndindex(*worst.shape), key=lambda c: (-costs[c], c)):
+        place = worst._first(0, cell[0]), worst._first(1, cell[1])
+        gaps = (map(apart, place, other, (150, 133), wraps) for other in taken.values())
+        if costs[cell] and all(any(g >= side + 9 for g, side in zip(gap, (24, 20), strict=True)) for gap in gaps):
+            taken[cell] = place
+    assert list(worst.apart(9).items()) == list(taken.items())
+    assert len(taken) > 6

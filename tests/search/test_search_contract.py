@@ -144,7 +144,6 @@ UNDER_GUIDES = {"GuidedSearch", "GuidedPatchSearch", "GuidedPyramid"}
 
 
 def test_every_search_is_under_contract() -> None:
-    """What is called so in the room, and what a guided search is made of."""
     from intarsia.published.multrus2003 import guided_search, pyramid
     from intarsia.published.segments import engine
     from intarsia.search import fourier, guide

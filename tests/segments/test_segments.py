@@ -31,38 +31,19 @@ from intarsia.tasks.drawings import CHOSEN, GROUND, LINE, segment_overlay
 from intarsia.testing.cases import noise
 
 SEEN = """
-irregular_autumn-leaves_256, 40
-irregular_daisies_320, 16
-irregular_drystone-wall_384, 85
-irregular_flagstone_320, 62
-irregular_pebbles_256, 33
-irregular_red-peppers_256, 52
-irregular_reptile-scales_256, 46
-irregular_typewriter-text_384x320, 22
-near-regular_blue-tiles-defect_512, 128
-near-regular_brick-gray_192, 92
-near-regular_brick-large_256, 125
-near-regular_brick-wall_256, 28
-near-regular_burlap-cloth_256, 16
-near-regular_chainmail_256, 85
-near-regular_cobble-moss_320, 88
-near-regular_fan-cobble_384, 30
-near-regular_potato-rows_448, 140
-near-regular_shingle-roof_256, 20
-near-regular_stone-blocks_416, 95
-near-regular_tile-floor-broken_320, 64
-near-regular_wicker_192, 72
-regular_azulejo_384, 128
-regular_chainlink-fence-alpha_256, 85
-regular_clay-roof_256, 26
-regular_parquet-basket_320, 80
-regular_wallpaper-diamond_256, 45
-stochastic_gravel-gray_192, 25
-stochastic_hedge_256, 22
+irregular_autumn-leaves_256 40, irregular_daisies_320 16, irregular_drystone-wall_384 85, irregular_flagstone_320 62,
+irregular_pebbles_256 33, irregular_red-peppers_256 52, irregular_reptile-scales_256 46,
+irregular_typewriter-text_384x320 22, near-regular_blue-tiles-defect_512 128, near-regular_brick-gray_192 92,
+near-regular_brick-large_256 125, near-regular_brick-wall_256 28, near-regular_burlap-cloth_256 16,
+near-regular_chainmail_256 85, near-regular_cobble-moss_320 88, near-regular_fan-cobble_384 30,
+near-regular_potato-rows_448 140, near-regular_shingle-roof_256 20, near-regular_stone-blocks_416 95,
+near-regular_tile-floor-broken_320 64, near-regular_wicker_192 72, regular_azulejo_384 128,
+regular_chainlink-fence-alpha_256 85, regular_clay-roof_256 26, regular_parquet-basket_320 80,
+regular_wallpaper-diamond_256 45, stochastic_gravel-gray_192 25, stochastic_hedge_256 22
 """
 """Sizes, px, read off the photographs with a ruler: the long side of a typical whole element and the gap to its
 next neighbour. Written down before any rule was tuned."""
-SIZES = {name: int(size) for name, size in (line.split(", ") for line in SEEN.split("\n") if line)}
+SIZES = {name: int(size) for name, size in (row.split() for row in SEEN.split(","))}
 
 
 def picture_of(name):
@@ -97,7 +78,6 @@ def as_elements(names):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize(("slack", "least"), [(0, 1), (40, 1), (300, 3), (2000, 6)])
 def test_segments_are_those_of_the_published_rule(seed, slack, least):
-    """Few values, so that most edges have equals."""
     colours = (noise(9, 11, seed) % np.uint64(4)).astype(np.int32)[..., None] * np.array([7, 3], np.int32)
     usable = noise(9, 11, seed + 50) % np.uint64(5) > 0 if seed % 2 else np.ones((9, 11), bool)
     found = PixelGraph(colours, usable if seed % 2 else None).segments(slack, least)
@@ -133,17 +113,6 @@ def test_even_colours_give_every_channel_its_contrast():
     assert np.abs(even.mean(axis=(0, 1))).max() < 1
     assert even_colours(np.full((4, 4, 3), 7, np.int16), None) is None
     assert even_colours(colours, np.zeros((30, 40), bool)) is None
-
-
-def test_the_blur_is_a_gaussian_of_known_width():
-    spot = np.zeros((41, 41, 1), np.int32)
-    spot[20, 20] = 1 << 24
-    for passes in (1, 4, 12):
-        weight = smoothed(spot, passes)[..., 0].astype(float)
-        variance = (weight.sum(axis=1) * (np.arange(41) - 20) ** 2).sum() / weight.sum()
-        assert abs(variance - passes / 2) < 0.01 * passes
-    flat = np.full((5, 1, 2), 9, np.int32)
-    np.testing.assert_array_equal(smoothed(flat, 12), flat)
 
 
 @pytest.mark.parametrize("shape", [(9, 7, 3), (1, 6, 1), (6, 1, 2), (20, 31, 1)])
@@ -292,64 +261,47 @@ def test_size_and_gap_of_squares():
     assert size_and_gap(measured(long)) == (37 * 16, 0)
 
 
-@pytest.mark.parametrize(("patch", "gap", "wanted"), [
-    (60, 0, 10), (60, 14, 14), (60, 50, 20), (12, 0, 3), (9, 9, 3), (8, 0, 3), (2, 5, 1), (1, 0, 0),
-])  # fmt: skip
-def test_the_zone_is_a_gap_within_bounds(patch, gap, wanted):
-    assert zone(patch, gap) == wanted
+def test_the_zone_is_a_gap_within_bounds():
+    found = {(60, 0): 10, (60, 14): 14, (60, 50): 20, (12, 0): 3, (9, 9): 3, (8, 0): 3, (2, 5): 1, (1, 0): 0}
+    assert {given: zone(*given) for given in found} == found
 
 
-@pytest.mark.parametrize(("patch", "short", "wanted"), [(50, 256, 50), (3, 256, 8), (200, 256, 128), (50, 8, 4),
-                                                        (50, 1, 1)])  # fmt: skip
-def test_patches_stay_within_bounds(patch, short, wanted):
-    assert limited(patch, short) == wanted
+def test_patches_stay_within_bounds():
+    found = {(50, 256): 50, (3, 256): 8, (200, 256): 128, (50, 8): 4, (50, 1): 1}
+    assert {given: limited(*given) for given in found} == found
 
 
 def test_a_size_that_many_groups_have_beats_a_single_even_group():
-    """The vote."""
     sizes, areas = np.array([100, 300, 310, 305, 900]), np.array([9, 5, 6, 7, 9])
     winner, share = vote(sizes, [0.5, 0.6, 0.75, 0.71, 0.9], areas)
     assert winner == 1
     assert 0.5 < share < 1
     assert vote(sizes, [0.01, 2.6, 2.62, 2.61, 2.9], areas)[0] == 0
     assert vote(np.array([40]), [1.0], np.array([1])) == (0, 1.0)
+    alike = np.array([300, 310, 305])  # of groups about as even the largest wins
+    assert vote(alike, [0.6, 0.62, 0.61], np.array([5, 6, 7]))[0] == 2
+    assert vote(alike, [0.6, 0.62, 0.71], np.array([5, 6, 7]))[0] == 1
+    assert vote(alike, [0.6, 0.6, 0.6], np.array([5, 5, 5]))[0] == 0
 
 
-def hatched(height, width):
-    """Stripes of 3 px that run through everything."""
-    y, x = np.mgrid[:height, :width]
-    return 60 * ((x + y) // 3 % 2)
+GRAINS = {
+    "stripes of 3 px that run through everything": lambda y, x: 60 * ((x + y) // 3 % 2),
+    "fields of 2 x 2 px": lambda y, x: 60 * ((y // 2 + x // 2) % 2),
+    "noise twice as strong as the dots": lambda y, x: (noise(*y.shape, 3) % np.uint64(200)).astype(int) - 60,
+}
 
 
-def checkered(height, width):
-    """Fields of 2 x 2 px."""
-    y, x = np.mgrid[:height, :width]
-    return 60 * ((y // 2 + x // 2) % 2)
-
-
-def grainy(height, width):
-    """Noise of the same strength as the dots, or twice that."""
-    return (noise(height, width, 3) % np.uint64(200)).astype(int) - 60
-
-
-@pytest.mark.parametrize("grain", [hatched, checkered, grainy])
-@pytest.mark.parametrize(("pitch", "radius"), [(32, 11)])
-def test_elements_are_seen_through_grain_by_a_vote_over_blurs(grain, pitch, radius, monkeypatch):
+@pytest.mark.parametrize("grain", GRAINS.values(), ids=GRAINS)
+def test_elements_are_seen_through_grain_by_a_vote_over_blurs(grain, monkeypatch):
     """With little blur alone the grain, or pieces of it, would be taken for the elements."""
-    laid = np.where(dots(pitch, radius) == 40, 130, 90)
-    picture = features([Exemplar.of((laid + grain(*laid.shape)).clip(0, 255).astype(np.uint8))]).pictures[0]
+    laid = np.where(dots(32, 11) == 40, 130, 90)
+    picture = (laid + grain(*np.indices(laid.shape))).clip(0, 255).astype(np.uint8)
+    picture = features([Exemplar.of(picture)]).pictures[0]
     found = find_segments(picture)
     assert found.rule is SizeRule.SEGMENTS
-    assert 0.85 <= found.patch / pitch <= 1.15
+    assert 0.85 <= found.patch / 32 <= 1.15
     monkeypatch.setattr(segmentation, "PASSES", (1,))
-    assert not 0.85 <= find_segments(picture).patch / pitch <= 1.15
-
-
-def test_of_groups_about_as_even_the_largest_wins():
-    sizes = np.array([300, 310, 305])
-    assert vote(sizes, [0.6, 0.62, 0.61], np.array([5, 6, 7]))[0] == 2
-    assert vote(sizes, [0.6, 0.62, 0.71], np.array([5, 6, 7]))[0] == 1
-    assert vote(sizes, [0.6, 0.6, 0.6], np.array([5, 5, 5]))[0] == 0
+    assert not 0.85 <= find_segments(picture).patch / 32 <= 1.15
 
 
 # Whole pictures
@@ -418,17 +370,6 @@ def test_brightness_does_not_matter():
     one, two = (find_segments(np.repeat((plain + up)[..., None], 3, axis=2).astype(np.int16)) for up in (0, 300))
     np.testing.assert_array_equal(one.labels, two.labels)
     assert (one.patch, one.zone, one.energy) == (two.patch, two.zone, two.energy)
-    byte = dots() // 2
-    assert segments(Exemplar.of(byte)).patch == segments(Exemplar.of(byte + np.uint8(100))).patch
-
-
-@pytest.mark.parametrize("name", ["pebbles_black", "hexagons", "normals", "brick_colours"])
-@pytest.mark.parametrize("shift", [(5, 9), (61, 30)])
-def test_moving_the_picture_hardly_matters(name, shift):
-    picture = TORTURE[name]()
-    one, two = (segments(Exemplar.of(p)) for p in (picture, np.roll(picture, shift, (0, 1))))
-    assert two.rule is SizeRule.SEGMENTS
-    assert 0.8 <= two.patch / one.patch <= 1.25
 
 
 def test_a_mask_hides_pixels():
@@ -457,13 +398,10 @@ def test_large_exemplars_are_looked_at_reduced():
 
 def test_results_repeat_are_kept_and_cannot_be_written_to():
     exemplar = Exemplar.of(TORTURE["grapes"]())
-    found = segments(exemplar)
+    found, again = segments(exemplar), segments(Exemplar.of(TORTURE["grapes"]()))
     assert segments(exemplar) is found
-    again = segments(Exemplar.of(TORTURE["grapes"]()))
     np.testing.assert_array_equal(found.labels, again.labels)
-    assert (found.patch, found.zone, found.energy, found.support) == (
-        again.patch, again.zone, again.energy, again.support
-    )  # fmt: skip
+    assert (found.patch, found.zone, found.energy) == (again.patch, again.zone, again.energy)
     with pytest.raises(ValueError, match="read-only"):
         found.labels[0, 0] = 1
 
@@ -489,18 +427,9 @@ def test_the_overlay_shows_the_chosen_group():
     assert (drawn == LINE).all(axis=2).mean() > 0.02
 
 
-@pytest.mark.parametrize("name", ["normals", "alpha_islands", "ramp_16bit", "tiny_row", "labels", "noise_white"])
-def test_every_overlay_can_be_drawn(name):
-    picture = TORTURE[name]()
-    drawn = segment_overlay(Exemplar.of(picture))
-    assert drawn.shape == (*picture.shape[:2], 3)
-
-
 def test_the_overlay_is_gray_where_nothing_counts():
-    usable = np.ones((240, 240), bool)
-    usable[:, 100:130] = False
-    drawn = segment_overlay(Exemplar.of(dots(), usable=usable))
-    assert (drawn[:, 105:125] == GROUND).all()
+    usable = (np.arange(240) < 100) | (np.arange(240) >= 130) | np.zeros((240, 1), bool)
+    assert (segment_overlay(Exemplar.of(dots(), usable=usable))[:, 105:125] == GROUND).all()
 
 
 # Photographs

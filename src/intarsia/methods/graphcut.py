@@ -70,6 +70,6 @@ class Graphcut(methods.CutSquares):
     )  # fmt: skip
 
     @property
-    def snap(self) -> str:
+    def keep_lattice(self) -> str:
         """Whether patches are aligned to a lattice."""
         return "on" if self.lattice else "off"
