@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from cli.commands import run, told
+from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia import files
@@ -21,12 +22,6 @@ from intarsia.foundation import InputError, ParameterError
 from intarsia.testing import texture
 
 ALBEDOS = ("brick_albedo.png", "slate_col.png")
-
-
-def run(*args: object, code: int = 0) -> Result:
-    result = CliRunner().invoke(cli, [str(a) for a in args])
-    assert result.exit_code == code, result.stderr
-    return result
 
 
 def put(path: str, side: int = 24) -> None:
@@ -45,11 +40,6 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for path in (*ALBEDOS, "brick_height.png", "moss/albedo.png", "moss/normal.png", "wood/a/oak_col.png"):
         put(path)
-
-
-def told(*args: object, code: int = 0) -> dict[str, Any]:
-    answer: dict[str, Any] = json.loads(run(*args, "--json", "-q", code=code).stdout)
-    return answer
 
 
 GROW = ("grow", "in/", "-o", "out/", "--size", "40x36", "-m", "random-tiling", "--patch", "8")

@@ -10,7 +10,7 @@ from typing import Any
 import make_samples
 import numpy as np
 import pytest
-from cli.test_cli import run
+from cli.commands import run
 from paint_setts import DEEP, SIDE
 from PIL import Image
 
