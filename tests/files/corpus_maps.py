@@ -58,11 +58,11 @@ def source(**change: Any) -> bytes:
     return said(sources=[ABOUT["sources"][0] | change])  # type: ignore[index, operator]
 
 
-def lying(shape: str, held: bytes = bytes(64)) -> bytes:
+def lying(shape: str, held: bytes = bytes(64), packing: int = zipfile.ZIP_STORED) -> bytes:
     """An archive with an array that claims another shape than it has."""
     head = f"{{'descr': '<i4', 'fortran_order': False, 'shape': {shape}, }}".encode().ljust(117) + b"\n"
     buffer = io.BytesIO(packed(yx=None))
-    with zipfile.ZipFile(buffer, "a") as archive:
+    with zipfile.ZipFile(buffer, "a", packing) as archive:
         archive.writestr("yx.npy", b"\x93NUMPY\1\0" + len(head).to_bytes(2, "little") + head + held)
     return buffer.getvalue()
 

@@ -69,6 +69,8 @@ def test_a_material_is_read_as_a_set() -> None:
 def test_unknown_planes_name_the_known() -> None:
     with pytest.raises(InputError, match=r"no plane 'moon'.*albedo, normal, roughness, height"):
         read("sample:setts::moon")
+    with pytest.raises(InputError, match=r"brick.*tiles"):
+        read("sample:moon")
     with pytest.raises(InputError, match="there is no sample"):
         read("sample:tiles::normal")
 
