@@ -10,13 +10,12 @@ cannot be written, full disks and folders that fail are here; signals are in ``t
 from __future__ import annotations
 
 import os
-import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from unittest.mock import Mock
 
 import click
 import corpus
@@ -24,6 +23,7 @@ import expected
 import numpy as np
 import pytest
 import roles
+from cli.commands import full_disk
 from click.testing import CliRunner, Result
 from files import corpus_maps
 
@@ -302,14 +302,10 @@ WITH_PICTURE = [c for c in WITH_OUT if c != "weave"]
 @pytest.mark.parametrize("command", WITH_OUT)
 def test_a_full_disk_leaves_nothing(command: str, place: Place) -> None:
     """A file may not grow beyond 200 bytes; also over a file that is there, which then stays."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     replacing = [[*roles.line(command, out="b.png"), "--force"]] if command in WITH_PICTURE else []
     for words in (roles.line(command), *replacing):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (200, limits[1]))
-        try:
+        with full_disk(200):
             code, told = place.run(words)
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         assert code == 1, told
         assert "room" in told
 
@@ -320,12 +316,8 @@ def test_a_folder_that_fails_leaves_nothing(
     command: str, call: str, place: Place, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Read-only, or broken in the last moment."""
-
-    def fail(*_: object, **__: object) -> Any:
-        raise PermissionError(30, "Read-only file system")
-
-    kept: Callable[..., Any] = fail if call != "os.access" else (lambda *_, **__: False)
-    monkeypatch.setattr(call, kept)
+    refused = PermissionError(30, "Read-only file system")
+    monkeypatch.setattr(call, Mock(return_value=False) if call == "os.access" else Mock(side_effect=refused))
     code, told = place.run(roles.line(command))
     assert code == 1, told
 
@@ -353,38 +345,23 @@ def test_every_command_is_covered() -> None:
     assert set(COMMANDS) - set(roles.READERS) == {"methods", "warm-up", *roles.STAYS}
 
 
-def _processes(lines: list[list[str]], **environment: str) -> list[tuple[int, str]]:
-    """Run commands in processes of their own, all at once, and return how they ended; an empty value unsets."""
-    around = {k: v for k, v in (os.environ | environment).items() if v}
-    started = [
-        subprocess.Popen([sys.executable, "-m", "intarsia", *words], env=around, stderr=subprocess.PIPE, text=True,
-                         stdout=subprocess.DEVNULL, stdin=subprocess.DEVNULL, errors="replace")
-        for words in lines
-    ]  # fmt: skip
-    told = [p.communicate()[1] for p in started]
-    return [(p.returncode, text) for p, text in zip(started, told, strict=True)]
-
-
 def test_neither_home_nor_utf_8_is_needed(place: Place) -> None:
     """No HOME, and a locale of ASCII: pictures are made, and names beyond ASCII are told in one line."""
-    lines = [roles.line("grow", out="ascii.png"), roles.line("grow", files="木目.png")]
-    made, missing = _processes(lines, HOME="", LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0")
-    assert made == (0, "")
+    around = os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    around.pop("HOME", None)
+
+    def ended(**given: str) -> tuple[int, str]:
+        words = [sys.executable, "-m", "intarsia", *roles.line("grow", **given)]
+        done = subprocess.run(words, env=around, stderr=subprocess.PIPE, text=True, errors="replace", check=False)
+        return done.returncode, done.stderr
+
+    assert ended(out="ascii.png") == (0, "")
+    code, said = ended(files="木目.png")
     assert Path("ascii.png").stat().st_size > 0
     Path("ascii.png").unlink()
-    assert missing[0] == 3
-    assert len(missing[1].splitlines()) == 1
-    assert missing[1].startswith("intarsia: ")
-
-
-def test_commands_work_side_by_side(place: Place) -> None:
-    """Processes that share a cache and a folder make the same bytes."""
-    lines = [roles.line("grow", out=f"side{n}.png") for n in range(3)]
-    assert _processes(lines) == [(0, "")] * 3
-    made = [Path(f"side{n}.png") for n in range(3)]
-    assert len({path.read_bytes() for path in made}) == 1
-    for path in made:
-        path.unlink()
+    assert code == 3
+    assert len(said.splitlines()) == 1
+    assert said.startswith("intarsia: ")
 
 
 LIMITED = """
@@ -433,11 +410,7 @@ def test_messages_say_what_it_seems_to_be(tmp_path: Path) -> None:
 def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "closed.png"
     path.write_bytes(corpus.png(4, 4))
-
-    def refuse(*_: object) -> int:
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("os.open", refuse)
+    monkeypatch.setattr("os.open", Mock(side_effect=PermissionError(13, "Permission denied")))
     with pytest.raises(InputError, match="permission denied"):
         files.read_plane(path)
 

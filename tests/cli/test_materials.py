@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,7 +15,7 @@ from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import cli
+from intarsia.cli import Interrupted, cli
 from intarsia.foundation import InputError, ParameterError
 from intarsia.testing import texture
 
@@ -238,19 +236,10 @@ class TestFailing:
         assert fractions[-1] == 1
         assert steps[0]["stage"] == "check"
 
-    def test_a_stop_ends_all(self) -> None:
-        slow = [*GROW[:4], "--size", "3000", "-m", "image-quilting", "--patch", "8", "--progress", "json"]
-        work = subprocess.Popen([sys.executable, "-m", "intarsia", *slow], stderr=subprocess.PIPE, text=True,
-                                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # fmt: skip
-        assert work.stderr is not None
-        while '"fraction"' not in (line := work.stderr.readline()) and line:
-            pass
-        work.send_signal(signal.SIGINT)
-        rest = work.stderr.read()
-        assert work.wait(20) == 130
-        assert rest.splitlines()[-1].startswith("intarsia: stopped")
+    def test_a_stop_ends_all(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("intarsia.cli.batch.write", Mock(side_effect=Interrupted))
+        assert run(*GROW, "-q", code=130).stderr.splitlines()[-1].startswith("intarsia: stopped")
         assert not Path("out").exists()
-        work.stderr.close()
 
 
 @pytest.mark.parametrize(("words", "why"), [

@@ -231,26 +231,22 @@ class TestBeside:
         run("replay box/clean.png -o healed.png")
         assert Path("healed.png").read_bytes() == Path("box/clean.png").read_bytes()
 
-    def test_labels_and_target(self) -> None:
-        run(f"paint e.png -l l.png -t t.png {SMALL} -o box/field_painted_3.png")
-        self.put(field="e", labels="l", target="t")
-        run("replay box/field_painted_3.png -o again.png")
-        assert Path("again.png").read_bytes() == Path("box/field_painted_3.png").read_bytes()
-
-    def test_planes_of_a_set(self) -> None:
-        self.put(brick_albedo="a", brick_height="b", brick_mask="h", moss_albedo="c")
-        run(f"grow box/brick_albedo.png box/brick_height.png --size 60 {SMALL} -o box/brick_grown.png")
-        run("replay box/brick_grown.png -o again.png")
-        for end in ("", "_height"):
-            assert Path(f"again{end}.png").read_bytes() == Path(f"box/brick_grown{end}.png").read_bytes()
-
-    def test_a_picture_of_a_parameter(self) -> None:
+    @pytest.mark.parametrize(("line", "found"), [
+        (f"paint e.png -l l.png -t t.png {SMALL} -o box/field_painted_3.png",
+         {"field": "e", "labels": "l", "target": "t"}),
+        (f"grow box/brick_albedo.png box/brick_height.png --size 60 {SMALL} -o box/brick_grown.png",
+         {"brick_albedo": "a", "brick_height": "b", "brick_mask": "h", "moss_albedo": "c"}),
+        ("grow box/a.png --size 60 -m parallel-controllable --jitter-output box/jitter_output.png -o box/a_grown.png",
+         {"a": "a"}),
+    ], ids=["labels and target", "planes of a set", "picture of a parameter"])  # fmt: skip
+    def test_all_that_a_picture_was_made_of(self, line: str, found: dict[str, str]) -> None:
         write("box/jitter_output.png", np.tile(np.arange(60, dtype=np.uint8), (60, 1)))
-        self.put(a="a")
-        more = "-m parallel-controllable --jitter-output box/jitter_output.png"
-        run(f"grow box/a.png --size 60 {more} -o box/a_grown.png")
-        run("replay box/a_grown.png -o again.png")
-        assert Path("again.png").read_bytes() == Path("box/a_grown.png").read_bytes()
+        self.put(**found)
+        run(line)
+        made = line.split()[-1]
+        run(f"replay {made} -o again.png")
+        for end in ("", "_height") if "_height" in line else ("",):
+            assert Path(f"again{end}.png").read_bytes() == Path(f"{made[:-4]}{end}.png").read_bytes()
 
     def test_all_that_is_missing_is_told_of_at_once(self) -> None:
         run("heal a.png --mask h.png --patch 14 --from b.png -o healed.png")

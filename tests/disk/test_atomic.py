@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import tempfile
 from collections.abc import Callable
@@ -12,7 +11,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from cli.commands import run
+from cli.commands import full_disk, run
 from corpus import pillow
 
 import intarsia as ia
@@ -160,13 +159,9 @@ def test_a_planted_link_is_neither_followed_nor_replaced() -> None:
 def test_a_full_disk_is_told_by_the_name_that_was_asked_for(tmp_path: Path) -> None:
     (tmp_path / "full").mkdir()
     write("a.png", PICTURE)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     for words in ("../full/x.bmp", "../full/x.bmp --save-map ../full/x.npz"):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (8000, limits[1]))
-        try:
+        with full_disk(8000):
             done = run(f"grow a.png -m repeat -s 90 -o {words}", code=1)
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         assert "there is no room for ../full/x.bmp; free some" in done.stderr
         assert os.listdir(tmp_path / "full") == []
 

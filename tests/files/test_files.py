@@ -6,7 +6,6 @@ import errno
 import io
 import json
 import os
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +14,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from cli.commands import full_disk
 from corpus import picture, pillow, tiff
 from files.exrs import save_exr
 from PIL import Image, ImageCms, ImageOps
@@ -208,13 +208,8 @@ def test_a_full_disk_is_told(format: Format, tmp_path: Path) -> None:
     channels = format.channels[-1] if len(format.channels) < 9 else 3
     plane = Plane(some(format.dtypes[-1], channels, 200, 200), Kind.LABEL)
     (tmp_path / f"a{format.suffixes[0]}").write_bytes(b"old")
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, limits[1]))
-    try:
-        with pytest.raises(ResourceError, match="room") as caught:
-            write(tmp_path / f"a{format.suffixes[0]}", plane, force=True)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    with full_disk(8192), pytest.raises(ResourceError, match="room") as caught:
+        write(tmp_path / f"a{format.suffixes[0]}", plane, force=True)
     assert "\n" not in str(caught.value)
     assert [p.read_bytes() for p in tmp_path.iterdir()] == [b"old"]
 
