@@ -147,10 +147,9 @@ class TestPackedMaps:
         for name, channels in (("orm", 3), ("rma", 3), ("ao", 1)):
             put(f"w_{name}.png", noise(channels=channels))
         refused(f"grow {line} -o out.png", code, words)
-
-    def test_planes_of_one_name_are_refused(self) -> None:
         with pytest.raises(InputError, match="orm holds ao"):
             ia.Exemplar.of({"albedo": noise(), "ao": noise(channels=1), "orm": noise()})
+
 
 
 def slopes(height: int = 40, width: int = 48) -> NDArray[Any]:
