@@ -14,9 +14,9 @@ import os
 import pickle
 import random
 import shutil
+import signal
 import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -132,6 +132,7 @@ def drawn(words: tuple[str, ...], home: Path, out: Path, said: Path) -> bool:
     child = os.fork()
     if not child:
         code = 70
+        signal.alarm(LIMIT)
         try:
             os.environ["INTARSIA_CACHE"] = str(home)
             os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
@@ -144,15 +145,7 @@ def drawn(words: tuple[str, ...], home: Path, out: Path, said: Path) -> bool:
                 code = e.code if isinstance(e.code, int) else int(e.code is not None)
         finally:
             os._exit(code)
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status) == 0
-        time.sleep(0.01)
-    os.kill(child, 9)
-    os.waitpid(child, 0)
-    return False
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
 def fault(words: tuple[str, ...], home: Path, right: bytes, folder: Path) -> str | None:
