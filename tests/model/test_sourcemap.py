@@ -47,17 +47,13 @@ def test_saving_and_loading_gives_the_same_map(height: int, width: int, seed: in
     assert (again.pose is None) == (not pose)
 
 
-def test_a_saved_map_is_a_plain_npz(tmp_path: Path) -> None:
+def test_a_saved_map_is_a_plain_npz_and_a_missing_one_is_named(tmp_path: Path) -> None:
     """The arrays stand under their names; no pickle."""
-    path = tmp_path / "map.npz"
-    random_map(7, 5).save(path)
-    with np.load(path, allow_pickle=False) as data:
+    random_map(7, 5).save(tmp_path / "map.npz")
+    with np.load(tmp_path / "map.npz", allow_pickle=False) as data:
         assert set(data) == {"yx", "which", "pose", "about"}
         assert data["yx"].shape == (7, 5, 2)
         assert json.loads(bytes(data["about"]))["wrap"] == "none"
-
-
-def test_a_missing_map_is_named(tmp_path: Path) -> None:
     with pytest.raises(ia.InputError, match=r"gone\.npz does not exist"):
         SourceMap.load(tmp_path / "gone.npz")
 
@@ -79,16 +75,13 @@ def test_a_map_that_points_outside_is_found(change: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_maps_cannot_be_changed() -> None:
+def test_maps_cannot_be_changed_and_their_shapes_must_agree() -> None:
     smap = random_map(4, 4)
     with pytest.raises(FrozenInstanceError):
         smap.wrap = Wrap.BOTH
     for array in (smap.yx, smap.which, smap.pose):
         with pytest.raises(ValueError, match="read-only"):
             array[0, 0] = 0
-
-
-def test_shapes_must_agree() -> None:
     with pytest.raises(ia.InputError, match="is no map"):
         SourceMap(np.zeros((4, 4)))
     with pytest.raises(ia.InputError, match="does not fit"):
