@@ -110,7 +110,7 @@ print(*mine, sep="\\n")
         assert methods == {"intarsia.methods.image_quilting"}, done.stderr
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "regular", "corrections", "judging", "studio", "giant"}
-        rare = "rendering.tone rendering.warped_kernels seams.repair seams.graphcut_map tasks.completion search.guide"
+        rare = "rendering.seam_levelling rendering.warped_kernels seams.repair seams.graphcut_textures tasks.completion search.guide"
         assert not found & {f"intarsia.{name}" for name in rare.split()}
 
     def test_a_parameter_of_another_method_is_told_of_by_the_method_that_is_named(self) -> None:
@@ -134,7 +134,7 @@ class TestGrow:
         assert data == Path("again.png").read_bytes()
 
     def test_sixteen_bits_stay_and_every_pixel_is_one_of_the_exemplar(self) -> None:
-        run("grow", "deep.png", "-o", "out.png", "--patch", 10, "--level", 0, "-q")
+        run("grow", "deep.png", "-o", "out.png", "--patch", 10, "--even-tone", 0, "-q")
         out, exemplar = pixels(Path("out.png")), pixels(Path("deep.png"))
         assert out.dtype == np.uint16
         assert out.shape == (80, 96, 3)
@@ -143,7 +143,7 @@ class TestGrow:
 
     def test_further_planes_lie_beside_in_the_format_they_came_in(self) -> None:
         made = told(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
-                      "--st-map", "st.exr", "--level", 0)  # fmt: skip
+                      "--st-map", "st.exr", "--even-tone", 0)  # fmt: skip
         assert [f["path"] for f in made["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
         assert pixels(Path("out_height.exr")).dtype == np.float16
         st, smap = pixels(Path("st.exr")), ia.SourceMap.load("m.npz")
@@ -278,7 +278,7 @@ class TestRender:
         made = told("render", "m.npz", "-e", "a.png", "-o", "part.png", "--window", "-5,3,20,10")
         assert made["window"] == [-5, 3, 20, 10]
         assert np.array_equal(pixels(Path("part.png")), np.roll(whole, 5, axis=1)[3:13, :20])
-        exact = "--feather", 0, "--level", 0, "--threads", 1
+        exact = "--feather", 0, "--even-tone", 0, "--threads", 1
         run("render", "m.npz", "-e", "b.png", "--map", "height=h.exr", "-o", "b2.png", *exact)
         smap = ia.SourceMap.load("m.npz")
         assert np.array_equal(pixels(Path("b2.png")), pixels(Path("b.png"))[smap.yx[:, :, 0], smap.yx[:, :, 1]])

@@ -20,7 +20,7 @@ from intarsia.regular.wall import Wall
 from intarsia.testing.cases import noise, texture
 
 HEIGHTS = (44, 28, 36, 50, 30, 40)
-UNEQUAL_HEIGHTS = ia.NearRegular(heights="unequal")
+UNEQUAL_HEIGHTS = ia.NearRegular(course_heights="unequal")
 ONE = ia.Run(threads=1)
 
 
@@ -211,7 +211,7 @@ def test_a_canvas_that_no_sum_of_heights_closes_is_refused() -> None:
 )
 def test_what_has_no_place_is_refused(given: dict, word: str) -> None:
     with pytest.raises(ia.ParameterError, match=rf"^heights=unequal .* leave {word} out\.$"):
-        ia.synthesize(CASES[0], 200, ia.NearRegular(heights="unequal", **given))
+        ia.synthesize(CASES[0], 200, ia.NearRegular(course_heights="unequal", **given))
 
 
 def test_a_start_is_refused_and_exemplars_without_courses_are() -> None:
