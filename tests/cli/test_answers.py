@@ -6,12 +6,11 @@ import json
 import os
 import shlex
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from cli.commands import run, told
 
 import intarsia as ia
 from intarsia import files
@@ -31,13 +30,9 @@ LINES = {
 """What is asked of each command, but for a method and a place for the output."""
 
 DONE = {
-    "grow": "a_grown.png",
-    "extend": "a_extended.png",
-    "heal": "a_healed.png",
-    "paint": "a_painted.png",
-    "tile": "a_tiled.png",
-    "weave": "a_woven.tif",
-}
+    "grow": "a_grown.png", "extend": "a_extended.png", "heal": "a_healed.png", "paint": "a_painted.png",
+    "tile": "a_tiled.png", "weave": "a_woven.tif",
+}  # fmt: skip
 """Where it goes if nothing is said."""
 
 SHARED = {"explain", "seed", "out", "force", "dry_run", "threads", "as_json", "progress", "quiet"}
@@ -61,17 +56,6 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files.write("hole.png", ia.Plane(((abs(x - 20) < 4) & (abs(y - 18) < 4)).astype(np.uint8) * 255))
     files.write("l.png", ia.Plane(np.where(x < 24, 0, 255).astype(np.uint8)))
     files.write("t.png", ia.Plane(np.where(y < 20, 0, 255).astype(np.uint8)))
-
-
-def run(line: str, code: int = 0, data: bytes | None = None) -> Result:
-    done = CliRunner().invoke(cli, shlex.split(line), input=data)
-    assert done.exit_code == code, done.stderr
-    return done
-
-
-def told(line: str) -> dict[str, Any]:
-    answer: dict[str, Any] = json.loads(run(f"{line} --json").stdout)
-    return answer
 
 
 def parameters(name: str) -> dict[str, click.Parameter]:

@@ -8,7 +8,6 @@ import pickle
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,16 +20,6 @@ WORDS = [sys.executable, "-m", "intarsia", "grow", "sample:tiles", "-m", "repeat
 def grow(home: Path, out: Path, *more: str) -> subprocess.CompletedProcess[str]:
     around = {**os.environ, "INTARSIA_CACHE": str(home)}
     return subprocess.run([*WORDS, "-o", str(out), *more], env=around, capture_output=True, text=True, check=False)
-
-
-class Trap:
-    """Whoever opens the pickle of this makes a folder."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
-        return os.mkdir, (str(self.path),)
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +45,9 @@ def test_two_first_runs_at_once_leave_a_whole_cache(warm: tuple[Path, bytes], tm
 @pytest.mark.parametrize("damage", but_some(["empty", "no cache", "a planted pickle"], "a planted pickle"))
 def test_a_damaged_cache_is_made_anew_with_one_line(damage: str, warm: tuple[Path, bytes], tmp_path: Path) -> None:
     """The picture is right all the same, nothing of what lay there is opened, and the next run finds a whole cache."""
-    home, out, trap = tmp_path / "c", tmp_path / "o.png", tmp_path / "trap"
+    home, out, trap = tmp_path / "c", tmp_path / "o.png", tmp_path / "sprung"
     shutil.copytree(warm[0], home)
-    data = {"empty": b"", "no cache": b"\xff" * 999, "a planted pickle": pickle.dumps(Trap(trap))}[damage]
+    data = {"empty": b"", "no cache": b"\xff" * 999, "a planted pickle": pickle.dumps(caches.Planted(trap))}[damage]
     for path in caches.entries(home):
         path.write_bytes(data)
     done = grow(home, out, "--json")

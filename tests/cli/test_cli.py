@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import signal
@@ -14,26 +13,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from cli.commands import run, told
 from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import COMMANDS, cli
+from intarsia.cli import COMMANDS
 from intarsia.foundation import SAMPLES
 from intarsia.methods import METHODS
 from intarsia.model.image import Transfer
-
-
-def run(*args: object, code: int = 0, data: bytes | None = None) -> Result:
-    result = CliRunner().invoke(cli, [str(a) for a in args], input=data)
-    assert result.exit_code == code, result.stderr
-    return result
-
-
-def answer(*args: object) -> dict[str, Any]:
-    told: dict[str, Any] = json.loads(run(*args, "--json").stdout)
-    return told
 
 
 def pixels(path: Path) -> NDArray[Any]:
@@ -67,21 +55,13 @@ class TestListings:
         assert "_INTARSIA_COMPLETE=bash_source" in text
         assert run().stdout == text
 
-    @pytest.mark.parametrize("name", list(COMMANDS))
-    def test_every_command_has_help(self, name: str) -> None:
-        assert run(name, "-h").stdout.startswith("Usage: ")
-
-    def test_grow_lists_the_samples_and_the_parameters_of_all_methods(self) -> None:
+    def test_grow_lists_the_samples(self) -> None:
         text = run("grow", "--help-all").stdout
         assert sorted(SAMPLES) == files.sample_names()
         assert all(f"sample:{name}" in said for name in SAMPLES for said in (text, run("grow", "--help").stdout))
-        for entry in json.loads(run("methods", "--json").stdout):
-            assert all(f"--{p['name'].replace('_', '-')} " in text for p in entry["parameters"])
 
-    def test_version(self) -> None:
+    def test_methods_and_version(self) -> None:
         assert run("--version").stdout == f"intarsia {ia.__version__}\n"
-
-    def test_methods(self) -> None:
         entries = json.loads(run("methods", "--json").stdout)
         assert [e["slug"] for e in entries] == list(METHODS)
         assert {"slug", "paper", "supports", "parameters"} <= set(entries[0])
@@ -127,19 +107,18 @@ print(*mine, sep="\\n")
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
         found = set(done.stdout.split())
         methods = {name for name in found if name.startswith("intarsia.methods.")}
-        assert methods == {f"intarsia.methods.{name}" for name in ("image_quilting",)}, done.stderr
+        assert methods == {"intarsia.methods.image_quilting"}, done.stderr
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "regular", "corrections", "judging", "studio", "giant"}
-        drawing = "rendering.seam_levelling", "rendering.warped_kernels"
-        drawing += "seams.repair", "seams.graphcut_textures"
-        rare = *drawing, "tasks.completion", "search.guide", "files.netpbm"
-        assert not found & {f"intarsia.{name}" for name in rare}
+        rare = "rendering.seam_levelling rendering.warped_kernels seams.repair seams.graphcut_textures search.guide"
+        rare += " tasks.completion"
+        assert not found & {f"intarsia.{name}" for name in rare.split()}
 
     def test_a_parameter_of_another_method_is_told_of_by_the_method_that_is_named(self) -> None:
-        told = run("grow", "a.png", "-o", "b.png", "-m", "image-quilting", "--lattice", "9,0", code=2)
-        assert "lattice: image-quilting has no such parameter; it has patch" in told.stderr
-        told = run("grow", "a.png", "-o", "b.png", "-m", "image-quilting", "--frobnicate", "1", code=2)
-        assert "No such option '--frobnicate'" in told.stderr
+        said = run("grow", "a.png", "-o", "b.png", "-m", "image-quilting", "--lattice", "9,0", code=2)
+        assert "lattice: image-quilting has no such parameter; it has patch" in said.stderr
+        said = run("grow", "a.png", "-o", "b.png", "-m", "image-quilting", "--frobnicate", "1", code=2)
+        assert "No such option '--frobnicate'" in said.stderr
         assert "--lattice" in run("grow", "--help-all").stdout
 
 
@@ -155,11 +134,6 @@ class TestGrow:
         assert data == Path("library.png").read_bytes()
         assert data == Path("again.png").read_bytes()
 
-    def test_threads_never_change_a_byte(self) -> None:
-        run(*GROW, "-o", "one.png", "--threads", 1, "--feather", 3)
-        run(*GROW, "-o", "two.png", "--threads", 2, "--feather", 3)
-        assert Path("one.png").read_bytes() == Path("two.png").read_bytes()
-
     def test_sixteen_bits_stay_and_every_pixel_is_one_of_the_exemplar(self) -> None:
         run("grow", "deep.png", "-o", "out.png", "--patch", 10, "--even-tone", 0, "-q")
         out, exemplar = pixels(Path("out.png")), pixels(Path("deep.png"))
@@ -169,56 +143,25 @@ class TestGrow:
         assert set(map(tuple, out.reshape(-1, 3).tolist())) <= known
 
     def test_further_planes_lie_beside_in_the_format_they_came_in(self) -> None:
-        told = answer(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
+        made = told(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
                       "--st-map", "st.exr", "--even-tone", 0)  # fmt: skip
-        assert [f["path"] for f in told["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
+        assert [f["path"] for f in made["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
         assert pixels(Path("out_height.exr")).dtype == np.float16
         st, smap = pixels(Path("st.exr")), ia.SourceMap.load("m.npz")
         assert np.array_equal(st[:, :, :2], smap.st_map())
         exemplar = pixels(Path("h.exr"))
         assert np.array_equal(pixels(Path("out_height.exr")), exemplar[smap.yx[:, :, 0], smap.yx[:, :, 1]])
-        assert sorted(p.name for p in Path().iterdir() if p.name.startswith(".")) == []
 
     def test_json_says_what_was_done(self) -> None:
-        told = answer("grow", "a.png", "-q", "-o", "out.png", "-m", "image-quilting", "--size", "64x50",
+        made = told("grow", "a.png", "-q", "-o", "out.png", "-m", "image-quilting", "--size", "64x50",
                       "--patch", "14x12", "--overlap", "3x4")  # fmt: skip
-        assert told["size"] == [64, 50]
-        assert told["parameters"]["patch"] == [14, 12]
-        assert (told["pitch"], told["footprint"]) == ([11, 8], [14, 12])
-        assert (told["seed"], told["method"], told["wrap"]) == (0, "image-quilting", "none")
-        assert told["warnings"] == []
-        assert {"read", "grow", "write", "total"} == set(told["timings"])
-        assert told["exemplars"][0]["size"] == [48, 40]
-
-    @pytest.mark.parametrize(
-        "options",
-        [
-            ["--tolerance", "0.3"],
-            ["--channel-weights", "0.2,0.7,0.1"],
-            ["--isometries", "0,1"],
-            ["--repeat-penalty", "0"],
-            ["--min-repeat-distance", "1"],
-            ["--search", "exact"],
-            ["--seam", "gradient"],
-            ["--feather", "4", "--mixing", "variance"],
-            ["--mixing", "source", "--feather", "2"],
-            ["--mask", "mask.png"],
-            ["--toroidal"],
-            ["--crop", "4,2,30,32"],
-            ["--scale", "0.5", "--patch", "8"],
-            ["--wrap", "x"],
-            ["--method", "random-tiling"],
-            ["--depth", "16"],
-            ["--alpha", "channel"],
-            ["--debug"],
-        ],
-        ids=lambda o: o[0],
-    )
-    def test_every_option_and_its_replay(self, options: list[str]) -> None:
-        run(*GROW, "-o", "out.png", *options)
-        again = ["--mask", "mask.png"] if "--mask" in options else []
-        run("replay", "out.png", "-e", "a.png", "-o", "again.png", "-q", *again)
-        assert Path("out.png").read_bytes() == Path("again.png").read_bytes()
+        assert made["size"] == [64, 50]
+        assert made["parameters"]["patch"] == [14, 12]
+        assert (made["pitch"], made["footprint"]) == ([11, 8], [14, 12])
+        assert (made["seed"], made["method"], made["wrap"]) == (0, "image-quilting", "none")
+        assert made["warnings"] == []
+        assert {"read", "grow", "write", "total"} == set(made["timings"])
+        assert made["exemplars"][0]["size"] == [48, 40]
 
     def test_masked_and_avoided_pixels_never_appear(self) -> None:
         exemplar = pixels(Path("a.png"))
@@ -228,10 +171,10 @@ class TestGrow:
         picture[5, 5] = 255, 0, 255
         files.write("pink.png", ia.Plane(picture))
         given = "-q", "-m", "image-quilting", "--patch", 9, "--avoid", "#FF00FF"
-        told = answer("grow", "pink.png", *given, "-o", "out2.png")
-        assert told["warnings"] == []
+        made = told("grow", "pink.png", *given, "-o", "out2.png")
+        assert made["warnings"] == []
         assert not (pixels(Path("out2.png")) == [255, 0, 255]).all(axis=2).any()
-        assert "#010203" in answer(*GROW, "--avoid", "#010203", "-o", "out3.png")["warnings"][0]
+        assert "#010203" in told(*GROW, "--avoid", "#010203", "-o", "out3.png")["warnings"][0]
         run("replay", "out2.png", "-e", "pink.png", "-o", "again.png")
         assert Path("again.png").read_bytes() == Path("out2.png").read_bytes()
 
@@ -246,36 +189,31 @@ class TestGrow:
         mean = light.reshape(10, 4, 12, 4, 3).mean(axis=(1, 3))
         code = np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * mean ** (1 / 2.4) - 0.055) * 255
         assert np.abs(pixels(Path("out.png")) - code).max() < 0.51
+        made = told("grow", "a.png", "--scale", "1/7", "--method", "repeat", "-q", "-o", "seventh.png")
+        assert made["exemplars"][0]["size"] == [6, 5]
 
-    def test_scale_drops_what_is_over_and_a_crop_hits_smaller_planes(self) -> None:
+    def test_a_crop_hits_smaller_planes(self) -> None:
         small = np.arange(20 * 24, dtype=np.uint8).reshape(20, 24)
         files.write("small.png", ia.Plane(small))
-        run("grow", "a.png", "--map", "ao=small.png", "--crop", "4,2,20,10", "--method", "repeat", "--size", "20x10",
-            "-q", "-o", "out.png")  # fmt: skip
+        run("grow a.png --map ao=small.png --crop 4,2,20,10 --method repeat --size 20x10 -q -o out.png")
         assert np.array_equal(pixels(Path("out.png")), pixels(Path("a.png"))[2:12, 4:24])
         assert np.array_equal(pixels(Path("out_ao.png")), small[1:6, 2:12])
-        told = answer("grow", "a.png", "--scale", "1/7", "--method", "repeat", "-q", "-o", "seventh.png")
-        assert told["exemplars"][0]["size"] == [6, 5]
 
     def test_stdin_and_stdout(self) -> None:
         result = run("grow", "-", "-o", "-", "--patch", 12, "-q", data=Path("a.png").read_bytes())
+        loud = run("grow", "a.png", "-o", "-", "--patch", 12)
         run("grow", "a.png", "-o", "out.png", "--patch", 12, "-q")
-        assert result.stdout_bytes == Path("out.png").read_bytes()
+        assert result.stdout_bytes == loud.stdout_bytes == Path("out.png").read_bytes()
         assert result.stderr == ""
+        assert "seed 0" in loud.stderr
 
     def test_dry_run_writes_nothing(self) -> None:
         before = sorted(os.listdir())
-        told = answer(*GROW, "-o", "out.png", "--dry-run", "--overlap", 4)
-        assert told["dry_run"] is True
-        assert told["patches"] == 8 * 6
-        assert told["memory_mib"] > 0
-        assert "not written" in run("grow", "a.png", "-o", "out.png", "--dry-run").stderr
+        made = told(*GROW, "-o", "out.png", "--dry-run", "--overlap", 4)
+        assert (made["dry_run"], made["patches"]) == (True, 8 * 6)
+        assert made["memory_mib"] > 0
+        assert "not written" in run("grow a.png -o out.png --dry-run").stderr
         assert sorted(os.listdir()) == before
-
-    def test_force_replaces(self) -> None:
-        Path("out.png").write_bytes(b"old")
-        run(*GROW, "-o", "out.png", "--force")
-        assert pixels(Path("out.png")).shape == (50, 64, 3)
 
     def test_recipes_lie_beside_formats_without_text(self) -> None:
         run(*GROW, "-o", "out.bmp", "--seed", 3)
@@ -286,15 +224,9 @@ class TestGrow:
 
     def test_the_seed_is_always_told(self) -> None:
         assert "seed 0" in run("grow", "a.png", "-o", "out.png").stderr
-        told = answer(*GROW, "--seed", "random", "-o", "out2.png")
-        run(*GROW, "--seed", told["seed"], "-o", "out3.png")
+        made = told(*GROW, "--seed", "random", "-o", "out2.png")
+        run(*GROW, "--seed", made["seed"], "-o", "out3.png")
         assert Path("out2.png").read_bytes() == Path("out3.png").read_bytes()
-
-    def test_progress_as_json_lines_never_goes_back(self) -> None:
-        result = run(*GROW, "-o", "out_{seed}.png", "--seeds", "1,2", "--progress", "json")
-        told = [json.loads(line)["fraction"] for line in result.stderr.splitlines()]
-        assert told == sorted(told)
-        assert told[-1] == 1.0
 
     def test_progress_bar_on_a_terminal(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda self: True)
@@ -314,49 +246,28 @@ class TestSets:
         assert Path("again_normal.png").read_bytes() == Path("moss_big_normal.png").read_bytes()
 
     def test_several_exemplars_in_one_output(self) -> None:
-        told = answer(
-            "grow", "a.png", "b.png", "-o", "out.png", "--patch", 12, "--mask", "mask.png", "--mask", "mask.png"
-        )
-        assert len(told["exemplars"]) == 2
-        run(
-            "replay",
-            "out.png",
-            "-e",
-            "a.png",
-            "-e",
-            "b.png",
-            "--mask",
-            "mask.png",
-            "--mask",
-            "mask.png",
-            "-o",
-            "two.png",
-        )
+        masks = "--mask mask.png --mask mask.png"
+        assert len(told(f"grow a.png b.png -o out.png --patch 12 {masks}")["exemplars"]) == 2
+        run(f"replay out.png -e a.png -e b.png {masks} -o two.png")
         assert Path("out.png").read_bytes() == Path("two.png").read_bytes()
 
     def test_set_and_several_force_the_reading(self) -> None:
         Path("a.png").rename("moss_albedo.png")
         Path("n.png").rename("other_normal.png")
-        assert (
-            len(answer("grow", "moss_albedo.png", "other_normal.png", "--set", "--dry-run", "-o", "o.png")["files"])
-            == 2
-        )
+        assert len(told("grow moss_albedo.png other_normal.png --set --dry-run -o o.png")["files"]) == 2
         Path("other_normal.png").rename("moss_ao.png")
-        told = answer("grow", "moss_albedo.png", "moss_ao.png", "--several", "--dry-run", "-o", "{stem}_o.png")
-        assert len(told["results"]) == 2
+        made = told("grow", "moss_albedo.png", "moss_ao.png", "--several", "--dry-run", "-o", "{stem}_o.png")
+        assert len(made["results"]) == 2
 
     def test_batch_with_sheet(self) -> None:
-        told = answer("grow", "a.png", "b.png", "-m", "image-quilting", "--patch", 12, "--seeds", "1..2",
-                      "-o", "{stem}-{method}-{w}x{h}-{seed}.png", "--sheet", "sheet.png",
-                      "--save-map", "{stem}{seed}.npz")  # fmt: skip
-        assert [r["files"][0]["path"] for r in told["results"]] == [
-            f"{s}-image-quilting-96x80-{n}.png" for s in "ab" for n in (1, 2)
-        ]
-        assert [r["seed"] for r in told["results"]] == [1, 2, 1, 2]
+        made = told("grow a.png b.png -m image-quilting --patch 12 --seeds 1..2 -o {stem}-{method}-{w}x{h}-{seed}.png "
+                    "--sheet sheet.png --save-map {stem}{seed}.npz")  # fmt: skip
+        expected = [(f"{stem}-image-quilting-96x80-{n}.png", n) for stem in "ab" for n in (1, 2)]
+        assert [(r["files"][0]["path"], r["seed"]) for r in made["results"]] == expected
         sheet = pixels(Path("sheet.png"))
         assert sheet.shape == (2 * 80 + 3 * 8, 2 * 96 + 3 * 8, 3)
         assert np.array_equal(sheet[8:88, 8:104], pixels(Path("a-image-quilting-96x80-1.png")))
-        assert told["sheet"] == "sheet.png"
+        assert made["sheet"] == "sheet.png"
 
 
 class TestRender:
@@ -365,8 +276,8 @@ class TestRender:
         run("render", "m.npz", "-e", "a.png", "-o", "again.png")
         whole = pixels(Path("out.png"))
         assert np.array_equal(pixels(Path("again.png")), whole)
-        told = answer("render", "m.npz", "-e", "a.png", "-o", "part.png", "--window", "-5,3,20,10")
-        assert told["window"] == [-5, 3, 20, 10]
+        made = told("render", "m.npz", "-e", "a.png", "-o", "part.png", "--window", "-5,3,20,10")
+        assert made["window"] == [-5, 3, 20, 10]
         assert np.array_equal(pixels(Path("part.png")), np.roll(whole, 5, axis=1)[3:13, :20])
         exact = "--feather", 0, "--even-tone", 0, "--threads", 1
         run("render", "m.npz", "-e", "b.png", "--map", "height=h.exr", "-o", "b2.png", *exact)
@@ -393,11 +304,6 @@ class TestReplay:
         result = run("replay", "old.json", "-e", "a.png", "-o", "again.png")
         assert "made by intarsia 0.0.1" in result.stderr
         assert np.array_equal(pixels(Path("out.png")), pixels(Path("again.png")))
-
-    def test_depth_is_repeated(self) -> None:
-        run("grow", "deep.png", "-o", "out.jpg", "--depth", 8, "--size", "30x20", "-q")
-        run("replay", "out.jpg", "-e", "deep.png", "-o", "again.jpg", "-q")
-        assert Path("out.jpg").read_bytes() == Path("again.jpg").read_bytes()
 
 
 def test_warm_up_grows_with_every_method() -> None:
@@ -437,9 +343,3 @@ def test_a_closed_pipe_is_no_error_to_talk_about() -> None:
     assert work.stderr.read() == b""
     assert work.wait(20) == 1
     work.stderr.close()
-
-
-def test_only_the_picture_goes_to_stdout() -> None:
-    result = run("grow", "a.png", "-o", "-", "--patch", 12)
-    assert files.read_plane(io.BytesIO(result.stdout_bytes).read()).pixels.shape == (80, 96, 3)
-    assert "seed 0" in result.stderr

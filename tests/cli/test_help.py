@@ -134,17 +134,11 @@ def test_the_method_may_stand_on_either_side() -> None:
     assert "intarsia: " in told("paint", "-m", "repeat", "--help", code=2)
 
 
-@pytest.mark.parametrize(
-    ("words", "right"),
-    [
-        ("--fether 3", "--feather"),
-        ("--refinement 3", "--refinements"),
-        ("--toroid", "--toroidal"),
-        ("--sheed 1", "--seed"),
-    ],
-)
+@pytest.mark.parametrize(("words", "right"), [
+    ("--fether", "--feather"), ("--refinement", "--refinements"), ("--toroid", "--toroidal"), ("--sheed", "--seed"),
+])  # fmt: skip
 def test_suggestions_know_what_the_short_help_leaves_out(words: str, right: str) -> None:
-    said = told("grow", "a.png", *words.split(), code=2)
+    said = told("grow", "a.png", words, code=2)
     assert said.count("\n") == 1
     assert right in said
 

@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from cli.commands import run, told
+from click.testing import CliRunner
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import cli
+from intarsia.cli import Interrupted, cli
 from intarsia.foundation import InputError, ParameterError
 from intarsia.testing import texture
 
 ALBEDOS = ("brick_albedo.png", "slate_col.png")
-
-
-def run(*args: object, code: int = 0) -> Result:
-    result = CliRunner().invoke(cli, [str(a) for a in args])
-    assert result.exit_code == code, result.stderr
-    return result
 
 
 def put(path: str, side: int = 24) -> None:
@@ -45,11 +38,6 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for path in (*ALBEDOS, "brick_height.png", "moss/albedo.png", "moss/normal.png", "wood/a/oak_col.png"):
         put(path)
-
-
-def told(*args: object, code: int = 0) -> dict[str, Any]:
-    answer: dict[str, Any] = json.loads(run(*args, "--json", "-q", code=code).stdout)
-    return answer
 
 
 GROW = ("grow", "in/", "-o", "out/", "--size", "40x36", "-m", "random-tiling", "--patch", "8")
@@ -106,15 +94,13 @@ class TestFound:
         with pytest.raises(ParameterError, match="auto or several"):
             files.materials("in", "set")
 
-    def test_plain_pictures_are_a_material_each(self) -> None:
-        for name in ("plain/one.png", "plain/two.png"):
-            put(name)
-        assert {m.name for m in files.materials("in/plain")} == {"one", "two"}
-
-    def test_what_is_hidden_or_a_link_is_not_looked_through(self) -> None:
+    def test_plain_pictures_are_a_material_each_and_what_is_hidden_or_a_link_is_none(self) -> None:
         put(".cache/x.png")
         os.symlink("..", "in/moss/loop")
         assert list(self.names()) == ["brick", "slate_col", "moss", "wood/a"]
+        for name in ("plain/one.png", "plain/two.png"):
+            put(name)
+        assert {m.name for m in files.materials("in/plain")} == {"one", "two"}
 
     def test_a_folder_without_pictures_is_refused(self) -> None:
         Path("none/deep").mkdir(parents=True)
@@ -145,15 +131,14 @@ class TestGrown:
         run(*GROW, "-q")
         assert "slate_col.png" in tree("out")
 
-    def test_a_folder_that_exists_needs_no_slash(self) -> None:
-        Path("out").mkdir()
-        run("grow", "in", "-o", "out", *GROW[4:], "-q")
-        assert tree("out") == tree("in")
-        assert "names no format" in run("grow", "in/slate_col.png", "-o", "out", code=2).stderr
-
     def test_a_name_without_an_ending_is_a_folder_where_one_is_read(self) -> None:
-        run("grow", "in", "-o", "out", *GROW[4:], "-q")
-        assert tree("out") == tree("in")
+        for there in (False, True):
+            if there:
+                Path("there").mkdir()
+                assert "names no format" in run("grow", "in/slate_col.png", "-o", "there", code=2).stderr
+            out = "there" if there else "out"
+            run("grow", "in", "-o", out, *GROW[4:], "-q")
+            assert tree(out) == tree("in")
 
     def test_one_file_for_unrelated_pictures_leads_to_a_folder(self) -> None:
         said = run("grow", "in/wood/a", "in", "-o", "one.png", code=3).stderr
@@ -251,37 +236,19 @@ class TestFailing:
         assert fractions[-1] == 1
         assert steps[0]["stage"] == "check"
 
-    def test_a_stop_ends_all(self) -> None:
-        slow = [*GROW[:4], "--size", "3000", "-m", "image-quilting", "--patch", "8", "--progress", "json"]
-        work = subprocess.Popen([sys.executable, "-m", "intarsia", *slow], stderr=subprocess.PIPE, text=True,
-                                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # fmt: skip
-        assert work.stderr is not None
-        while '"fraction"' not in (line := work.stderr.readline()) and line:
-            pass
-        work.send_signal(signal.SIGINT)
-        rest = work.stderr.read()
-        assert work.wait(20) == 130
-        assert rest.splitlines()[-1].startswith("intarsia: stopped")
+    def test_a_stop_ends_all(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr("intarsia.cli.batch.write", Mock(side_effect=Interrupted))
+        assert run(*GROW, "-q", code=130).stderr.splitlines()[-1].startswith("intarsia: stopped")
         assert not Path("out").exists()
-        work.stderr.close()
 
 
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [
-        ("--map height=in/brick_height.png", "--map names a file of one material"),
-        ("--mask in/slate_col.png", "--mask names a file of one material"),
-        ("--set", "--set does not go with"),
-        ("-o in/out/", "is read"),
-        ("-o in/", "is read"),
-        ("-o plain/deep/", "is no folder"),
-        ("-o /", "the root of all folders"),
-        ("-o /proc/self/out/", "/proc/"),
-        ("-o out/{name}/", "{name} is unknown"),
-        ("-", "standard input"),
-        ("--sheet missing/s.png", "missing"),
-    ],
-)
+@pytest.mark.parametrize(("words", "why"), [
+    ("--map height=in/brick_height.png", "--map names a file of one material"), ("-o in/out/", "is read"),
+    ("--mask in/slate_col.png", "--mask names a file of one material"), ("--set", "--set does not go with"),
+    ("-o in/", "is read"), ("-o plain/deep/", "is no folder"), ("-o /", "the root of all folders"),
+    ("-o /proc/self/out/", "/proc/"), ("-o out/{name}/", "{name} is unknown"), ("-", "standard input"),
+    ("--sheet missing/s.png", "missing"),
+])  # fmt: skip
 def test_what_cannot_be_meant_is_refused_before_anything_is_read(words: str, why: str) -> None:
     Path("plain").write_bytes(b"")
     before = tree(".")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from intarsia import disk
 from intarsia.foundation import ResourceError
 
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="address spaces and /proc as of Linux")
@@ -23,20 +24,20 @@ main()
 """
 
 
-def grow(limit: int, *more: str) -> subprocess.CompletedProcess[str]:
+def limited(limit: int, *words: str) -> subprocess.CompletedProcess[str]:
     """Run a command whose address space is limited to so many KiB, as `ulimit -v` does."""
-    words = ["grow", "sample:tiles", "-m", "repeat", *more]
     around = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
-    return subprocess.run(
-        [sys.executable, "-c", LIMITED, str(limit), *words], env=around, capture_output=True, text=True, timeout=90,
-        check=False,
-    )  # fmt: skip
+    line = [sys.executable, "-c", LIMITED, str(limit), *words]
+    return subprocess.run(line, env=around, capture_output=True, text=True, timeout=90, check=False)
+
+
+GROW = ("grow", "sample:tiles", "-m", "repeat", "--size")
 
 
 @linux
 @pytest.mark.parametrize("limit", [250_000, 400_000, 500_000, 700_000])
 def test_an_address_space_in_which_libraries_hang_or_crash_is_refused_at_once(tmp_path: Path, limit: int) -> None:
-    done = grow(limit, "--size", "9000", "-o", str(tmp_path / "o.png"))
+    done = limited(limit, *GROW, "9000", "-o", str(tmp_path / "o.png"))
     assert done.returncode == 1, done.stderr
     (line,) = done.stderr.splitlines()
     assert f"address space is limited to {limit >> 10} MiB" in line
@@ -45,22 +46,20 @@ def test_an_address_space_in_which_libraries_hang_or_crash_is_refused_at_once(tm
 
 @linux
 def test_in_a_larger_one_small_work_is_done_and_large_work_refused_before_it_begins(tmp_path: Path) -> None:
-    done = grow(1_000_000, "--size", "60", "-o", str(tmp_path / "o.png"))
+    done = limited(1_000_000, *GROW, "60", "-o", str(tmp_path / "o.png"))
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "o.png").is_file()
-    done = grow(1_000_000, "--size", "16384", "-o", str(tmp_path / "p.png"))
+    done = limited(1_000_000, *GROW, "16384", "-o", str(tmp_path / "p.png"))
     assert done.returncode == 1
     (line,) = done.stderr.splitlines()
-    assert "16384x16384 px" in line
-    assert "address space" in line
-    assert "--size" in line
+    assert all(words in line for words in ("16384x16384 px", "address space", "--size"))
     assert not (tmp_path / "p.png").exists()
 
 
 AGAIN = """
 import resource
-from intarsia.disk import make_room
-make_room()
+from intarsia.disk import prepare_memory
+prepare_memory()
 import numpy as np
 def faults():
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
@@ -83,15 +82,11 @@ def test_arrays_are_made_of_what_others_left() -> None:
 
 @linux
 def test_help_needs_no_room() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", LIMITED, "200000", "grow", "--help"], capture_output=True, text=True, check=False
-    )
+    done = limited(200_000, "grow", "--help")
     assert done.returncode == 0, done.stderr
 
 
 def test_what_is_surely_too_much_is_refused_and_what_may_fit_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    from intarsia import disk
-
     monkeypatch.setattr(disk, "_limits", lambda: iter([(1 << 40, "one has"), (1000 << 20, "another leaves")]))
     disk.check_fits(1200 << 20, "a work")
     with pytest.raises(ResourceError, match="a work takes about 1300 MiB of memory, and another leaves 1000 MiB"):
@@ -99,8 +94,6 @@ def test_what_is_surely_too_much_is_refused_and_what_may_fit_is_not(monkeypatch:
 
 
 def test_the_limits_of_control_groups_are_found_in_both_versions_and_in_every_group_above(tmp_path: Path) -> None:
-    from intarsia import disk
-
     own, root = tmp_path / "cgroup", tmp_path / "root"
     own.write_text("7:blkio:/\n4:memory:/a/b\n0::/c/d\n")
     old, new = root / "memory" / "a", root / "c" / "d"

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from cli import commands
+from click.testing import Result
 from numpy.typing import NDArray
 from search.test_guide import disc, painted, regions
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import cli
 from intarsia.tasks.completion import Margins, extended
 from intarsia.testing.cases import texture
 
@@ -22,9 +22,7 @@ SMALL = "--patch 12 --overlap 4 --seed 5"
 
 
 def run(line: str, code: int = 0) -> Result:
-    result = CliRunner().invoke(cli, [*line.split(), "-q"])
-    assert result.exit_code == code, result.stderr
-    return result
+    return commands.run(f"{line} -q", code=code)
 
 
 def write(name: str, pixels: NDArray[np.generic]) -> None:
@@ -60,6 +58,16 @@ def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 MADE = {
     "grow": (f"grow a.png --size 60 {SMALL}", "-e a.png"),
     "grow with a mask": (f"grow a.png --size 60 --mask u.png {SMALL}", "-e a.png --mask u.png"),
+    "grow by other rules": (
+        f"grow a.png --size 60 {SMALL} --tolerance 0.3 --channel-weights 0.2,0.7,0.1 --isometries 0,1 "
+        "--repeat-penalty 0 "
+        "--min-repeat-distance 1 --search exact --seam gradient --feather 4 --mixing variance --debug", "-e a.png",
+    ),
+    "grow what wraps": (f"grow a.png --size 60 {SMALL} --toroidal --wrap x --feather 2 --mixing source", "-e a.png"),
+    "grow a part": (f"grow a.png --size 60 {SMALL} --crop 4,2,30,32 --depth 16", "-e a.png"),
+    "grow by half": ("grow a.png --size 60 --scale 0.5 --patch 8", "-e a.png"),
+    "grow with alpha": (f"grow clear.png --size 60 {SMALL} --alpha channel", "-e clear.png"),
+    "grow tiles": ("grow a.png --size 60 --patch 12 --method random-tiling", "-e a.png"),
     "grow avoiding": (f"grow pink.png --size 60 --avoid #ff00ff {SMALL}", "-e pink.png"),
     "extend": (f"extend a.png --left 9 --top 4 {SMALL}", "-e a.png"),
     "extend from others": (
@@ -202,8 +210,7 @@ class TestBeside:
     def test_exemplar_and_mask(self) -> None:
         run("heal a.png --mask h.png --patch 14 -o box/wall_healed.png")
         self.put(wall="a", mask="h")
-        told = CliRunner().invoke(cli, ["replay", "box/wall_healed.png", "-o", "again.png"])
-        assert told.exit_code == 0
+        told = commands.run("replay box/wall_healed.png -o again.png")
         assert "taken from beside it: box/mask.png, box/wall.png" in told.stderr
         assert Path("again.png").read_bytes() == Path("box/wall_healed.png").read_bytes()
         self.put(wall_mask="h2")  # what bears the exemplar's name goes first, and is another hole
@@ -216,8 +223,7 @@ class TestBeside:
             self.put(another="e")
             assert "made with --exemplar FILE" in run("replay box/big.png -o again.png --force", 2).stderr
             self.put(brick="a")
-            told = CliRunner().invoke(cli, ["replay", "box/big.png", "-o", "again.png", "--force"])
-            assert told.exit_code == 0, told.stderr
+            told = commands.run("replay box/big.png -o again.png --force")
             assert "taken from beside it: box/brick.png" in told.stderr
             assert Path("again.png").read_bytes() == Path("box/big.png").read_bytes()
             Path("box/brick.png").unlink()
@@ -226,26 +232,22 @@ class TestBeside:
         run("replay box/clean.png -o healed.png")
         assert Path("healed.png").read_bytes() == Path("box/clean.png").read_bytes()
 
-    def test_labels_and_target(self) -> None:
-        run(f"paint e.png -l l.png -t t.png {SMALL} -o box/field_painted_3.png")
-        self.put(field="e", labels="l", target="t")
-        run("replay box/field_painted_3.png -o again.png")
-        assert Path("again.png").read_bytes() == Path("box/field_painted_3.png").read_bytes()
-
-    def test_planes_of_a_set(self) -> None:
-        self.put(brick_albedo="a", brick_height="b", brick_mask="h", moss_albedo="c")
-        run(f"grow box/brick_albedo.png box/brick_height.png --size 60 {SMALL} -o box/brick_grown.png")
-        run("replay box/brick_grown.png -o again.png")
-        for end in ("", "_height"):
-            assert Path(f"again{end}.png").read_bytes() == Path(f"box/brick_grown{end}.png").read_bytes()
-
-    def test_a_picture_of_a_parameter(self) -> None:
+    @pytest.mark.parametrize(("line", "found"), [
+        (f"paint e.png -l l.png -t t.png {SMALL} -o box/field_painted_3.png",
+         {"field": "e", "labels": "l", "target": "t"}),
+        (f"grow box/brick_albedo.png box/brick_height.png --size 60 {SMALL} -o box/brick_grown.png",
+         {"brick_albedo": "a", "brick_height": "b", "brick_mask": "h", "moss_albedo": "c"}),
+        ("grow box/a.png --size 60 -m parallel-controllable --jitter-output box/jitter_output.png -o box/a_grown.png",
+         {"a": "a"}),
+    ], ids=["labels and target", "planes of a set", "picture of a parameter"])  # fmt: skip
+    def test_all_that_a_picture_was_made_of(self, line: str, found: dict[str, str]) -> None:
         write("box/jitter_output.png", np.tile(np.arange(60, dtype=np.uint8), (60, 1)))
-        self.put(a="a")
-        more = "-m parallel-controllable --jitter-output box/jitter_output.png"
-        run(f"grow box/a.png --size 60 {more} -o box/a_grown.png")
-        run("replay box/a_grown.png -o again.png")
-        assert Path("again.png").read_bytes() == Path("box/a_grown.png").read_bytes()
+        self.put(**found)
+        run(line)
+        made = line.split()[-1]
+        run(f"replay {made} -o again.png")
+        for end in ("", "_height") if "_height" in line else ("",):
+            assert Path(f"again{end}.png").read_bytes() == Path(f"{made[:-4]}{end}.png").read_bytes()
 
     def test_all_that_is_missing_is_told_of_at_once(self) -> None:
         run("heal a.png --mask h.png --patch 14 --from b.png -o healed.png")

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from cli.commands import full_disk, run
 from corpus import pillow
 
 import intarsia as ia
-from intarsia.cli import cli
+from intarsia.disk import atomic
 from intarsia.files import formats, read_plane, write
 from intarsia.foundation import InputError, ParameterError
 from intarsia.testing import texture
@@ -72,16 +72,13 @@ def test_what_a_killed_run_left_is_gone_after_the_next(temporary: Path) -> None:
     assert started(lambda: write("a.tif", PICTURE)) == 0
     assert sorted(os.listdir()) == ["a.tif", "b.png"]
     assert os.listdir(temporary) == []
-    grow = ["grow", "b.png", "-m", "repeat", "-o"]
-    started(lambda: (setattr(os, "replace", die), CliRunner().invoke(cli, [*grow, "c.png"])))
+    started(lambda: (setattr(os, "replace", die), run("grow b.png -m repeat -o c.png")))
     assert len(os.listdir()) == 3
-    started(lambda: CliRunner().invoke(cli, [*grow, "d.png"]))
+    started(lambda: run("grow b.png -m repeat -o d.png"))
     assert sorted(os.listdir()) == ["a.tif", "b.png", "d.png"]
 
 
 def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
-    from intarsia.disk import atomic
-
     pid = os.fork()
     if pid == 0:
         os._exit(0)
@@ -108,8 +105,6 @@ def test_only_what_is_exactly_ours_and_dead_is_swept(temporary: Path) -> None:
 
 
 def test_what_belongs_to_others_is_not_swept(monkeypatch: pytest.MonkeyPatch) -> None:
-    from intarsia.disk import atomic
-
     name = atomic.temporary_name(".").replace(f"-{os.getpid()}-", "-999999999-")
     Path(name).write_text("work")
     monkeypatch.setattr(os, "getuid", lambda: os.geteuid() + 1)
@@ -130,7 +125,7 @@ def test_a_stop_right_after_a_folder_was_made_leaves_none(
 
     monkeypatch.setattr(os, "mkdir", made_and_stopped)
     if work == "command":
-        CliRunner().invoke(cli, ["grow", "a.png", "-o", "b.png", "-m", "repeat"])
+        run("grow", "a.png", "-o", "b.png", "-m", "repeat", code=130)
     else:
         with pytest.raises(KeyboardInterrupt):
             write("b.tif", PICTURE) if work == "encode" else read_plane(pillow("tiff", PICTURE))
@@ -139,8 +134,6 @@ def test_a_stop_right_after_a_folder_was_made_leaves_none(
 
 
 def test_a_planted_link_is_neither_followed_nor_replaced() -> None:
-    from intarsia.disk import atomic
-
     Path("victim").write_text("work")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("os.urandom", lambda n: b"U" * n)
@@ -166,28 +159,16 @@ def test_a_planted_link_is_neither_followed_nor_replaced() -> None:
 def test_a_full_disk_is_told_by_the_name_that_was_asked_for(tmp_path: Path) -> None:
     (tmp_path / "full").mkdir()
     write("a.png", PICTURE)
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    for words in (["../full/x.bmp"], ["../full/x.bmp", "--save-map", "../full/x.npz"]):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (8000, limits[1]))
-        try:
-            done = CliRunner().invoke(cli, ["grow", "a.png", "-m", "repeat", "-s", "90", "-o", *words])
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        assert done.exit_code == 1
+    for words in ("../full/x.bmp", "../full/x.bmp --save-map ../full/x.npz"):
+        with full_disk(8000):
+            done = run(f"grow a.png -m repeat -s 90 -o {words}", code=1)
         assert "there is no room for ../full/x.bmp; free some" in done.stderr
         assert os.listdir(tmp_path / "full") == []
 
 
 def test_a_map_that_may_not_be_read_is_no_damaged_map(monkeypatch: pytest.MonkeyPatch) -> None:
     ia.synthesize(PICTURE, 30, ia.Repeat()).map.save("map.npz")
-    opened = open
-
-    def refuse(path: object, *more: object, **others: object) -> object:
-        if str(path) == "map.npz":
-            raise PermissionError(13, "Permission denied")
-        return opened(path, *more, **others)  # type: ignore[call-overload]
-
-    monkeypatch.setattr("builtins.open", refuse)
+    monkeypatch.setattr("builtins.open", Mock(side_effect=PermissionError(13, "Permission denied")))
     with pytest.raises(InputError, match=r"map\.npz cannot be read \(permission denied\); check the permissions"):
         ia.SourceMap.load("map.npz")
 

@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import io
-import json
 import os
 import subprocess
 import sys
 import time
 import tracemalloc
+import zipfile
 from contextlib import suppress
 from pathlib import Path
+from unittest.mock import Mock
 
 import corpus
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from cli.commands import run
 from corpus import chunk
-from files.corpus_maps import ABOUT, packed, zipped
+from files.corpus_maps import lying, packed, source
+from files.exrs import save_exr
 from pictures import flat_png, many_scans
 from PIL import Image
 
 import intarsia as ia
-from intarsia import files
-from intarsia.cli import cli
+from intarsia import disk, files
 from intarsia.disk import DEFAULT_PIXELS
 from intarsia.foundation import InputError, ParameterError, ResourceError
 from intarsia.model.sourcemap import Source, SourceMap
-
-
-def run(*args: object) -> Result:
-    return CliRunner().invoke(cli, [str(a) for a in args])
 
 
 def refused(data: bytes) -> str:
@@ -80,16 +76,14 @@ def test_every_command_that_reads_pictures_takes_max_pixels(tmp_path: Path, monk
     for command in roles.READERS:
         unwritten = command in ("analyze", "score")
         words = [*roles.line(command, **({} if unwritten else {"out": f"new_{roles.GIANT}"}))]
-        few = run(*words, "--max-pixels", 479)
-        assert (few.exit_code, len(few.stderr.splitlines())) == (3, 1), few.stderr
-        assert "--max-pixels" in few.stderr
-        assert run(*words, "--max-pixels", 0).exit_code == 2
-        assert run(*words, "--max-pixels", (1 << 28) + 1).exit_code == 2
-    assert run("analyze", "a.png", "--json", "--max-pixels", 480).exit_code == 0
+        few = run(*words, "--max-pixels", 479, code=3).stderr
+        assert len(few.splitlines()) == 1
+        assert "--max-pixels" in few
+        for wrong in (0, (1 << 28) + 1):
+            run(*words, "--max-pixels", wrong, code=2)
+    run("analyze a.png --json --max-pixels 480")
     monkeypatch.setenv("INTARSIA_MAX_PIXELS", "480")
-    told = run("analyze", "a.png", "--json", "--max-pixels", 481)
-    assert told.exit_code == 2
-    assert "INTARSIA_MAX_PIXELS" in told.stderr
+    assert "INTARSIA_MAX_PIXELS" in run("analyze a.png --json --max-pixels 481", code=2).stderr
 
 
 PALETTE = chunk(b"PLTE", bytes(range(9))) + chunk(b"tRNS", b"\x10\x20\x30")
@@ -108,7 +102,7 @@ WORTH = {
 MEASURE = """
 import resource, sys, time
 import numpy, OpenImageIO, PIL.Image, PIL.GifImagePlugin, PIL.JpegImagePlugin, PIL.PngImagePlugin
-from intarsia import files
+from intarsia import disk, files
 before, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
 plane = files.read_plane(sys.argv[1])
 grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
@@ -136,8 +130,6 @@ def test_small_files_may_not_take_much_memory_but_large_ones_may() -> None:
     """16 bit RGBA of 8192x8192 px: half a gigabyte. With real pixels in it, it is read; of nothing, it is a bomb."""
     empty = flat_png(6000, 6000, 16, 6)
     told = refused(empty)
-    from intarsia import disk
-
     needed = int(told.partition("--max-pixels ")[2].split()[0])
     disk.check_decoding_cost("x", 6000 * 6000 * 16, 40 << 20)
     with files.allowing(needed):
@@ -152,10 +144,9 @@ def test_sides_that_a_library_does_not_take_are_told_as_such(tmp_path: Path, mon
     assert "1000000 px a side" in refused(flat_png(1, 1_000_001, 8, 0))
     assert files.read_plane(flat_png(1, 1_000_000, 8, 0)).height == 1_000_000
     files.write("a.png", corpus.picture())
-    told = run("grow", "a.png", "-o", "x.png", "-m", "random-tiling", "--size", "1x1048576", "--dry-run")
-    assert told.exit_code == 2
-    assert "at most 1000000 px a side" in told.stderr
-    assert "png" not in told.stderr.partition("; write ")[2]
+    said = run("grow a.png -o x.png -m random-tiling --size 1x1048576 --dry-run", code=2).stderr
+    assert "at most 1000000 px a side" in said
+    assert "png" not in said.partition("; write ")[2]
 
 
 def test_a_webp_of_the_largest_size_is_not_called_damaged() -> None:
@@ -198,18 +189,9 @@ def test_numbers_written_out_are_read_as_they_are() -> None:
             files.read_plane(short)
 
 
-def source(**change: object) -> dict[str, object]:
-    return ABOUT | {"sources": [ABOUT["sources"][0] | change]}  # type: ignore[index, operator]
-
-
 def test_maps_are_measured_before_they_are_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half a gigabyte of zeros is half a megabyte of file."""
-    head = b"{'descr': '<i4', 'fortran_order': False, 'shape': (8000, 8000, 2), }".ljust(117) + b"\n"
-    array = b"\x93NUMPY\1\0" + len(head).to_bytes(2, "little") + head + bytes(512_000_000)
-    about = io.BytesIO()
-    np.save(about, np.frombuffer(json.dumps(ABOUT).encode(), np.uint8))
-    (tmp_path / "m.npz").write_bytes(zipped(("yx.npy", array), ("about.npy", about.getvalue())))
-    del array
+    (tmp_path / "m.npz").write_bytes(lying("(8000, 8000, 2)", bytes(512_000_000), zipfile.ZIP_DEFLATED))
     read = np.load
     monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("it was unpacked"))
     with pytest.raises(InputError, match="of memory"):
@@ -221,18 +203,14 @@ def test_maps_are_measured_before_they_are_unpacked(tmp_path: Path, monkeypatch:
 
 def test_a_map_that_does_not_fit_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "m.npz").write_bytes(packed())
-
-    def full(*_: object, **__: object) -> None:
-        raise MemoryError
-
-    monkeypatch.setattr(np, "load", full)
+    monkeypatch.setattr(np, "load", Mock(side_effect=MemoryError))
     with pytest.raises(ResourceError, match="memory"):
         SourceMap.load(tmp_path / "m.npz")
 
 
 @pytest.mark.parametrize(("height", "width"), [(1 << 31, 64), (1 << 63, 1), (1 << 16, (1 << 15) + 1), (64, 1 << 31)])
 def test_sizes_of_exemplars_that_cannot_be_are_refused(height: int, width: int, tmp_path: Path) -> None:
-    (tmp_path / "m.npz").write_bytes(packed(source(height=height, width=width)))
+    (tmp_path / "m.npz").write_bytes(source(height=height, width=width))
     with pytest.raises(InputError, match="no map"):
         SourceMap.load(tmp_path / "m.npz")
 
@@ -261,15 +239,8 @@ def test_a_frozen_array_becomes_a_plane_as_it_is() -> None:
 
 def test_a_tile_of_an_exr_is_no_larger_than_a_picture_may_be(tmp_path: Path) -> None:
     """A header of a tile of 30000 px a side, in a picture of 8 px and a file of nothing else."""
-    import OpenImageIO as oiio
-
     path = tmp_path / "tiled.exr"
-    spec = oiio.ImageSpec(8, 8, 1, "half")
-    spec.tile_width = spec.tile_height = 16
-    file = oiio.ImageOutput.create(str(path))
-    assert file.open(str(path), spec)
-    assert file.write_image(np.zeros((8, 8, 1), np.float16))
-    file.close()
+    save_exr(path, {"Y": np.zeros((8, 8))}, ("half",), tile=16)
     assert files.read_plane(path).pixels.shape == (8, 8)
     data = path.read_bytes()
     at = data.index(b"tiles\0tiledesc\0") + 19

@@ -58,11 +58,11 @@ def source(**change: Any) -> bytes:
     return said(sources=[ABOUT["sources"][0] | change])  # type: ignore[index, operator]
 
 
-def lying(shape: str, held: bytes = bytes(64)) -> bytes:
+def lying(shape: str, held: bytes = bytes(64), packing: int = zipfile.ZIP_STORED) -> bytes:
     """An archive with an array that claims another shape than it has."""
     head = f"{{'descr': '<i4', 'fortran_order': False, 'shape': {shape}, }}".encode().ljust(117) + b"\n"
     buffer = io.BytesIO(packed(yx=None))
-    with zipfile.ZipFile(buffer, "a") as archive:
+    with zipfile.ZipFile(buffer, "a", packing) as archive:
         archive.writestr("yx.npy", b"\x93NUMPY\1\0" + len(head).to_bytes(2, "little") + head + held)
     return buffer.getvalue()
 
@@ -88,15 +88,13 @@ def _maps() -> None:
     which = np.zeros((6, 7), np.uint8)
     add_map("sound", OK, packed())
     add_map("with holes", EITHER, packed(which=which + 255))
-    for part in (1, 4, 8, 12, 15):
-        add_map(f"cut {part} of 16", REFUSED, lambda p=part: packed()[: len(packed()) * p // 16])
-    add_map("zero bytes", REFUSED, b"")
-    add_map("text", REFUSED, b"yx = 1\n")
-    add_map("one array", REFUSED, lambda: _npy(yx))
-    add_map("no yx", REFUSED, packed(yx=None))
-    add_map("no about", REFUSED, packed(None))
-    add_map("pickled yx", REFUSED, packed(yx=np.array([[{}]], dtype=object)))
-    add_map("pickle", REFUSED, zipped(("yx.npy", b"cos\nsystem\n(S'true'\ntR."), ("about.npy", b"")))
+    for name, data in {
+        **{f"cut {part} of 16": packed()[: len(packed()) * part // 16] for part in (1, 4, 8, 12, 15)},
+        "zero bytes": b"", "text": b"yx = 1\n", "one array": _npy(yx), "no yx": packed(yx=None),
+        "no about": packed(None), "pickled yx": packed(yx=np.array([[{}]], dtype=object)),
+        "pickle": zipped(("yx.npy", b"cos\nsystem\n(S'true'\ntR."), ("about.npy", b"")),
+    }.items():  # fmt: skip
+        add_map(name, REFUSED, data)
     for name, array in (
         ("float", yx + 0.5), ("nan", yx * np.nan), ("int64", yx.astype(np.int64) + (1 << 40)), ("complex", yx * 1j),
         ("text", yx.astype(str)), ("flat", yx[:, :, 0]), ("deep", yx[..., None]),
@@ -110,29 +108,26 @@ def _maps() -> None:
         ("254", which + 254),
     ):  # fmt: skip
         add_map(f"which {name}", REFUSED, packed(which=array))
-    add_map("pose 8", REFUSED, packed(pose=which + 8))
-    add_map("pose another shape", REFUSED, packed(pose=which[:, 1:]))
-    add_map("about no json", REFUSED, packed(b"{"))
-    add_map("about binary", REFUSED, packed(b"\xff\xfe\0"))
-    add_map("about deep", REFUSED, packed(b"[" * 100_000))
-    add_map("about list", REFUSED, packed([1]))
-    add_map("about number", REFUSED, packed(7))
-    for key, values in {
+    for name, data in {
+        "pose 8": packed(pose=which + 8), "pose another shape": packed(pose=which[:, 1:]),
+        "about no json": packed(b"{"), "about binary": packed(b"\xff\xfe\0"), "about deep": packed(b"[" * 100_000),
+        "about list": packed([1]), "about number": packed(7),
+    }.items():  # fmt: skip
+        add_map(name, REFUSED, data)
+    hostile: dict[str, list[Any]] = {
         "sources": ["gone", None, 3, "abc", [[]], [3], [None], {}, []],
         "wrap": ["gone", None, 3, "diagonal", []],
         "feather": ["gone", None, "3", -1, 5000, float("nan"), float("inf"), True, [1], 0.5],
         "mixing": ["gone", None, "well", 3],
-    }.items():
+        "source name": [3, None, []],
+        "source height": [0, -20, "20", None, 20.5, True, 1 << 70, 19],
+        "source width": [0, "x", float("nan")],
+        "source digest": [None, 5],
+    }
+    for key, values in hostile.items():
         for value in values:
-            add_map(f"{key} {value!r}", REFUSED, said(**{key: value}))
-    for key, values in {
-        "name": [3, None, []],
-        "height": [0, -20, "20", None, 20.5, True, 1 << 70, 19],
-        "width": [0, "x", float("nan")],
-        "digest": [None, 5],
-    }.items():
-        for value in values:
-            add_map(f"source {key} {value!r}", REFUSED, source(**{key: value}))
+            data = source(**{key[7:]: value}) if key.startswith("source ") else said(**{key: value})
+            add_map(f"{key} {value!r}", REFUSED, data)
     add_map("source more", REFUSED, source(colour="red"))
     add_map("two sources", REFUSED, said(sources=ABOUT["sources"] * 2))  # type: ignore[operator]
     add_map("claims 10^12 px", REFUSED, lying("(1000000, 1000000, 2)"))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import make_samples
 import numpy as np
 import pytest
-from cli.test_cli import run
+from cli.commands import run
 from paint_setts import DEEP, SIDE
 from PIL import Image
 
@@ -19,14 +18,6 @@ from intarsia.files import FOLDER, group, read_plane, sample
 from intarsia.foundation import MATERIALS, PAINTED, InputError
 from intarsia.model.image import Kind
 from intarsia.rendering.blending import off_unit
-
-SUMS = {
-    "albedo": "d5c37f5a98004c64",
-    "normal": "6e3286bf26f178bc",
-    "roughness": "470775a19cc534cd",
-    "height": "36f0a32adb7a118e",
-}
-
 
 FILES = [*PAINTED, *(f"setts_{name}" for name in MATERIALS["setts"])]
 painted = cache(make_samples.painted)
@@ -69,6 +60,8 @@ def test_a_material_is_read_as_a_set() -> None:
 def test_unknown_planes_name_the_known() -> None:
     with pytest.raises(InputError, match=r"no plane 'moon'.*albedo, normal, roughness, height"):
         read("sample:setts::moon")
+    with pytest.raises(InputError, match=r"brick.*tiles"):
+        read("sample:moon")
     with pytest.raises(InputError, match="there is no sample"):
         read("sample:tiles::normal")
 
@@ -91,11 +84,6 @@ def test_it_wraps_around(name: str) -> None:
         steps = np.abs(np.diff(pixels, axis=axis)).mean(axis=(1 - axis, 2))
         closing = np.abs(pixels.take(0, axis) - pixels.take(-1, axis)).mean()
         assert closing <= steps.max()
-
-
-@pytest.mark.parametrize("name", MATERIALS["setts"])
-def test_it_has_the_same_pixels_everywhere(name: str) -> None:
-    assert sha256(sample(f"setts::{name}").pixels.tobytes()).hexdigest()[:16] == SUMS[name]
 
 
 def test_it_is_grown_with_all_its_maps_and_replayed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

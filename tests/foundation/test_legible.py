@@ -12,34 +12,18 @@ from pathlib import Path
 from typing import Any
 
 import corpus
-import numpy as np
 import pytest
-from click.testing import CliRunner, Result
-from files.corpus_maps import ABOUT, packed
+from cli.commands import run
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import cli
-from intarsia.files.formats import damaged_error
 
 HARM = "\x1b]0;own\x07\x1b[31mred\u202e\u200b\x9b1m\x7f\ud800" + "a" + "\u0301" * 200 + "\r\nintarsia: all is well"
 """Escape sequences, marks that turn a line round or hide, half a character, accents without end, a second line."""
 
 
-def run(*args: object) -> Result:
-    return CliRunner().invoke(cli, [str(a) for a in args])
-
-
 def legible(text: str) -> bool:
     return text.isprintable() and "\u0301" * 9 not in text
-
-
-def sound(result: Result, code: int) -> None:
-    lines = result.stderr.splitlines()
-    assert result.exit_code == code, result.stderr
-    assert len(lines) == 1
-    assert all(map(legible, lines)), lines
-    assert len(lines[0]) < 2100
 
 
 @pytest.fixture(scope="module")
@@ -50,15 +34,12 @@ def recipe(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, An
     return folder, made.recipe
 
 
-@pytest.mark.parametrize(
-    "key", ["sha256", "intarsia", "method", "name", "search", "patch", "isometries", "depth", "long"]
-)
+@pytest.mark.parametrize("key", ["sha256", "intarsia", "method", "search", "patch", "isometries", "depth", "long"])
 def test_texts_of_recipes_are_told_legibly(key: str, recipe: tuple[Path, dict[str, Any]]) -> None:
     folder, told = recipe
-    exemplar = told["exemplars"][0]
     change: dict[str, Any] = {key: HARM}
-    if key in ("sha256", "name"):
-        change = {"exemplars": [exemplar | {"sha256": HARM, key: HARM}]}
+    if key == "sha256":
+        change = {"exemplars": [told["exemplars"][0] | {"sha256": HARM, "name": HARM}]}
     if key == "long":
         change = {"method": HARM * 1000}
     if key in ("search", "patch", "isometries"):
@@ -67,39 +48,13 @@ def test_texts_of_recipes_are_told_legibly(key: str, recipe: tuple[Path, dict[st
     words = ["replay", folder / "r.json", "-o", folder / "o.png", "-e", folder / "a.png"]
     if key == "intarsia":
         result = run(*words, "--force", "--json")
-        assert all(map(legible, result.stderr.splitlines()))
         assert "\x1b" not in result.stdout
         assert json.loads(result.stdout)["warnings"]
-        return
-    sound(run(*words, "-q"), 3)
-
-
-def test_texts_of_maps_are_told_legibly(recipe: tuple[Path, dict[str, Any]]) -> None:
-    folder, _ = recipe
-    entry = ABOUT["sources"][0] | {"name": HARM, "height": 9}  # type: ignore[index, operator]
-    (folder / "m.npz").write_bytes(packed(ABOUT | {"sources": [entry]}))
-    sound(run("render", folder / "m.npz", "-o", folder / "new.png", "-e", folder / "a.png"), 3)
-    entry = entry | {"height": 20}
-    (folder / "m.npz").write_bytes(packed(ABOUT | {"sources": [entry]}, yx=np.full((6, 7, 2), 99, np.int32)))
-    sound(run("render", folder / "m.npz", "-o", folder / "new.png", "-e", folder / "a.png"), 3)
-    smap = ia.SourceMap.load(folder / "m.npz")
-    with pytest.raises(ia.InputError) as caught:
-        smap.check_sources()
-    assert legible(str(caught.value))
-
-
-def test_texts_of_headers_are_told_legibly(tmp_path: Path) -> None:
-    """Names of attributes in an EXR come back in the words of OpenEXR; the library tells them legibly, too."""
-    data = corpus.exr(4, 4)
-    at = data.index(b"lineOrder\0lineOrder")
-    bad = data[:at] + b"\x1b[31m\x07ab" + data[at + 9 : at + 10] + b"lineOrder" + data[at + 19 :]
-    turned = bad.replace(b"screenWindowCenter\0v2f", b"screen\x1b[1mCente\0v2f")
-    for bent in (bad, turned, bad.replace(b"chlist", b"ch\x1bist")):
-        with pytest.raises(ia.InputError) as caught:
-            files.read_plane(bent)
-        assert legible(str(caught.value))
-    error = damaged_error("x", HARM)
-    assert legible(str(error))
+    else:
+        result = run(*words, "-q", code=3)
+        assert result.stderr.count("\n") == 1
+        assert len(result.stderr) < 2100
+    assert all(map(legible, result.stderr.splitlines()))
 
 
 def test_every_error_of_the_library_is_legible() -> None:
@@ -116,7 +71,6 @@ def test_names_of_files_are_printed_legibly(tmp_path: Path, monkeypatch: pytest.
     name = "\x1b[31mred\u202e\x07.png"
     files.write(name, corpus.picture(24, 24))
     page = run("analyze", name)
-    assert page.exit_code == 0
     assert all(map(legible, page.stdout.splitlines()))
     told = run("analyze", "-q", name, "--json")
     assert told.stdout.isascii()
@@ -126,7 +80,7 @@ def test_names_of_files_are_printed_legibly(tmp_path: Path, monkeypatch: pytest.
     made = run("grow", name, "-o", "\x1b[31m\x7f.png", "--size", "30", "-m", "repeat", "--json")
     assert all(map(str.isprintable, (made.stdout + made.stderr).splitlines()))
     assert json.loads(made.stdout)["files"][0]["path"] == "\x1b[31m\x7f.png"
-    debug = run("grow", name, "-o", "\x1b[31m.gif", "--debug")
+    debug = run("grow", name, "-o", "\x1b[31m.gif", "--debug", code=2)
     assert all(map(str.isprintable, debug.stderr.splitlines()))
 
 

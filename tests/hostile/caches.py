@@ -14,9 +14,9 @@ import os
 import pickle
 import random
 import shutil
+import signal
 import sys
 import tempfile
-import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -27,17 +27,13 @@ LIMIT = 120  # seconds of a case, compiling all anew on a busy machine
 
 
 class Planted:
-    """Whoever opens the pickle of this makes a file."""
+    """Whoever opens the pickle of this makes a folder."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def __reduce__(self) -> tuple[Callable[..., object], tuple[str]]:
-        return _sprung, (str(self.path),)
-
-
-def _sprung(path: str) -> None:
-    Path(path).touch()
+        return os.mkdir, (str(self.path),)
 
 
 def entries(home: Path) -> list[Path]:
@@ -45,15 +41,9 @@ def entries(home: Path) -> list[Path]:
     return sorted(p for p in home.rglob("*") if p.is_file())
 
 
-def _header(path: Path, r: random.Random) -> None:
+def _flip(path: Path, r: random.Random, most: int) -> None:
     data = bytearray(path.read_bytes())
-    data[r.randrange(56)] ^= 1 << r.randrange(8)
-    path.write_bytes(data)
-
-
-def _flip(path: Path, r: random.Random) -> None:
-    data = bytearray(path.read_bytes())
-    data[r.randrange(len(data))] ^= 1 << r.randrange(8)
+    data[r.randrange(min(most, len(data)))] ^= 1 << r.randrange(8)
     path.write_bytes(data)
 
 
@@ -74,23 +64,15 @@ def _plant(path: Path, r: random.Random) -> None:
     path.write_bytes(r.choice((b"", data[:56])) + trap)
 
 
-def _longer(path: Path, r: random.Random) -> None:
-    path.write_bytes(path.read_bytes() + r.randbytes(r.randrange(1, 999)))
-
-
-def _vast(path: Path, r: random.Random) -> None:
-    os.truncate(path, r.choice((1 << 20, 1 << 33)))
-
-
 ON_FILES: dict[str, Callable[[Path, random.Random], object]] = {
     "empty": lambda p, r: p.write_bytes(b""),
     "cut": lambda p, r: os.truncate(p, r.randrange(p.stat().st_size)),
     "zeros": lambda p, r: p.write_bytes(bytes(p.stat().st_size)),
     "random": lambda p, r: p.write_bytes(r.randbytes(p.stat().st_size)),
-    "flipped bit": _flip,
-    "header": _header,
-    "longer": _longer,
-    "vast": _vast,
+    "flipped bit": lambda p, r: _flip(p, r, 1 << 30),
+    "header": lambda p, r: _flip(p, r, 56),
+    "longer": lambda p, r: p.write_bytes(p.read_bytes() + r.randbytes(r.randrange(1, 999))),
+    "vast": lambda p, r: os.truncate(p, r.choice((1 << 20, 1 << 33))),
     "swapped": _swap,
     "planted pickle": _plant,
     "gone": lambda p, r: p.unlink(),
@@ -150,6 +132,7 @@ def drawn(words: tuple[str, ...], home: Path, out: Path, said: Path) -> bool:
     child = os.fork()
     if not child:
         code = 70
+        signal.alarm(LIMIT)
         try:
             os.environ["INTARSIA_CACHE"] = str(home)
             os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
@@ -162,15 +145,7 @@ def drawn(words: tuple[str, ...], home: Path, out: Path, said: Path) -> bool:
                 code = e.code if isinstance(e.code, int) else int(e.code is not None)
         finally:
             os._exit(code)
-    end = time.monotonic() + LIMIT
-    while time.monotonic() < end:
-        done, status = os.waitpid(child, os.WNOHANG)
-        if done:
-            return os.waitstatus_to_exitcode(status) == 0
-        time.sleep(0.01)
-    os.kill(child, 9)
-    os.waitpid(child, 0)
-    return False
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
 def fault(words: tuple[str, ...], home: Path, right: bytes, folder: Path) -> str | None:

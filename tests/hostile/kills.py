@@ -181,6 +181,7 @@ class Killing:
         if pid:
             return pid
         code = 99
+        signal.alarm(LIMIT)
         try:
             for number in (signal.SIGTERM, signal.SIGHUP):
                 signal.signal(number, signal.SIG_DFL)
@@ -201,15 +202,10 @@ class Killing:
 
     def ended(self, pid: int) -> int:
         """Wait for the end of a command: its exit code, or the signal, negative."""
-        end = time.monotonic() + LIMIT
-        while time.monotonic() < end:
-            found, status = os.waitpid(pid, os.WNOHANG)
-            if found:
-                return os.waitstatus_to_exitcode(status)
-            time.sleep(0.002)
-        os.kill(pid, signal.SIGKILL)
-        os.waitpid(pid, 0)
-        raise Failure("a command hangs")
+        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        if status == -signal.SIGALRM:
+            raise Failure("a command hangs")
+        return status
 
     def fresh(self, name: str) -> Path:
         """A new folder with the inputs in it."""

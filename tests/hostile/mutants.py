@@ -193,9 +193,7 @@ FORMATS = ("png", "jpeg", "tiff", "exr", "webp", "tga", "bmp", "hdr", "pnm", "gi
 
 def main(argv: list[str] | None = None) -> int:
     """Try `--count` mutants of every format; return how many things failed."""
-    from argparse import ArgumentParser
-
-    parser = ArgumentParser(description=main.__doc__)
+    parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--formats", default=",".join(FORMATS))

@@ -77,7 +77,9 @@ def test_a_price_on_repetition_uses_more_of_the_exemplar() -> None:
     assert np.mean([shares(m, [e]) for m in dear]) > 1.3 * np.mean([shares(m, [e]) for m in free])
     assert max(flat_share(m) for m in dear) < 0.5 < min(flat_share(m) for m in free)
     plain = Exemplar.of(texture(64, 64, 3, 9))
-    free, usual = ([grow(plain, (128, 128), k, patch=16, overlap=6, repeat_penalty=u) for k in range(4)] for u in (0, 0.05))
+    free, usual = (
+        [grow(plain, (128, 128), k, patch=16, overlap=6, repeat_penalty=u) for k in range(4)] for u in (0, 0.05)
+    )
     assert np.mean([shares(m, [plain]) for m in usual]) > np.mean([shares(m, [plain]) for m in free])
 
 

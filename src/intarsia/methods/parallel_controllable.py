@@ -44,7 +44,8 @@ class ParallelControllable(methods.EndlessBase):
     jitter: float | tuple[float, ...] | None = param(
         AUTO, "levels", "how far pixels move at random on each level, in steps of that level (1, 2, 4, ... px), the "
         "finest first, the last for all coarser ones; automatic: 0,0,0.1,0.2, 0.2 on up to a quarter of an "
-        "element (of clouds, and with keep_lattice, feature, angle or zoom: on all), then 0, and 1 from half the exemplar on",
+        "element (of clouds, and with keep_lattice, feature, angle or zoom: on all), then 0, and 1 from half the "
+        "exemplar on",
         low=0, high=1,
     )  # fmt: skip
     jitter_output: Field | float | None = param(
