@@ -93,7 +93,9 @@ class StorePromises:
             stream(store, None, ia.Run(1))
             shown = self.read(path)
             assert shown.dtype == picture.dtype
-            assert (shown.reshape(*self.sides, -1) == self._window(picture).reshape(*self.sides, -1)).all()
+            (y, x), (height, width) = self.origin, self.sides
+            window = picture.draw(Box(y, x, y + height, x + width))
+            assert (shown.reshape(*self.sides, -1) == window.reshape(*self.sides, -1)).all()
             held += 1
         assert held
 
@@ -167,10 +169,6 @@ class StorePromises:
             store.finish()
         return drawn[0]
 
-    def _window(self, picture: ia.Weave) -> Any:
-        (y, x), (height, width) = self.origin, self.sides
-        return picture.draw(Box(y, x, y + height, x + width))
-
 
 class TestZarr(StorePromises):
     """And that it goes on where it was stopped."""
@@ -229,20 +227,6 @@ class TestZarr(StorePromises):
                     assert self.files(tmp_path / "o") == whole, (name, at)
                     mended += 1
         assert mended
-
-    def test_another_picture_is_refused_not_mixed(self, tmp_path: Path) -> None:
-        """With `force` it gives way as a whole."""
-        self._fill(tmp_path / "o", 2)
-        self._fill(tmp_path / "other", seed=1)
-        before = self.files(tmp_path / "o")
-        for attempt in ("look", "open"):
-            store = self.make(endless(1), tmp_path / "o")
-            with pytest.raises(IntarsiaError):
-                getattr(store, attempt)()
-            store.close()
-            assert self.files(tmp_path / "o") == before
-        self._fill(tmp_path / "o", seed=1, force=True)
-        assert self.files(tmp_path / "o") == self.files(tmp_path / "other")
 
     def _go_on(self, path: Path, before: dict[str, bytes]) -> bool:
         """Fill a store that was damaged, with a second call where the first asks for it; False: it is refused."""

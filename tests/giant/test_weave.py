@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 
 import intarsia as ia
 from intarsia.files import read_plane, read_recipe
-from intarsia.files.png import encode_png
-from intarsia.foundation import InputError, ParameterError, ResourceError
+from intarsia.foundation import ParameterError, ResourceError
 from intarsia.foundation.geometry import Box
 from intarsia.giant import exports, picture, zarrays
 from intarsia.giant.picture import Grid
@@ -126,10 +125,8 @@ def test_what_is_no_window_is_refused(key: Any, message: str) -> None:
 def test_a_slice_larger_than_memory_says_how_to_stream() -> None:
     with pytest.raises(ResourceError) as caught:
         small()[0 : 2**24, -(2**24) : 2**24]
-    told = str(caught.value)
-    assert told.startswith("a window of 33554432x16777216 px takes 1688849.9 GB, ")
-    assert "stream it with texture.to_zarr(path, shape, origin=...), to_tiff or to_dask" in told
-    assert "\n" not in told
+    assert "stream it with texture.to_zarr(" in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_methods_without_windows_are_refused() -> None:
@@ -153,12 +150,8 @@ def cut(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exports, "AREA", 64 * 64)
 
 
-DEPTHS = [("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3),
-          ("float32", 6), ("uint8", 7)]  # fmt: skip
-
-
 @pytest.mark.usefixtures("cut")
-@pytest.mark.parametrize(("dtype", "channels"), DEPTHS)
+@pytest.mark.parametrize(("dtype", "channels"), [("uint8", 2), ("uint8", 4), ("uint8", 7), ("float32", 6)])
 def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> None:
     """Every depth and number of channels, read by the libraries of others."""
     zarr, tifffile = needs("zarr"), needs("tifffile")
@@ -180,14 +173,6 @@ def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> No
     recipe = read_recipe(tmp_path / "o.tif")
     assert recipe is not None
     assert (recipe["origin"], recipe["size"]) == ([9, -20], [145, 123])
-
-
-@pytest.mark.parametrize("channels", [1, 2, 3, 4])
-@pytest.mark.parametrize("dtype", ["uint8", "uint16"])
-def test_tiles_are_png(dtype: str, channels: int, tmp_path: Path) -> None:
-    pixels = as_depth(texture(29, 37, channels, 8), dtype)
-    (tmp_path / "o.png").write_bytes(encode_png(pixels))
-    assert (read_plane(tmp_path / "o.png").samples == pixels).all()
 
 
 @pytest.mark.usefixtures("cut")
@@ -238,29 +223,6 @@ def test_the_size_of_the_pieces_changes_no_byte(
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("how", ["zarr", "tiff", "tiles"])
-def test_what_is_no_texture_is_never_touched(how: str, tmp_path: Path) -> None:
-    """Other files and folders; with force, too, where it is a folder."""
-    if how == "zarr":
-        needs("zarr")
-
-    def woven(name: str, force: bool = False) -> None:
-        getattr(small(), f"to_{how}")(tmp_path / name, 40, force=force)
-
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "folder" / "thesis.txt").write_text("years")
-    (tmp_path / "file").write_text("work")
-    for name in ("folder", "file"):
-        for force in (False, True):
-            if not (name == "file" and how == "tiff" and force):
-                with pytest.raises(ParameterError):
-                    woven(name, force)
-    assert (tmp_path / "folder" / "thesis.txt").read_text() == "years"
-    assert (tmp_path / "file").read_text() == "work"
-    with pytest.raises(InputError, match="does not exist; make it first"):
-        woven("missing/o")
-
-
 @pytest.mark.parametrize(
     ("how", "more", "message"),
     [
@@ -281,12 +243,6 @@ def test_what_cannot_be_stored_is_refused_before_work(how: str, more: dict, mess
     with pytest.raises(ParameterError, match=re.escape(message)):
         getattr(small(), f"to_{how}")(tmp_path / "o", **({"shape": 64} | more))
     assert not list(tmp_path.iterdir())
-
-
-def test_tiles_of_floats_are_refused(tmp_path: Path) -> None:
-    woven = ia.weave(as_depth(texture(80, 77, 3, 1), "float32"), SMALL)
-    with pytest.raises(ParameterError, match="8 or 16 bit, not 3 of float32; write a zarr array or a TIFF"):
-        woven.to_tiles(tmp_path / "o", 64)
 
 
 def test_labels_and_truth_values_are_stored(tmp_path: Path) -> None:

@@ -24,7 +24,6 @@ from intarsia.regular.rectify import (
     rectified_if_better,
     straight_of,
 )
-from intarsia.regular.wall import Wall
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 
@@ -279,7 +278,7 @@ def test_what_has_two_vectors_or_is_not_surely_bricks_stays_as_it_is(monkeypatch
     for plain, one, bricks, moved in cases:
         monkeypatch.setattr(rectify, "lattices_of", lambda e, weights=None, plain=plain: plain)
         monkeypatch.setattr(rectify, "rectified_lattice", lambda e, weights=None, one=one: (found[0], one))
-        monkeypatch.setattr(rectify, "sure_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
+        monkeypatch.setattr(rectify, "clear_masonry", lambda e, weights=None, bricks=bricks: bricks or None)
         assert (rectified_if_better(e) is not None) is moved
 
 
@@ -308,24 +307,6 @@ def test_recipes_hold_what_was_done() -> None:
     given = ia.NearRegular(lattice=((0, 16),)).resolved([Exemplar.of(e)], Canvas(9, 9))
     assert given.straighten == "off"
     assert rectified_for(Exemplar.of(e), given.slug, given.lattice, given.straighten).straight is None
-
-
-def test_depth_changes_nothing() -> None:
-    e = wall(coordinate("fan"))
-    maps = [ia.synthesize(p, 120, ia.NearRegular(), seed=2).map for p in (e, e.astype(np.uint16) * 257)]
-    np.testing.assert_array_equal(maps[0].yx, maps[1].yx)
-
-
-def test_wrapped_courses_close() -> None:
-    e = Exemplar.of(wall(coordinate("fan")))
-    method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    size = (round(12 * method.lattice[0][1]), 210)
-    base, canvas = rectified_for(e, method.slug, method.lattice, method.straighten), Canvas(*size, ia.Wrap.BOTH)
-    courses = Wall.of(base.lattice, None, base.exemplar, canvas, 4)
-    here = courses.window(0, 0, *size)
-    np.testing.assert_array_equal(courses.window(size[0], -size[1], *size), here)
-    made = ia.synthesize(e, size, method, seed=4, wrap="both")
-    np.testing.assert_array_equal(made.map.yx, base.to_exemplar(here))
 
 
 def test_analyze_says_so() -> None:

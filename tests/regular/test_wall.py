@@ -259,23 +259,6 @@ def test_exemplars_without_a_whole_course_are_refused() -> None:
         ia.synthesize(texture(20, 60), 40, ia.NearRegular(lattice=((0, 28),)))
 
 
-def test_masked_pixels_are_never_shown() -> None:
-    pixels, _ = exemplar_of(BONDED)
-    usable = np.ones(pixels.shape[:2], bool)
-    usable[40:75, 100:160] = False
-    usable[:8] = False
-    e = Exemplar.of(pixels, usable=usable)
-    made = ia.synthesize(e, 300, ia.NearRegular(lattice=((0, 30),)), seed=1)
-    assert usable[made.map.yx[:, :, 0], made.map.yx[:, :, 1]].all()
-
-
-def test_threads_change_nothing() -> None:
-    pixels, _ = exemplar_of(BONDED)
-    method = ia.NearRegular(lattice=((0, 30),))
-    digests = {ia.synthesize(pixels, 500, method, seed=9, run=ia.Run(n)).map.digest for n in (1, 3, 8)}
-    assert len(digests) == 1
-
-
 def test_boards_are_laid_whole_and_grown_in_step() -> None:
     """Courses without joints: each is one board to be laid, in place; by itself `auto` keeps them in step."""
     y = np.mgrid[:160, :240][0]
