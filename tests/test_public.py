@@ -102,14 +102,11 @@ def test_a_method_is_a_frozen_dataclass_of_its_parameters(slug: str) -> None:
     """File, class, slug: one name; every field a parameter with help; claims and fields agree."""
     module, name = METHODS[slug]
     cls, file = method_class(slug), module.rpartition(".")[2]
-    assert cls.slug == slug == file.replace("_", "-")
-    assert name == file.title().replace("_", "")
-    assert cls.__module__ == f"intarsia.{module}"
-    assert dataclasses.is_dataclass(cls)
+    assert (cls.slug, cls.__module__) == (slug, f"intarsia.{module}")
+    assert (slug, name) == (file.replace("_", "-"), file.title().replace("_", ""))
     assert cls.__dataclass_params__.frozen
     assert cls.paper
-    assert cls.summary
-    assert not cls.summary.endswith(".")
+    assert cls.summary.rstrip(".") == cls.summary > ""
     names = [p.name for p in params.parameters(cls)]
     assert names == [f.name for f in dataclasses.fields(cls)]
     assert ("isometries" in names) == (Ability.ISOMETRIES in cls.supports)
@@ -163,15 +160,9 @@ def test_errors_are_one_tree_with_fixed_exit_codes() -> None:
     classes = filter(inspect.isclass, vars(foundation).values())
     tree = {c.__name__: c.exit_code for c in classes if issubclass(c, Exception)}
     assert tree == {
-        "IntarsiaError": 1,
-        "ParameterError": 2,
-        "InputError": 3,
-        "QualityError": 4,
-        "MissingExtraError": 5,
-        "MethodError": 1,
-        "ResourceError": 1,
-        "CancelledError": 130,
-    }
+        "IntarsiaError": 1, "ParameterError": 2, "InputError": 3, "QualityError": 4, "MissingExtraError": 5,
+        "MethodError": 1, "ResourceError": 1, "CancelledError": 130,
+    }  # fmt: skip
     for name in tree:
         assert issubclass(getattr(foundation, name), IntarsiaError)
         assert name in (foundation.__doc__ or "")

@@ -182,16 +182,6 @@ class TestZarr(StorePromises):
     def read(self, path: Path) -> Any:
         return needs("zarr").open_array(path, mode="r")[:]
 
-    def test_a_new_store_misses_every_cell_a_whole_one_none(self, tmp_path: Path) -> None:
-        """Rising; opened again and finished again it is the same in every byte."""
-        store = self.make(endless(), tmp_path / "o")
-        assert list(store.open()) == list(range(len(store.grid)))
-        store.close()
-        assert self._fill(tmp_path / "o") == len(store.grid)
-        before = self.files(tmp_path / "o")
-        assert self._fill(tmp_path / "o") == 0
-        assert self.files(tmp_path / "o") == before
-
     def test_what_was_put_before_a_stop_is_there_after_it(self, tmp_path: Path) -> None:
         """After every number of cells: only the others are missing, and the files end as if nobody had stopped."""
         self._fill(tmp_path / "whole")
@@ -202,18 +192,6 @@ class TestZarr(StorePromises):
             self._fill(path, stop)
             assert self._fill(path) == count - stop, stop
             assert self.files(path) == whole, stop
-
-    def test_a_stop_in_the_middle_of_a_file_is_no_harm(self, tmp_path: Path) -> None:
-        """What a kill leaves behind, a file cut short or of zeros, is made again; names and all other bytes stay."""
-        self._fill(tmp_path / "o", 3)
-        begun = self.files(tmp_path / "o")
-        self._fill(tmp_path / "whole")
-        whole = self.files(tmp_path / "whole")
-        for name, data in begun.items():
-            for left in (b"", data[: len(data) // 2], data[:-1], bytes(len(data))):
-                self._put(tmp_path / "o", begun | {name: left})
-                if self._go_on(tmp_path / "o", begun | {name: left}):
-                    assert self.files(tmp_path / "o") == whole, name
 
     def test_a_byte_that_turns_over_is_found(self, tmp_path: Path) -> None:
         """In any file, anywhere: the same call makes it good, or refuses in one line and touches nothing."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 import re
 from pathlib import Path
@@ -107,12 +106,9 @@ def test_a_weave_is_sent_with_what_is_known_of_its_exemplar() -> None:
     [
         (slice(0, 4), "is no window; give rows and columns as texture[y0:y1, x0:x1]"),
         ((slice(0, 4), 3), "is no window"),
-        ((slice(0, 4), slice(0, 4), slice(None)), "is no window"),
         ((slice(None), slice(0, 4)), "texture[:, 0:4]: an endless plane has no first or last pixel"),
-        ((slice(0, 4), slice(3, None)), "texture[0:4, 3:]: an endless plane"),
         ((slice(0, 4, 2), slice(0, 4)), "texture[0:4:2, 0:4]: every pixel is drawn; drop the step"),
         ((slice(0, 4), slice(4, 4)), "texture[0:4, 4:4] is empty"),
-        ((slice(0, -4), slice(0, 4)), "is empty"),
         ((slice(0.5, 4), slice(0, 4)), "rows and columns are whole numbers"),
         ((slice(2**40, 2**40 + 1), slice(0, 4)), "lie too far away; stay within 2**40 px"),
     ],
@@ -227,13 +223,11 @@ def test_the_size_of_the_pieces_changes_no_byte(
     ("how", "more", "message"),
     [
         ("tiff", {"shape": (0, 5)}, "shape=(0, 5) is not allowed"),
-        ("tiff", {"shape": "big"}, "shape='big' is no size"),
         ("tiff", {"shape": 2**33}, "a TIFF holds at most 4294967295 px a side; write a zarr array."),
         ("tiff", {"shape": 2**31}, "cells of 2048x512; at most 4194304"),
         ("tiff", {"tile": 40}, "tile=40 is not allowed; give 16 to 4096 px, a multiple of 16."),
         ("tiff", {"origin": 4}, "origin=4 is no pixel; give (y, x)."),
         ("tiff", {"origin": (0, 2**40)}, "lie too far away"),
-        ("tiles", {"tile": 15}, "tile=15 is not allowed"),
         ("zarr", {"chunk": True}, "chunk=True is not allowed"),
     ],
 )
@@ -293,10 +287,3 @@ def test_memory_is_asked_for_where_the_system_tells(monkeypatch: pytest.MonkeyPa
         small()[0:20, 0:20]
     monkeypatch.setattr(picture, "free_memory", lambda: None)
     assert small()[0:20, 0:20].shape == (20, 20, 3)
-
-
-def test_the_recipe_names_all_that_a_pixel_depends_on() -> None:
-    told = small(3).recipe
-    assert json.loads(json.dumps(told))["seed"] == 5
-    assert set(told) == {"intarsia", "method", "parameters", "seed", "blend", "exemplars", "plane"}
-    assert small(3).digest != small(4).digest

@@ -237,12 +237,10 @@ class TestChoice:
         made = ia.synthesize(CASES[0], (16, 200), seed=1, wrap="y", run=ONE)
         assert made.method.slug != "near-regular"
 
-    def test_few_stones_are_not(self) -> None:
+    def test_few_stones_and_joints_that_hardly_show_are_not(self) -> None:
         found = found_in(rubble(heights=(40, 52, 36, 44), width=110)[0])
         assert len(found.own) < Unequal.enough
         assert not found.sure
-
-    def test_joints_that_hardly_show_are_not(self) -> None:
         found = found_in(CASES[0])
         assert not found._replace(faces=Unequal.joints + 1).sure
         assert not found._replace(own=found.own // 3).sure

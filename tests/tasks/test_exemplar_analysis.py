@@ -305,14 +305,11 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("args", "code", "message"),
         [
-            (("missing.png",), 3, "missing.png does not exist"),
-            ((), 2, "Missing argument"),
             (("weave.png", "--overlay", "magic=o.png"), 2, "give lattice=FILE, segments=FILE."),
             (("weave.png", "--overlay", "o.txt"), 2, "o.txt"),
             (("weave.png", "--overlay", "o.png", "--best-tile", "o.png"), 2, "o.png would be written twice"),
             (("weave.png", "--overlay", "-", "--best-tile", "-"), 2, "holds one picture"),
             (("weave.png", "--overlay", "-", "--json"), 2, "--json and -o -"),
-            (("weave.png", "--best-tile", ""), 2, "an empty file name"),
             (("weave.png", "blobs.png", "--several", "--overlay", "o.png"), 2, "would be written twice"),
             (("weave.png", "blobs.png", "--several", "--overlay", "-"), 2, "here are 2 exemplars"),
             (("weave.png", "--toroidal", "--flatten"), 2, "--flatten does not go with --toroidal"),

@@ -62,18 +62,6 @@ def test_known_pixels_stay_and_nothing_comes_from_the_hole(kind: str, name: str)
     assert again.map.digest == out.map.digest
 
 
-@pytest.mark.parametrize("dtype", ["uint16", "float32"])
-def test_what_lies_in_the_hole_changes_nothing_else(dtype: str) -> None:
-    """Even NaN may lie there, or a glaring colour: the picture comes out the same."""
-    pixels, hole = as_depth(texture(48, 52, 3, 4), dtype), hole_of("disc")
-    bad = pixels.copy()
-    bad[hole] = np.nan if dtype == "float32" else 65535
-    usable = ~hole
-    one = ia.heal(ia.Exemplar.of(pixels, usable=usable), hole, QUILTING).render().pixels
-    two = ia.heal(ia.Exemplar.of(bad, usable=usable), hole, QUILTING).render().pixels
-    assert one.tobytes() == two.tobytes()
-
-
 @pytest.mark.parametrize("grow", [0, 2])
 def test_nan_in_the_hole_needs_no_further_mask(grow: int) -> None:
     """What is replaced anyway may be NaN: in an array, in a file, and on the command line, where it also replays."""

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 import intarsia as ia
 from intarsia.foundation.geometry import Wrap
-from intarsia.model.sourcemap import HOLE, identity
+from intarsia.model.sourcemap import identity
 from intarsia.patches import batch_numbers, fill_order, neighbour_query, window_batches
 from intarsia.search import WindowGrid
-from intarsia.tasks.completion import Margins, dilated_hole, extended, extension, scene_to_heal, with_hole
+from intarsia.tasks.completion import Margins, dilated_hole, extension, scene_to_heal, with_hole
 from intarsia.testing.cases import noise, texture
 
 WRAPS = [(False, False), (True, False), (False, True), (True, True)]
@@ -112,21 +112,6 @@ def test_a_small_hole_lies_in_the_middle_of_one_window() -> None:
     known[:4, 60:] = False
     assert fill_order(known, (24, 24), (8, 8), (False, False)) == [(0, 40)]
     assert fill_order(known, (24, 24), (8, 8), (True, True)) == [(54, 50)]
-
-
-def test_margins_and_holes_of_maps() -> None:
-    e = ia.Exemplar.of(texture(20, 30, 3))
-    start = extended([e.source], 0, Margins(left=3, bottom=5))
-    assert (start.height, start.width) == (25, 33)
-    assert int(start.holes.sum()) == 25 * 33 - 20 * 30
-    assert (start.yx[:20, 3:] == identity([e.source], 0).yx).all()
-    hole = np.zeros((25, 33), bool)
-    hole[2:4, 5:9] = True
-    holed = with_hole(start, hole)
-    assert (holed.holes == (start.holes | hole)).all()
-    assert (holed.yx[hole] == 0).all()
-    assert holed.which is not None
-    assert (holed.which[hole] == HOLE).all()
 
 
 def test_a_hole_grows_on_all_sides_and_around_the_border() -> None:

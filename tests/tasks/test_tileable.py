@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, method_class
-from intarsia.tasks.tileable import _fine_grained, half_shifted, periodic_size, repeated, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, half_shifted, periodic_size, scene_to_tile
 from intarsia.testing.cases import as_depth, looked_up, texture
 from unweighed import meeting
 
@@ -214,13 +214,6 @@ def test_what_cannot_be_tiled_is_refused_in_one_line(name: str) -> None:
 
 def test_what_is_small_along_the_other_axis_may_be() -> None:
     assert ia.tile(texture(15, 60, 3, 2), axes="x", band=12, run=ONE).render().pixels.shape == (15, 60, 3)
-
-
-def test_previews_repeat_what_closes() -> None:
-    plane = ia.Plane(texture(20, 24, 3, 1))
-    assert repeated(plane, Wrap.BOTH, 3).pixels.shape == (60, 72, 3)
-    assert repeated(plane, Wrap.X, 2).pixels.shape == (20, 48, 3)
-    assert np.array_equal(repeated(plane, Wrap.Y, 2).samples[20:], plane.samples)
 
 
 def test_the_half_shift_is_of_the_picture_as_it_was() -> None:
