@@ -80,7 +80,9 @@ def test_results_are_kept_as_json(
     assert "one" in capsys.readouterr().out
 
 
-def test_the_table_of_source_000_follows_from_its_results(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_of_source_000_follows_from_its_results_and_is_that_of_the_page(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
     source = load(ROOT / "benchmarks" / "source_000.py")
     names = [task.name for task in source.TASKS]
@@ -90,11 +92,6 @@ def test_the_table_of_source_000_follows_from_its_results(monkeypatch: pytest.Mo
     assert len(lines) == 2 + len(names)
     assert lines[2].endswith("| 0.125 | 3.00 |")
     assert all("not measured" in line for line in lines[3:])
-
-
-def test_the_rows_in_the_documentation_are_rows_of_source_000(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    source = load(ROOT / "benchmarks" / "source_000.py")
     text = (ROOT / "docs" / "sources-000.md").read_text(encoding="utf-8").partition("## Timings")[2]
     told = re.findall(r"^(\| \d+x\d+ \| .* \| )\d+\.\d+ \| \d+\.\d+ \|$", text, re.MULTILINE)
     rows = {f"| {' | '.join(task.sizes)} | {task.reported} | {task.seconds} | " for task in source.TASKS}

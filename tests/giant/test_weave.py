@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import re
 from pathlib import Path
 from threading import Event
@@ -91,14 +90,6 @@ def test_a_smaller_plane_is_averaged_in_its_own_windows() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("intarsia.giant.picture.SIDE", 16)
         assert (rough.draw(Box(-9, 5, 40, 60)) == whole).all()
-
-
-def test_a_weave_is_sent_with_what_is_known_of_its_exemplar() -> None:
-    woven = small()
-    window = woven[0:30, 0:30]
-    sent = pickle.loads(pickle.dumps(woven))
-    assert sent.exemplars[0]._memo, "analysed where it was made"
-    assert (sent[0:30, 0:30] == window).all()
 
 
 @pytest.mark.parametrize(

@@ -158,15 +158,6 @@ UPRIGHT = rubble()[0].swapaxes(0, 1).copy()
 CASES = [rubble()[0], UPRIGHT, rubble(seed=4, joint=4)[0]]
 
 
-@pytest.mark.parametrize(("case", "corner"), [(0, (0, 0)), (1, (-150, 77)), (2, (2**40 - 3, -(2**40) - 11))])
-def test_a_window_is_a_crop(case: int, corner: tuple[int, int]) -> None:
-    e, (y, x) = Exemplar.of(CASES[case]), corner
-    whole = Wall.of(None, None, e, Canvas(10, 10), 5).window(y, x, 150, 170)
-    for top, left, height, width in ((0, 0, 1, 1), (40, 31, 64, 50), (149, 0, 1, 170), (99, 101, 51, 69)):
-        part = Wall.of(None, None, e, Canvas(10, 10), 5).window(y + top, x + left, height, width)
-        np.testing.assert_array_equal(part, whole[top : top + height, left : left + width])
-
-
 @pytest.mark.parametrize(("case", "along"), [(0, 290), (1, 700), (2, 37)])
 def test_a_wrapped_canvas_continues_in_itself(case: int, along: int) -> None:
     """The window one canvas further on shows the same."""

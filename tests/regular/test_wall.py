@@ -9,6 +9,7 @@ import pytest
 from long import going_round
 from paint_setts import COURSE
 from regular import naive_wall as naive
+from regular.test_unequal_courses import rubble
 from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
@@ -223,7 +224,11 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("case", "corner"), going_round(CASES, [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)]))
+UNEQUAL = [(rubble()[0], None), (rubble()[0].swapaxes(0, 1).copy(), None), (rubble(seed=4, joint=4)[0], None)]
+CORNERS = [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)]
+
+
+@pytest.mark.parametrize(("case", "corner"), going_round([*CASES, *UNEQUAL], CORNERS))
 def test_a_window_is_a_crop(case, corner: tuple[int, int]) -> None:
     (pixels, lattice), (y, x) = case, corner
     e = Exemplar.of(pixels)
