@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 import torture
-from click.testing import CliRunner, Result
+from tasks.lines import run
 
 import intarsia as ia
 from intarsia.analysis.structure import border_of, structure_of
 from intarsia.choosing.auto import GENERAL, LEAST_GAIN, trial_methods
 from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, _lattice_tie, _tie, measurements
 from intarsia.choosing.rules import RULES
-from intarsia.cli import cli
 from intarsia.files import sample
 from intarsia.judging import score_map
 from intarsia.lattice import vectors_of
@@ -375,12 +374,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ia.write("wall.png", picture("brick_colours"))
     ia.write("blobs.png", texture(90, 80, 3))
     return tmp_path
-
-
-def run(*args: object, code: int = 0) -> Result:
-    result = CliRunner().invoke(cli, [str(a) for a in args])
-    assert result.exit_code == code, result.stderr
-    return result
 
 
 @pytest.mark.usefixtures("folder")

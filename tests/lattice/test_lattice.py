@@ -206,11 +206,9 @@ def naive_mean(values, weights, lattice, i, j):
         w = weights[tuple(np.floor(at + 0.5).astype(int) + middle)]
         low = np.floor(at).astype(int)
         f = at - low
-        corners = [(s, t) for s in (0, 1) for t in (0, 1)]
         value = sum(
-            abs(1 - s - f[0]) * abs(1 - t - f[1]) * values[tuple(np.minimum(low + middle + corner, 2 * middle))]
-            for corner in corners
-            for s, t in [corner]
+            abs(1 - s - f[0]) * abs(1 - t - f[1]) * values[tuple(np.minimum(low + middle + (s, t), 2 * middle))]
+            for s, t in itertools.product((0, 1), repeat=2)
         )
         total, mass, count = total + w * value, mass + w, count + (w > 0)
     return total / mass if mass else None, count

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from tasks.lines import check_refused, run
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.tasks.completion import Margins
 from intarsia.testing.cases import looked_up, texture
@@ -79,15 +78,6 @@ def test_other_pictures_give_the_pixels() -> None:
     assert (feathered.samples[:, :36] == e.base.samples[:, :36]).all()
 
 
-# ---- the command --------------------------------------------------------------------------------------------------
-
-
-def run(*args: object, code: int = 0) -> Result:
-    result = CliRunner().invoke(cli, [str(a) for a in args])
-    assert result.exit_code == code, result.stderr
-    return result
-
-
 @pytest.fixture(autouse=True)
 def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -127,11 +117,6 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("line", list(BAD))
+@pytest.mark.parametrize("line", BAD)
 def test_what_is_wrong_is_said_in_one_line(line: str) -> None:
-    code, message = BAD[line]
-    result = CliRunner().invoke(cli, ["extend", *line.split(), "-q"])
-    assert result.exit_code == code, result.stderr
-    assert len(result.stderr.splitlines()) == 1
-    assert message in result.stderr
-    assert not Path("out.png").exists()
+    check_refused("extend", line, *BAD[line])

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from numpy.typing import NDArray
+from tasks.lines import check_refused, run
 
 import intarsia as ia
 from intarsia import files
-from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.model.image import Transfer
 from intarsia.seams import energy
@@ -199,15 +198,6 @@ def test_neither_pixels_laid_one_by_one_nor_single_patches_are_covered(monkeypat
     ia.heal(pixels, hole, ia.ImageQuilting(), seed=3)  # one patch covers this hole
 
 
-# ---- the command --------------------------------------------------------------------------------------------------
-
-
-def run(*args: object, code: int = 0) -> Result:
-    result = CliRunner().invoke(cli, [str(a) for a in args])
-    assert result.exit_code == code, result.stderr
-    return result
-
-
 @pytest.fixture(autouse=True)
 def _in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -283,11 +273,6 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("line", list(BAD))
+@pytest.mark.parametrize("line", BAD)
 def test_what_is_wrong_is_said_in_one_line(line: str) -> None:
-    code, message = BAD[line]
-    result = CliRunner().invoke(cli, ["heal", *line.split(), "-q"])
-    assert result.exit_code == code, result.stderr
-    assert len(result.stderr.splitlines()) == 1
-    assert message in result.stderr
-    assert not Path("out.png").exists()
+    check_refused("heal", line, *BAD[line])
