@@ -168,13 +168,6 @@ def test_errors_are_one_tree_with_fixed_exit_codes() -> None:
         assert name in (foundation.__doc__ or "")
 
 
-def test_an_unknown_method_or_parameter_is_refused() -> None:
-    with pytest.raises(ia.ParameterError, match="method=quilt is unknown; choose one of image-quilting"):
-        ia.synthesize(Plane(np.zeros((4, 4), np.uint8)), 4, "quilt")
-    with pytest.raises(ia.ParameterError, match="colour: image-quilting has no such parameter"):
-        make("image-quilting", {"colour": 1})
-
-
 def test_what_is_printed_is_one_line_without_pixels() -> None:
     """As a shell shows it; within another object, too."""
     exemplar = ia.Exemplar.of(np.arange(1200, dtype=np.uint8).reshape(20, 20, 3), name="moss")

@@ -50,13 +50,6 @@ def test_levelled_windows_are_crops(feather: int, mixing: ia.Mixing) -> None:
     assert (woven[10:31, 20:77] == large[50:71, 50:107]).all()
 
 
-def test_a_plain_canvas_is_the_window_at_the_origin() -> None:
-    """What `synthesize` draws, but for the feather at the border of the canvas."""
-    made = ia.synthesize(texture(80, 77, 3, 1), (130, 120), SMALL, seed=5, blend=ia.Blend(6))
-    assert (np.asarray(made.render())[4:-4, 4:-4] == small(6)[4:126, 4:116]).all()
-    assert made.map.digest == small().map(Box(0, 0, 130, 120)).digest
-
-
 def test_windows_larger_than_a_cell_are_filled_by_cells(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = small(3)[-50:70, -40:60]
     for module in ("intarsia.giant", "intarsia.giant.picture"):
