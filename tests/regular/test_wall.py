@@ -167,11 +167,14 @@ def test_courses_may_lean(lean: float) -> None:
     assert pure >= 0.97 * n
 
 
-def test_upright_courses_are_courses_turned() -> None:
-    pixels, _ = exemplar_of(BONDED)
-    lying = ia.synthesize(pixels, (200, 260), ia.NearRegular(lattice=((0, 30),)), seed=3)
-    upright = ia.synthesize(pixels.swapaxes(0, 1).copy(), (260, 200), ia.NearRegular(lattice=((30, 0),)), seed=3)
-    np.testing.assert_array_equal(upright.map.yx, lying.map.yx.swapaxes(0, 1)[:, :, ::-1])
+@pytest.mark.parametrize(("pixels", "lying", "upright"), [
+    (exemplar_of(BONDED)[0], {"lattice": ((0, 30),)}, {"lattice": ((30, 0),)}),
+    (rubble()[0], {"heights": "unequal"}, {"heights": "unequal"}),
+], ids=["equal", "unequal"])  # fmt: skip
+def test_upright_courses_are_courses_turned(pixels, lying, upright) -> None:
+    one = ia.synthesize(pixels, (200, 260), ia.NearRegular(**lying), seed=3)
+    two = ia.synthesize(pixels.swapaxes(0, 1).copy(), (260, 200), ia.NearRegular(**upright), seed=3)
+    np.testing.assert_array_equal(two.map.yx, one.map.yx.swapaxes(0, 1)[:, :, ::-1])
 
 
 def test_bricks_are_used_in_turn() -> None:
