@@ -458,11 +458,8 @@ def test_options_give_the_same_method() -> None:
         given |= {"patch": (20, 30)} if names.get("patch") and names["patch"].kind == "extent" else {}
         method = cls(**given)
         words = parameter_words(Request("grow", method=cls.slug, parameters=values_of(method)))
-        read = {}
-        for option, text in zip(words[::2], words[1::2], strict=True):
-            name = option[2:].replace("-", "_")
-            read[name] = parse(names[name], text)
-        assert cls(**read) == method
+        said = zip((option[2:].replace("-", "_") for option in words[::2]), words[1::2], strict=True)
+        assert cls(**{name: parse(names[name], text) for name, text in said}) == method
 
 
 def test_what_lies_within_a_tenth_of_a_bound_is_nearly_a_tie() -> None:
@@ -476,10 +473,9 @@ def test_what_lies_within_a_tenth_of_a_bound_is_nearly_a_tie() -> None:
         (0.58, 1.5, 0.2, True, "0.58 of the exemplar repeats"),  # loose, or nearly not
         (0.58, 0.5, 0.2, True, ""),  # fits: how much repeats is not asked
         (0.9, 1.5, 0.052, True, "1.04 of the confidence"),  # a little less sure, and there is none
-        (0.9, 0.5, 0.047, False, "0.94 of the confidence"),  # a little surer, and there is one
-        (0.9, 0.5, 0.02, False, ""),
+        (0.9, 0.5, 0.047, False, "0.94 of the confidence"), (0.9, 0.5, 0.02, False, ""),  # a little surer, there is one
     ],
-)
+)  # fmt: skip
 def test_lattices_that_are_nearly_none_or_nearly_one_are_told(
     repeats: float, residual: float, confidence: float, accepted: bool, tie: str
 ) -> None:
