@@ -429,7 +429,7 @@ def case_best_tile() -> list[Result]:
 
 def case_parallel() -> list[Result]:
     """From a ready analysis, rendering included; then the finest level of a map that is known down to it."""
-    from intarsia.corrections.pyramid import CorrectionParameters, PyramidSynthesis
+    from intarsia.corrections.coordinate_pyramid import CorrectionParameters, PyramidSynthesis
     from intarsia.corrections.span import Span
     from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
     from intarsia.model.canvas import Canvas

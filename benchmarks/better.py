@@ -144,9 +144,9 @@ PAINTING = {
     "weight: 5": Switch(QUILT, weight=5.0),
     "boundary_patch: as large": Switch(replace(QUILT, boundary_patch=0)),
     "boundary_isometries: none": Switch(replace(QUILT, boundary_isometries="none")),
-    "boundary_slack: any": Switch(replace(QUILT, boundary_slack=FAR)),
+    "boundary_slack: any": Switch(replace(QUILT, boundary_tolerance=FAR)),
     "boundary: all three off": Switch(
-        replace(QUILT, boundary_patch=0, boundary_isometries="none", boundary_slack=FAR)
+        replace(QUILT, boundary_patch=0, boundary_isometries="none", boundary_tolerance=FAR)
     ),
     "reach: 12": Switch(QUILT, reach=12),
     "usage: 0": Switch(replace(QUILT, usage=0.0)),

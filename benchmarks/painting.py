@@ -24,7 +24,7 @@ from intarsia.foundation.geometry import ISOMETRIES
 SIDE, BAND = 384, 24
 
 FAR = 10_000
-PLAIN = ia.ImageQuilting(boundary_patch=0, boundary_isometries="none", boundary_slack=FAR)
+PLAIN = ia.ImageQuilting(boundary_patch=0, boundary_isometries="none", boundary_tolerance=FAR)
 SWITCHES: dict[str, tuple[Any, float, int]] = {
     "weight 0": (PLAIN, 0.0, 0),
     "weight 0.5": (PLAIN, 0.5, 0),
@@ -32,8 +32,8 @@ SWITCHES: dict[str, tuple[Any, float, int]] = {
     "weight 5": (PLAIN, 5.0, 0),
     "+ half patches": (replace(PLAIN, boundary_patch=None), 2.0, 0),
     "+ turned patches": (replace(PLAIN, boundary_isometries=None), 2.0, 0),
-    "+ strays replaced": (replace(PLAIN, boundary_slack=None), 2.0, 0),
-    "+ half, turned": (ia.ImageQuilting(boundary_slack=FAR), 2.0, 0),
+    "+ strays replaced": (replace(PLAIN, boundary_tolerance=None), 2.0, 0),
+    "+ half, turned": (ia.ImageQuilting(boundary_tolerance=FAR), 2.0, 0),
     "+ all three (default)": (ia.ImageQuilting(), 2.0, 0),
     "default, reach 12": (ia.ImageQuilting(), 2.0, 12),
     "sampling, join same": (ia.PatchSampling(boundary_join="same"), 2.0, 0),

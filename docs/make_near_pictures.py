@@ -52,7 +52,7 @@ def main() -> None:
         "near-regular": beside(ia.NearRegular()),
         "gap-filling": beside(ia.GapFilling()),
         "raster-quilting": beside(ia.RasterQuilting(patch=42, overlap=7), "sample:pebbles"),
-        "unequal": beside(ia.NearRegular(heights="unequal"), "sample:stones"),
+        "unequal": beside(ia.NearRegular(course_heights="unequal"), "sample:stones"),
         "straightened": beside(ia.NearRegular(), "sample:brick", 512),
         "best-tile": beside(ia.BestTile()),
         "analyzed": analyzed(),

@@ -52,9 +52,9 @@ def controlled() -> np.ndarray:
     wide, half = (256, 2 * 384 + GAP), (256, 384)
     ramp = np.linspace(-0.5, 1, wide[1])[None].repeat(wide[0], axis=0).clip(0)
     torus = ia.Exemplar.of(tiles, toroidal=True)
-    across = grown(torus, wide, ia.ParallelControllable(jitter=(0, 0, 0.4), jitter_output=ramp, snap="off"))
+    across = grown(torus, wide, ia.ParallelControllable(jitter=(0, 0, 0.4), jitter_output=ramp, keep_lattice="off"))
     glazed = tiles[:, :, 2].astype(int) > tiles[:, :, 0]  # the grout is pale and warm
-    pair = [grown(tiles, half, ia.ParallelControllable(feature=mask, snap="off")) for mask in (None, glazed)]
+    pair = [grown(tiles, half, ia.ParallelControllable(feature=mask, keep_lattice="off")) for mask in (None, glazed)]
     gap = np.full((half[0], GAP, 3), 255, np.uint8)
     below = np.concatenate([pair[0], gap, pair[1]], axis=1)
     return np.concatenate([across, np.full((GAP, wide[1], 3), 255, np.uint8), below])

@@ -87,7 +87,7 @@ def feathers() -> np.ndarray:
 
 def repetition() -> np.ndarray:
     """Without and with a price on using a patch again."""
-    return beside(*(rgb(grown("planks", 480, ia.ImageQuilting(usage=u), seed=4)) for u in (0.0, 0.2)))
+    return beside(*(rgb(grown("planks", 480, ia.ImageQuilting(repeat_penalty=u), seed=4)) for u in (0.0, 0.2)))
 
 
 def repeat() -> np.ndarray:

@@ -12,7 +12,7 @@ ROOMS = (
     "regular/*.py", "lattice/*.py", "choosing/*.py", "segments/*.py", "seams/__init__.py", "seams/energy_kernels.py",
     "seams/worst_seams.py", "analysis/defect_rim.py", "analysis/symmetry.py", "analysis/elements.py",
     "analysis/saliency.py", "analysis/illumination.py", "patches/repetition_kernels.py", "corrections/stack.py",
-    "corrections/pyramid.py", "corrections/advected.py", "corrections/appearance.py", "corrections/guide.py",
+    "corrections/coordinate_pyramid.py", "corrections/advected.py", "corrections/appearance.py", "corrections/guide.py",
     "corrections/span.py", "corrections/parallel_controllable.py",
 )  # fmt: skip
 PLACES = sorted(path for pattern in ROOMS for path in ROOT.glob(pattern))

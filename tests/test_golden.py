@@ -41,7 +41,7 @@ def plain(run: ia.Run) -> ia.Synthesis:
 
 
 def wrapped(run: ia.Run) -> ia.Synthesis:
-    method = ia.ImageQuilting(patch=20, overlap=7, seam="gradient", isometries="180", usage=0.2)
+    method = ia.ImageQuilting(patch=20, overlap=7, seam="gradient", isometries="180", repeat_penalty=0.2)
     return ia.synthesize(bricks(70, 64, 3), (90, 100), method, seed=2**63 + 5, wrap="both", run=run)
 
 
@@ -127,7 +127,7 @@ def corrected(run: ia.Run) -> ia.Synthesis:
     usable = np.ones((90, 70), bool)
     usable[30:36, 50:] = False
     lattice = (17.98, 0.03), (9.01, 9.02)
-    method = ia.Correction2008(k=3, neighbourhood="appearance", rule="near", snap="on", lattice=lattice)
+    method = ia.Correction2008(k=3, neighbourhood="appearance", rule="near", keep_lattice="on", lattice=lattice)
     return ia.synthesize(Exemplar.of(bricks(90, 70, 4), usable=usable), (121, 96), method, seed=13, wrap="x", run=run)
 
 

@@ -81,7 +81,7 @@ class TestImageQuilting(PackageLaws):
     """All isometries, all positions searched, gradient seams, no repetition nearby."""
 
     method = ia.ImageQuilting(
-        patch=10, overlap=3, isometries="both", search="exact", seam="gradient", usage=0.3, tolerance=0.3
+        patch=10, overlap=3, isometries="both", search="exact", seam="gradient", repeat_penalty=0.3, tolerance=0.3
     )
     examples = 8
 
@@ -113,7 +113,7 @@ class TestNearRegular(WholePeriods):
     """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
 
     period = 12, 18
-    method = ia.NearRegular(lattice=((9, 0), (0, 6)), block=4, border=4, slack=1)
+    method = ia.NearRegular(lattice=((9, 0), (0, 6)), block=4, border=4, lattice_tolerance=1)
     examples = 6
     least = 30
 
@@ -122,7 +122,7 @@ class TestGapFilling(WholePeriods):
     """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
 
     period = 12, 18
-    method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, slack=1)
+    method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, lattice_tolerance=1)
     examples = 6
     least = 30
 

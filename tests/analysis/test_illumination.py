@@ -168,7 +168,7 @@ def test_replay_follows_the_recipe_to_the_byte(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     lit = light_on(ia.Plane(as_depth(np.asarray(brick(120).pixels), dtype)))
     ia.write("lit.png", lit)
-    size = ("--size", "150x140", "--patch", 30, "--level", 0, "-q")
+    size = ("--size", "150x140", "--patch", 30, "--even-tone", 0, "-q")
     grow("grow", "lit.png", "-o", "a.png", "--flatten", *size, "--save-map", "a.npz")
     recipe = files.read_recipe("a.png")
     assert recipe["inputs"] == {"flatten": True}

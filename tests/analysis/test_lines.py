@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from intarsia.analysis.edges import surest_line
+from intarsia.analysis.oriented_energy import surest_line
 from intarsia.analysis.features import course_lines, features
 from intarsia.model import Exemplar
 

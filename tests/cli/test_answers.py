@@ -133,12 +133,12 @@ def test_an_explanation_has_the_same_lines_everywhere(name: str) -> None:
 
 
 MORE = {
-    "grow": " --level 3 --wrap x --feather 2",
+    "grow": " --even-tone 3 --wrap x --feather 2",
     "extend": " --top 3 --from b.png --seed 4",
     "heal": " --grow 1 --edge 1 --usable m.png --tolerance 0.1",
     "paint": " --weight 1.5 --reach 2 --several b.png --labels t.png --wrap y",
     "tile": " --axes x --band 12 --size 40x36 --mask m.png --repair 1 --tolerance 0.1",
-    "weave": " --origin -7,1000 --seed 4 --level 2",
+    "weave": " --origin -7,1000 --seed 4 --even-tone 2",
 }
 
 

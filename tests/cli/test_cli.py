@@ -130,8 +130,8 @@ print(*mine, sep="\\n")
         assert methods == {f"intarsia.methods.{name}" for name in ("image_quilting",)}, done.stderr
         rooms = {name.split(".")[1] for name in found}
         assert not rooms & {"published", "regular", "corrections", "judging", "studio", "giant"}
-        drawing = "rendering.tone", "rendering.warped_kernels"
-        drawing += "seams.repair", "seams.graphcut_map"
+        drawing = "rendering.seam_levelling", "rendering.warped_kernels"
+        drawing += "seams.repair", "seams.graphcut_textures"
         rare = *drawing, "tasks.completion", "search.guide", "files.netpbm"
         assert not found & {f"intarsia.{name}" for name in rare}
 
@@ -161,7 +161,7 @@ class TestGrow:
         assert Path("one.png").read_bytes() == Path("two.png").read_bytes()
 
     def test_sixteen_bits_stay_and_every_pixel_is_one_of_the_exemplar(self) -> None:
-        run("grow", "deep.png", "-o", "out.png", "--patch", 10, "--level", 0, "-q")
+        run("grow", "deep.png", "-o", "out.png", "--patch", 10, "--even-tone", 0, "-q")
         out, exemplar = pixels(Path("out.png")), pixels(Path("deep.png"))
         assert out.dtype == np.uint16
         assert out.shape == (80, 96, 3)
@@ -170,7 +170,7 @@ class TestGrow:
 
     def test_further_planes_lie_beside_in_the_format_they_came_in(self) -> None:
         told = answer(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
-                      "--st-map", "st.exr", "--level", 0)  # fmt: skip
+                      "--st-map", "st.exr", "--even-tone", 0)  # fmt: skip
         assert [f["path"] for f in told["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
         assert pixels(Path("out_height.exr")).dtype == np.float16
         st, smap = pixels(Path("st.exr")), ia.SourceMap.load("m.npz")
@@ -196,7 +196,7 @@ class TestGrow:
             ["--tolerance", "0.3"],
             ["--channel-weights", "0.2,0.7,0.1"],
             ["--isometries", "0,1"],
-            ["--usage", "0"],
+            ["--repeat-penalty", "0"],
             ["--min-repeat-distance", "1"],
             ["--search", "exact"],
             ["--seam", "gradient"],
@@ -368,7 +368,7 @@ class TestRender:
         told = answer("render", "m.npz", "-e", "a.png", "-o", "part.png", "--window", "-5,3,20,10")
         assert told["window"] == [-5, 3, 20, 10]
         assert np.array_equal(pixels(Path("part.png")), np.roll(whole, 5, axis=1)[3:13, :20])
-        exact = "--feather", 0, "--level", 0, "--threads", 1
+        exact = "--feather", 0, "--even-tone", 0, "--threads", 1
         run("render", "m.npz", "-e", "b.png", "--map", "height=h.exr", "-o", "b2.png", *exact)
         smap = ia.SourceMap.load("m.npz")
         assert np.array_equal(pixels(Path("b2.png")), pixels(Path("b.png"))[smap.yx[:, :, 0], smap.yx[:, :, 1]])

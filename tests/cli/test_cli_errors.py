@@ -91,7 +91,7 @@ BAD = {
     GROW + "--channel-weights a": 2,
     GROW + "--isometries 9": 2,
     GROW + "--isometries most": 2,
-    GROW + "--usage -1": 2,
+    GROW + "--repeat-penalty -1": 2,
     GROW + "--min-repeat-distance -1": 2,
     GROW + "--search slowly": 2,
     GROW + "--seam none": 2,

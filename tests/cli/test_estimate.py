@@ -29,7 +29,7 @@ CASES = {
     "small": "grow sample:tiles -m repeat --size 60 -o o.png",
     "large": "grow sample:tiles -m repeat --size 3000 -o o.png",
     "float": "grow sample:stones -m random-tiling --size 1400 --feather 6 --depth float -o o.exr",
-    "levelled": "grow sample:stones -m random-tiling --size 1400 --level 32 -o o.png",
+    "levelled": "grow sample:stones -m random-tiling --size 1400 --even-tone 32 -o o.png",
     "woven": "weave sample:tiles -m repeat --size 3000 --threads 7 -o o.zarr",
     "streamed": "weave sample:tiles -m repeat --size 3000 --threads 2 -o o.tif",
     "held": "weave sample:tiles -m repeat --size 4000 --threads 2 -o o.png",

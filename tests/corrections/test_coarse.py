@@ -36,7 +36,7 @@ def test_any_part_of_a_level_can_be_made_alone(place: tuple[int, int], level: in
 
 
 def test_without_jitter_each_square_shows_its_middle() -> None:
-    method = ia.ParallelControllable(jitter=0, passes=0, snap="off")
+    method = ia.ParallelControllable(jitter=0, passes=0, keep_lattice="off")
     for level in (1, 2, 3):
         one = 1 << level
         found = coarse(method, [EXEMPLAR], Box(0, 0, 5 * one, 5 * one), level, 7, Run(1))

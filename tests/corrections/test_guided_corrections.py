@@ -17,7 +17,7 @@ from intarsia.corrections import guide as wanted
 from intarsia.corrections.appearance import bordered, stack_of, without_gaps
 from intarsia.corrections.guide import EDGE, NEAR, StackGuide, stacked
 from intarsia.corrections.parallel_controllable import decided
-from intarsia.corrections.pyramid import CorrectionParameters, PyramidSynthesis
+from intarsia.corrections.coordinate_pyramid import CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar
@@ -235,7 +235,7 @@ def test_a_lattice_is_kept_to() -> None:
     y, x = np.mgrid[:96, :96]
     marks = (x // 48).astype(np.uint8)
     pixels = np.stack([(y % 8) * 30, (x % 8) * 30, 90 * marks], axis=2).astype(np.uint8)
-    method = ia.ParallelControllable(snap="on", lattice=((8.0, 0.0), (0.0, 8.0)), jitter=(0, 0, 0.3))
+    method = ia.ParallelControllable(keep_lattice="on", lattice=((8.0, 0.0), (0.0, 8.0)), jitter=(0, 0, 0.3))
     target = disc(96)
     smap = grown(marks, target, method, exemplar=Exemplar.of(pixels))
     assert agreement(smap, target, marks) > 0.95

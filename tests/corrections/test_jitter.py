@@ -17,7 +17,7 @@ from scipy.ndimage import label
 import intarsia as ia
 from intarsia import files
 from intarsia.cli import cli
-from intarsia.corrections.pyramid import local_jitter
+from intarsia.corrections.coordinate_pyramid import local_jitter
 from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
@@ -275,7 +275,7 @@ GROW = ("grow", "e.png", "--size", "50x40", "--force", "-o")
 
 def test_the_command_line_reads_gray_pictures_of_any_depth(here: Path) -> None:
     jitter = "--jitter-output", "map.png", "--jitter-exemplar", "small.png"
-    assert run(*GROW, "a.png", "--level", "0", *jitter) == (0, "")
+    assert run(*GROW, "a.png", "--even-tone", "0", *jitter) == (0, "")
     method = ia.ParallelControllable(jitter_output=picture(40, 50), jitter_exemplar=picture(30, 34))
     wanted = ia.synthesize("e.png", (40, 50), method)
     assert (files.read_plane("a.png").pixels == wanted.render().pixels).all()

@@ -8,7 +8,7 @@ from corrections.naive_memo import Memo
 
 import intarsia as ia
 from intarsia.corrections.correction_kernels import correct
-from intarsia.corrections.pyramid import CorrectionParameters
+from intarsia.corrections.coordinate_pyramid import CorrectionParameters
 from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar
 from intarsia.testing.cases import noise, texture

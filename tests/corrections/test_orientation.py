@@ -12,7 +12,7 @@ from methods.test_parallel_controllable import BASE, ONE, SET, VARIANTS, naive, 
 
 import intarsia as ia
 from intarsia.corrections.correction_kernels import subpixel_offsets
-from intarsia.corrections.pyramid import CorrectionParameters
+from intarsia.corrections.coordinate_pyramid import CorrectionParameters
 from intarsia.corrections.span import SINES, Orientation
 from intarsia.foundation.field import Field
 from intarsia.foundation.geometry import Box
@@ -99,7 +99,7 @@ def test_windows_threads_and_wraps_of_turned_textures() -> None:
     for part in (Box(0, 0, 20, 30), Box(41, 17, 70, 80)):
         box = Box(part.y0 - 40, part.x0 + 2**31 - 30, part.y1 - 40, part.x1 + 2**31 - 30)
         assert m.window([e], box, 5, Run(threads=2)).digest == whole.window(part).digest
-    far = ia.ParallelControllable(angle=30, zoom=0.25, snap="on", lattice=((9.5, 0.0), (4.75, 7.25)))
+    far = ia.ParallelControllable(angle=30, zoom=0.25, keep_lattice="on", lattice=((9.5, 0.0), (4.75, 7.25)))
     yx = far.window([e], Box(-(2**40), 2**40 - 9, -(2**40) + 9, 2**40), 5, ONE).yx
     assert (yx >= 0).all()
     closed = ia.synthesize(e, (66, 50), ia.ParallelControllable(angle=20), wrap="both", run=ONE)

@@ -12,7 +12,7 @@ import pytest
 import intarsia as ia
 from intarsia.testing import texture
 
-SMALL = ia.NearRegular(lattice=((20, 0), (0, 17)), block=16, border=4, slack=1)
+SMALL = ia.NearRegular(lattice=((20, 0), (0, 17)), block=16, border=4, lattice_tolerance=1)
 
 
 def small(feather: int = 0, **planes: np.ndarray) -> ia.Weave:

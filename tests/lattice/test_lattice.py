@@ -13,7 +13,7 @@ from torture import LATTICES, TORTURE, byte
 from intarsia.analysis.features import features
 from intarsia.foundation import ParameterError
 from intarsia.lattice import find_lattice
-from intarsia.lattice.candidates import (
+from intarsia.lattice.correlation_peaks import (
     CorrelatedPictures,
     canonical,
     correlation_map,

@@ -443,7 +443,7 @@ def test_a_picture_that_may_not_be_sampled_is_continued_to_match() -> None:
     below = Exemplar.of(ramp[:, :40], usable=np.zeros((60, 40), bool))
     sampled = Exemplar.of(ramp[::-1].copy())  # bright above, dark below
     start = holed(identity([below.source, sampled.source], 0), np.arange(40) >= np.full((60, 1), 20))
-    out = ia.synthesize([below, sampled], None, ia.ImageQuilting(patch=12, overlap=4, usage=0), start=start)
+    out = ia.synthesize([below, sampled], None, ia.ImageQuilting(patch=12, overlap=4, repeat_penalty=0), start=start)
     right = out.render().pixels[:, 24:34].mean(axis=(1, 2))
     assert right[:24].max() < 100
     assert right[36:].min() > 150

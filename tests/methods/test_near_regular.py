@@ -99,7 +99,7 @@ def moves(mosaic: Mosaic, height: int, width: int) -> dict[tuple[int, int], tupl
 
 def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> None:
     """Wherever on the canvas, a block is moved by whole steps of the lattice, rounded once."""
-    settings = ia.NearRegular(lattice=((22.25, 0), (0, 17.7)), block=40, slack=0)
+    settings = ia.NearRegular(lattice=((22.25, 0), (0, 17.7)), block=40, lattice_tolerance=0)
     mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 210, 17.7, 22.25)), Canvas(900, 900), 5)
     random = [move for (i, j), move in moves(mosaic, 900, 900).items() if (i + j) % 2 == 0]
     assert len(random) > 150
@@ -112,7 +112,7 @@ def test_blocks_are_read_at_the_px_nearest_to_their_place_in_the_lattice() -> No
 
 def test_places_are_used_in_turn() -> None:
     """Every second block shows a place drawn without putting back, so all are shown about as often."""
-    settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, lattice_tolerance=0)
     mosaic = Mosaic.of(settings, Exemplar.of(tiling(160, 192, 20, 24)), Canvas(800, 800), 3)
     shown: dict[tuple[int, int], int] = {}
     for (i, j), move in moves(mosaic, 800, 800).items():
@@ -128,7 +128,7 @@ def test_places_are_used_in_turn() -> None:
 
 def test_a_gap_shows_something_else_than_what_lies_beside_it() -> None:
     """It neither repeats a block beside it, nor goes on with it as the exemplar does, where others fit, too."""
-    settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, slack=0)
+    settings = ia.NearRegular(lattice=((24, 0), (0, 20)), block=20, lattice_tolerance=0)
     mosaic = Mosaic.of(settings, Exemplar.of(tiling(200, 240, 20, 24)), Canvas(900, 900), 7)
     found = moves(mosaic, 900, 900)
     pairs = repeated = continued = 0
@@ -241,7 +241,7 @@ def test_up_to_two_percent_of_strain_closes_a_canvas() -> None:
 def test_wrapped_blocks_are_read_at_strained_places() -> None:
     """The block at q is read at round(M M'^-1 q) plus lattice multiples: exactly so in random blocks."""
     e = Exemplar.of(tiling(120, 140, 17, 24))
-    settings = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, slack=0)
+    settings = ia.NearRegular(lattice=((24, 0), (0, 17)), block=17, lattice_tolerance=0)
     mosaic = Mosaic.of(settings, e, Canvas(200, 293, ia.Wrap.BOTH), 3)
     shown = mosaic.continued_window(0, 0, 200, 293)
     for axis, (period, side, turns, length) in enumerate(((17, 17, 12, 200), (24, 24, 12, 293))):

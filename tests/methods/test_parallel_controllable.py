@@ -11,7 +11,7 @@ from corrections.naive_correction import NaiveLevel, NaiveSynthesis
 import intarsia as ia
 from intarsia.corrections import stack as stack_of_levels
 from intarsia.corrections.appearance import WEIGHTS, bordered, stack_of, transformed, unpacked_words, whole_products
-from intarsia.corrections.pyramid import PLACES_DRAWN, STAGE, CorrectionParameters, PyramidSynthesis
+from intarsia.corrections.coordinate_pyramid import PLACES_DRAWN, STAGE, CorrectionParameters, PyramidSynthesis
 from intarsia.corrections.span import Span
 from intarsia.corrections.stack import (
     SEARCHED,
@@ -352,7 +352,7 @@ def test_snapped_jitter_keeps_to_the_lattice(toroidal: bool) -> None:
     """However far away, and across the exemplar's border, pixels stay in step with a lattice of fractions."""
     vectors = ((9.5, 0.0), (4.75, 7.25))
     e = Exemplar.of(texture(58, 76, 3, 1), toroidal=toroidal)
-    m = ia.ParallelControllable(jitter=(0, 0, 0.5), snap="on", lattice=vectors, passes=0)
+    m = ia.ParallelControllable(jitter=(0, 0, 0.5), keep_lattice="on", lattice=vectors, passes=0)
     for y0, x0 in ((0, 0), (-(2**40), 2**39)):
         yx = m.window([e], Box(y0, x0, y0 + 70, x0 + 90), 3, ONE).yx.astype(object)
         moved = np.stack([yx[..., 0] - np.arange(y0, y0 + 70)[:, None], yx[..., 1] - np.arange(x0, x0 + 90)], axis=2)
@@ -368,13 +368,13 @@ def test_snapped_jitter_keeps_to_the_lattice(toroidal: bool) -> None:
 
 
 def test_a_lattice_is_found_where_it_is_asked_for() -> None:
-    found = ia.synthesize("sample:tiles", 64, ia.ParallelControllable(snap="on"), run=ONE).method
+    found = ia.synthesize("sample:tiles", 64, ia.ParallelControllable(keep_lattice="on"), run=ONE).method
     assert isinstance(found, ia.ParallelControllable)
     assert found.lattice is not None
     with pytest.raises(ia.MethodError, match="parallel-controllable finds no lattice"):
-        ia.synthesize(Exemplar.of(np.zeros((40, 40, 3), np.uint8)), 64, ia.ParallelControllable(snap="on"))
+        ia.synthesize(Exemplar.of(np.zeros((40, 40, 3), np.uint8)), 64, ia.ParallelControllable(keep_lattice="on"))
     with pytest.raises(ia.ParameterError, match="snap=off moves pixels by no lattice"):
-        ia.ParallelControllable(lattice=((9.5, 0.0),), snap="off")
+        ia.ParallelControllable(lattice=((9.5, 0.0),), keep_lattice="off")
 
 
 def test_pixels_snap_where_there_is_a_lattice() -> None:
@@ -382,7 +382,7 @@ def test_pixels_snap_where_there_is_a_lattice() -> None:
     canvas, tiles = Canvas(64, 64), ia.read("sample:tiles")
     resolved = ia.ParallelControllable().resolved([tiles], canvas)
     assert (resolved.snap, len(resolved.lattice or ())) == ("on", 2)
-    assert resolved == ia.ParallelControllable(snap="on").resolved([tiles], canvas)
+    assert resolved == ia.ParallelControllable(keep_lattice="on").resolved([tiles], canvas)
     assert resolved.jitter == (0, 0, 0.1, *[0.2] * 4, 1, 1)
     assert ia.ParallelControllable(lattice=((9.5, 0.0),)).resolved([tiles], canvas).lattice == ((9.5, 0),)
     assert ia.ParallelControllable().resolved([toy()], canvas).snap == "off"

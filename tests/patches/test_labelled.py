@@ -219,7 +219,7 @@ class TestPainting:
         marks, target = regions(90, 90), (np.indices((90, 90)).sum(axis=0) // 20 % 2).astype(np.uint8)
         near = [
             agreement(
-                ia.synthesize(painted(marks), None, replace(method, boundary_slack=s, boundary_isometries="none"),
+                ia.synthesize(painted(marks), None, replace(method, boundary_tolerance=s, boundary_isometries="none"),
                               guide=Guide(labels(marks), labels(target))).map,
                 target, marks,
             )

@@ -20,7 +20,7 @@ from intarsia.regular.wall import Wall
 from intarsia.testing.cases import noise, texture
 
 HEIGHTS = (44, 28, 36, 50, 30, 40)
-UNEQUAL_HEIGHTS = ia.NearRegular(heights="unequal")
+UNEQUAL_HEIGHTS = ia.NearRegular(course_heights="unequal")
 ONE = ia.Run(threads=1)
 
 
@@ -192,7 +192,7 @@ def test_a_canvas_that_no_sum_of_heights_closes_is_refused() -> None:
 def test_what_has_no_place_is_refused() -> None:
     for given in ({"straighten": "on"}, {"lattice": ((0, 40),)}):
         with pytest.raises(ia.ParameterError, match=rf"^heights=unequal .* leave {next(iter(given))} out\.$"):
-            ia.synthesize(CASES[0], 200, ia.NearRegular(heights="unequal", **given))
+            ia.synthesize(CASES[0], 200, ia.NearRegular(course_heights="unequal", **given))
     with pytest.raises(ia.ParameterError, match="lays a whole canvas"):
         ia.extend(CASES[0], ia.Margins(right=40), UNEQUAL_HEIGHTS)
     with pytest.raises(ia.MethodError, match="no lines run across"):

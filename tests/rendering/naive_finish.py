@@ -13,7 +13,7 @@ from intarsia.foundation.geometry import ISOMETRIES
 from intarsia.model import Exemplar
 from intarsia.model.image import Plane
 from intarsia.model.sourcemap import SourceMap
-from intarsia.rendering.tone import greens_function
+from intarsia.rendering.seam_levelling import greens_function
 
 
 def weight_of(plane: Plane, code: Any) -> int:

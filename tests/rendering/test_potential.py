@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from intarsia.rendering.tone import FINE, greens_function
+from intarsia.rendering.seam_levelling import FINE, greens_function
 
 
 @pytest.mark.parametrize("radius", [12, 40, 96])

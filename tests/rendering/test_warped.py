@@ -490,6 +490,6 @@ def test_the_command_draws_such_maps(tmp_path: Path) -> None:
         told = CliRunner().invoke(cli, ["render", str(saved), "-o", str(out), "--force", *more])
         assert told.exit_code == 0, told.stderr
         assert (files.read_plane(out).pixels == render([exemplar], smap).pixels[part]).all()
-    refused = CliRunner().invoke(cli, ["render", str(saved), "-o", str(out), "--force", "--level", "8"])
+    refused = CliRunner().invoke(cli, ["render", str(saved), "-o", str(out), "--force", "--even-tone", "8"])
     assert refused.exit_code == 2
-    assert "--level 0" in refused.stderr
+    assert "--even-tone 0" in refused.stderr

@@ -13,7 +13,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
-from intarsia.seams import graphcut_map, local_search, placement_kernels
+from intarsia.seams import graphcut_textures, graphcut_moves, placement_kernels
 from intarsia.seams.occurrence_kernels import count_map
 from intarsia.seams.placement_kernels import ONE
 from intarsia.search import Candidates
@@ -24,14 +24,14 @@ Box = tuple[int, int, int, int]
 
 def sewing_of(
     wrap: Wrap = Wrap.NONE, poses: tuple[int, ...] = tuple(range(8)), toroidal: bool = False, two: bool = False
-) -> graphcut_map.GraphcutMap:
+) -> graphcut_textures.GraphcutMap:
     """An empty map of one exemplar or two, wider than high."""
     exemplars = [Exemplar.of(texture(40, 52, 1, seed), toroidal=toroidal) for seed in range(1 + two)]
     growth = PatchSynthesis(PatchSettings((16, 16), (6, 6), isometries=poses), exemplars, Canvas(48, 56, wrap))
-    return graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(usage=0.1, margin=4))
+    return graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.1, margin=4))
 
 
-def scattered(sewing: graphcut_map.GraphcutMap, seed: int) -> None:
+def scattered(sewing: graphcut_textures.GraphcutMap, seed: int) -> None:
     """Pixels of all variants, drawn, and holes."""
     rng = np.random.default_rng(seed)
     shape = sewing.variant.shape
@@ -54,7 +54,7 @@ def test_a_pixel_is_the_same_exemplar_pixel_in_every_pose() -> None:
             assert (mine[0] == its[0]).all()
 
 
-def naive_twins(sewing: graphcut_map.GraphcutMap, box: Box, row: tuple[int, ...], step: int) -> int:
+def naive_twins(sewing: graphcut_textures.GraphcutMap, box: Box, row: tuple[int, ...], step: int) -> int:
     """Pixel by pixel of the canvas: does the placement show it less than half a window away in another pose?"""
     _, k, u, s = row
     size, near, count = sewing.variant.shape, max(box[2:]) // 2, 0
@@ -93,7 +93,7 @@ def test_what_lies_beside_itself_is_counted(seed: int, toroidal: bool) -> None:
         assert out.tolist() == [naive_twins(sewing, box, tuple(row), step) for row in rows.tolist()]
 
 
-def halves() -> graphcut_map.GraphcutMap:
+def halves() -> graphcut_textures.GraphcutMap:
     """A map whose left half shows the exemplar as it is, and whose right half is empty."""
     sewing = sewing_of(poses=(0, 1, 6))
     sewing.variant[:40, :26], sewing.yx[:40, :26] = 0, np.moveaxis(np.indices((40, 26)), 0, 2)
@@ -129,15 +129,15 @@ def test_no_piece_grows_beside_its_mirror(monkeypatch: pytest.MonkeyPatch) -> No
         sewing.yx[:40, 26:52, 0], sewing.yx[:40, 26:52, 1] = rows, columns + column
         grown.append(0)
 
-        def best(self: object, piece: graphcut_map.Piece, found: object) -> None:
+        def best(self: object, piece: graphcut_textures.Piece, found: object) -> None:
             grown[-1] += 1
 
-        monkeypatch.setattr(local_search.ExpansionMove, "best", best)
-        local_search.expand(sewing, Run(1), 1)
+        monkeypatch.setattr(graphcut_moves.ExpansionMove, "best", best)
+        graphcut_moves.expand(sewing, Run(1), 1)
     assert grown == [0, 2]
 
 
-def posed_alike(sewing: graphcut_map.GraphcutMap, y: int, x: int, k: int) -> tuple[int, int] | None:
+def posed_alike(sewing: graphcut_textures.GraphcutMap, y: int, x: int, k: int) -> tuple[int, int] | None:
     """Where variant k shows what the map shows at (y, x): found among all its pixels; None: nowhere."""
     if sewing.variant[y, x] == HOLE:
         return None
@@ -185,10 +185,10 @@ def test_what_is_shown_in_another_pose_is_a_repeat(seed: int, toroidal: bool) ->
 @pytest.mark.parametrize("nearby", [1000, 20])
 def test_how_often_every_patch_is_shown(nearby: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """As pixel by pixel, in every pose, by the cells of the search; of a large map as much as of what is near."""
-    monkeypatch.setattr(graphcut_map, "NEARBY", nearby)
+    monkeypatch.setattr(graphcut_textures, "NEARBY", nearby)
     exemplars = [Exemplar.of(texture(20, 24, 1, seed)) for seed in range(2)]
     growth = PatchSynthesis(PatchSettings((8, 8), (3, 3), isometries=(0, 5)), exemplars, Canvas(60, 70))
-    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(usage=0.1))
+    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.1))
     scattered(sewing, 4)
     count_map(sewing.grown, sewing.pieces, sewing.usage)
     once = ONE * min(max(nearby, 48), 60) * min(max(nearby, 48), 70) // (60 * 70)
@@ -207,7 +207,7 @@ def test_patches_are_counted_again_once_one_is_laid() -> None:
     """What a window shows is dearer as soon as it is laid, and until then the same."""
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
+    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
     empty, box = sewing.told, (0, 0, 16, 16)
     assert not any(counts.any() for counts in empty.counts)
     cut = sewing.best(box, [(0, 8, 12)])
@@ -220,4 +220,4 @@ def test_patches_are_counted_again_once_one_is_laid() -> None:
     rows = np.array([(0, 0, 8, 12), (0, 0, 24, 0)], np.int64)
     known = np.ones((16, 16), bool)
     prices = sewing.priced((14, 14, 16, 16), Candidates(rows, 1000, np.empty(0), known))
-    assert prices[0] > 1000 * graphcut_map.REPEAT * sewing.stitch.usage > prices[1] == 0
+    assert prices[0] > 1000 * graphcut_textures.REPEAT * sewing.stitch.usage > prices[1] == 0

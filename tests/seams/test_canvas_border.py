@@ -12,10 +12,10 @@ from intarsia.foundation.geometry import Wrap
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.patches.patch_synthesis import PatchSynthesis
-from intarsia.seams import canvas_border, graphcut_map, local_search
-from intarsia.seams.graphcut_map import GraphcutMap
+from intarsia.seams import canvas_border, graphcut_textures, graphcut_moves
+from intarsia.seams.graphcut_textures import GraphcutMap
 from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
-from intarsia.seams.local_search import Place, PlacementMove, fill
+from intarsia.seams.graphcut_moves import Place, PlacementMove, fill
 from intarsia.testing import texture
 
 ONE = ia.Run(1)
@@ -72,7 +72,7 @@ def test_candidates_end_as_the_canvas_does() -> None:
 def test_a_third_of_what_is_drawn_where_the_canvas_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     sewn, tried = empty([Exemplar.of(texture(48, 50, 3, 4))], Canvas(100, 110)), list[list[tuple[int, ...]]]()
     fill(sewn, 3, 7, ONE)
-    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 1.0)
     monkeypatch.setattr(sewn, "best", lambda box, picks: tried.append(picks))
     work, places = PlacementMove(sewn), [Place((0, 50, 16, 16), 9), Place((40, 50, 16, 16), 9)]
     work.even = True
@@ -102,6 +102,6 @@ def test_the_exemplar_is_used_to_its_border(monkeypatch: pytest.MonkeyPatch) -> 
                   for name, seed in (("pebbles", 1), ("pebbles", 2))]  # fmt: skip
         never.append(np.mean([(c == 0).mean() for c in counts]))
         outer.append(np.mean([c[:8].mean() + c[-8:].mean() + c[:, :8].mean() + c[:, -8:].mean() for c in counts]))
-        monkeypatch.setattr(local_search, "ending", lambda sewn, boxes, run: [None] * len(boxes))
+        monkeypatch.setattr(graphcut_moves, "ending", lambda sewn, boxes, run: [None] * len(boxes))
     assert never[0] < 0.09 < never[1], never
     assert outer[0] > 1.3 * outer[1], outer

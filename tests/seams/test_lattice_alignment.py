@@ -13,10 +13,10 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches.patch_synthesis import PatchSynthesis
-from intarsia.seams import graphcut_map, lattice_alignment
-from intarsia.seams.graphcut_map import Piece
+from intarsia.seams import graphcut_textures, lattice_alignment
+from intarsia.seams.graphcut_textures import Piece
 from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
-from intarsia.seams.local_search import ExpansionMove, fill
+from intarsia.seams.graphcut_moves import ExpansionMove, fill
 from intarsia.testing import texture
 
 from .naive_steps import in_step
@@ -101,7 +101,7 @@ def test_across_rows_of_one_vector_patches_give_way_less(second: bool) -> None:
     )
     method = ia.Graphcut(patch=30, overlap=10, overreach=10, lattice=lattice)
     growth = PatchSynthesis(settings_of(method), [Exemplar.of(texture(72, 80))], Canvas(90, 90))
-    sewing = graphcut_map.GraphcutMap(growth, stitch_of(method))
+    sewing = graphcut_textures.GraphcutMap(growth, stitch_of(method))
     sewing.first = (10, 12), (0, 0)
     (allowed,) = sewing._allowed((0, 0))
     down, across = ((np.argwhere(allowed) - (10, 12) + 10) % 20 - 10).T.tolist()
@@ -146,7 +146,7 @@ def test_on_a_canvas_that_wraps_no_piece_goes_on_by_itself() -> None:
     for wrap in ("none", "both"):
         canvas = Canvas(150, 130, wrap=Wrap(wrap))
         method = ia.Graphcut(patch=30, lattice=LATTICE).resolved([exemplar], canvas)
-        sewn = graphcut_map.GraphcutMap(PatchSynthesis(settings_of(method), [exemplar], canvas), stitch_of(method))
+        sewn = graphcut_textures.GraphcutMap(PatchSynthesis(settings_of(method), [exemplar], canvas), stitch_of(method))
         fill(sewn, 3, 7, ia.Run(1))
         piece = Piece((60, 50, 80, 70), (0, 0, 0))
         found.append((len(sewn.shown((60, 50, 30, 30))), ExpansionMove(sewn).reach(piece)))

@@ -17,9 +17,9 @@ from intarsia.model.canvas import Canvas
 from intarsia.patches.patch_synthesis import PatchSynthesis
 from intarsia.seams import occurrence_kernels
 from intarsia.seams import occurrences as pricing
-from intarsia.seams.graphcut_map import Cut, GraphcutMap
+from intarsia.seams.graphcut_textures import Cut, GraphcutMap
 from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
-from intarsia.seams.local_search import expand, fill
+from intarsia.seams.graphcut_moves import expand, fill
 from intarsia.seams.occurrence_kernels import SHARE, Usage
 from intarsia.seams.occurrences import RIM, border_counts, repeat_costs
 from intarsia.testing import texture

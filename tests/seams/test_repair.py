@@ -25,7 +25,7 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import patch_synthesis as patches_growth
 from intarsia.patches.patch_synthesis import PatchSettings, seam_threshold
-from intarsia.seams.graphcut_map import Cut, GraphcutMap, GraphcutSettings
+from intarsia.seams.graphcut_textures import Cut, GraphcutMap, GraphcutSettings
 from intarsia.seams.repair import Constraints, Repair, SeamRefinement, from_start, repaired
 from intarsia.seams.worst_seams import WorstSeams
 from intarsia.synthesis import Synthesis

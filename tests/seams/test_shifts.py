@@ -14,8 +14,8 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
-from intarsia.seams import graphcut_map, local_search
-from intarsia.seams.graphcut_map import NOTHING, Cut, Piece, pieces_in
+from intarsia.seams import graphcut_textures, graphcut_moves
+from intarsia.seams.graphcut_textures import NOTHING, Cut, Piece, pieces_in
 from intarsia.seams.repair import Repair, SeamRefinement
 from intarsia.testing import texture
 
@@ -51,7 +51,7 @@ def test_holes_alone_hold_no_piece() -> None:
     assert pieces_in(np.full((3, 3), HOLE, np.uint8), np.zeros((3, 3, 2), np.int32)) == []
 
 
-def sewing_of(wrap: Wrap, toroidal: bool = False) -> graphcut_map.GraphcutMap:
+def sewing_of(wrap: Wrap, toroidal: bool = False) -> graphcut_textures.GraphcutMap:
     """Two pieces side by side, the right one out of step by four columns."""
     e = Exemplar.of(texture(60, 60, 1, 4), toroidal=toroidal)
     growth = PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(48, 48, wrap))
@@ -59,7 +59,7 @@ def sewing_of(wrap: Wrap, toroidal: bool = False) -> graphcut_map.GraphcutMap:
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((48, 48)), 0, 2)
     work.yx[:, 30:, 1] += 4
-    return graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(usage=0.0, margin=4))
+    return graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.0, margin=4))
 
 
 @pytest.mark.parametrize("wrap", [Wrap.NONE, Wrap.BOTH])
@@ -76,14 +76,14 @@ def test_a_piece_grows_over_its_neighbour() -> None:
     """One of two pieces takes what the other leaves, and never makes the map dearer."""
     sewing = sewing_of(Wrap.NONE)
     before = sewing.total
-    saved = local_search.expand(sewing, Run(1), 1)
+    saved = graphcut_moves.expand(sewing, Run(1), 1)
     assert saved
     assert min(saved) > 0
     assert sewing.total == before - sum(saved)
 
 
 def test_a_piece_grows_two_thirds_as_far_as_it_is_long_up_to_two_patches() -> None:
-    work = local_search.ExpansionMove(sewing_of(Wrap.NONE))
+    work = graphcut_moves.ExpansionMove(sewing_of(Wrap.NONE))
     reach = [work.reach(Piece((3, 3, *size), (0, 0, 0))) for size in ((5, 9), (31, 4), (48, 32), (70, 7))]
     assert reach == [6, 20, 32, 32]
 
@@ -94,7 +94,7 @@ def test_pieces_below_a_quarter_of_a_patch_do_not_grow(monkeypatch: pytest.Monke
     sewing.yx[2:9, 2:11, 0] += 7
     sewing.yx[20:28, 2:10, 0] += 9
     monkeypatch.setattr(sewing, "cut", lambda box, *_, **__: grown.append(box) or Cut(0, box, (0, 0, 0), NOTHING))
-    local_search.expand(sewing, Run(1), 1)
+    graphcut_moves.expand(sewing, Run(1), 1)
     assert sorted(grown) == [(0, 0, 48, 30), (0, 30, 48, 18), (20, 2, 8, 8)]
 
 
@@ -108,6 +108,6 @@ def test_a_third_of_the_placements_for_a_bad_place_lie_about_it(monkeypatch: pyt
     (found,) = work.found([box], Run(1))
     assert work.best(box, found) is None
     near = work.sewn.shown(box)
-    assert len(near) == graphcut_map.TRIES // 3
+    assert len(near) == graphcut_textures.TRIES // 3
     assert tried[: len(near)] == near
-    assert len(tried) == graphcut_map.TRIES
+    assert len(tried) == graphcut_textures.TRIES

@@ -14,7 +14,7 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE
 from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.seams import placement_kernels
-from intarsia.seams.graphcut_map import TORUS_TOLERANCE, GraphcutMap, GraphcutSettings
+from intarsia.seams.graphcut_textures import TORUS_TOLERANCE, GraphcutMap, GraphcutSettings
 from intarsia.search import Candidates
 from intarsia.testing import texture
 

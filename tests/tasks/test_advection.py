@@ -13,7 +13,7 @@ from methods.test_parallel_controllable import naive
 import intarsia as ia
 from intarsia.cli import cli
 from intarsia.corrections.advected import AdvectedCorrections
-from intarsia.corrections.pyramid import CorrectionParameters
+from intarsia.corrections.coordinate_pyramid import CorrectionParameters
 from intarsia.corrections.stack import ComparisonSettings, exemplar_stack
 from intarsia.model import Exemplar
 from intarsia.synthesis import Synthesis

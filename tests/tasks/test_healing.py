@@ -151,7 +151,7 @@ def test_the_patch_suits_the_hole_and_its_surroundings() -> None:
     scene = scene_to_heal(e, large)
     assert (thickness(scene), thickness(scene_to_heal(e, small))) == (99, 7)
     assert methods_to_try(scene, QUILTING) == [QUILTING]
-    assert methods_to_try(scene, ia.ImageQuilting(usage=0.2)) == [ia.ImageQuilting(usage=0.2, patch=patch_for(scene))]
+    assert methods_to_try(scene, ia.ImageQuilting(repeat_penalty=0.2)) == [ia.ImageQuilting(repeat_penalty=0.2, patch=patch_for(scene))]
     assert len(methods_to_try(scene_to_heal(e, small), ia.ImageQuilting())) > 1
     assert (np.asarray(ia.heal(e, most))[:12] == e.base.pixels[:12]).all()
 

@@ -26,10 +26,10 @@ from ..rendering import WHITE, Unit, code_shares, code_values, enlarged, has_own
 from . import block_sums, scaled_variances
 
 if TYPE_CHECKING:
-    from . import edges
-    from .edges import CourseLines, Outlines
+    from . import oriented_energy
+    from .oriented_energy import CourseLines, Outlines
 else:  # imported where outlines and courses are used
-    edges = lazy("intarsia.analysis.edges")
+    oriented_energy = lazy("intarsia.analysis.oriented_energy")
 
 MOST_SPREAD = 256  # the range of all values over that of 998 of 1000, at most; 8 bits resolve no more
 
@@ -261,14 +261,14 @@ def features(
 def outlines(plain: Features, exemplars: Exemplars) -> list[Outlines]:
     """Return the outlines in the base planes of exemplars, cached."""
     return plain.memo("outlines", lambda: [
-        edges.outlines_of(p[..., : plain.base], e.usable, e.toroidal)
+        oriented_energy.outlines_of(p[..., : plain.base], e.usable, e.toroidal)
         for p, e in zip(plain.pictures, exemplars, strict=True)
     ])  # fmt: skip
 
 
 def course_lines(plain: Features, exemplar: Exemplar) -> CourseLines | None:
     """Return the lines between the courses of the single exemplar that features are of; None if it has none."""
-    return plain.memo("courses", lambda: edges.course_lines_of(
+    return plain.memo("courses", lambda: oriented_energy.course_lines_of(
         outlines(plain, [exemplar])[0], plain.pictures[0].shape, exemplar.toroidal
     ))  # fmt: skip
 
@@ -277,7 +277,7 @@ def _with_structure(plain: Features, exemplars: Exemplars, weight: float) -> Fea
     """Return features with the structure channels of the base plane appended."""
     base = [p[..., : plain.base] for p in plain.pictures]
     known = zip(outlines(plain, exemplars), base, exemplars, strict=True)
-    far = [edges.outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
+    far = [oriented_energy.outline_distance(found, p.shape, e.toroidal)[..., None] for found, p, e in known]
     share = min(
         weight * OUTLINES * math.sqrt(variance_of(base, exemplars) / max(variance_of(far, exemplars), 1.0)), RANGE / 8
     )

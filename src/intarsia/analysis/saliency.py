@@ -36,7 +36,7 @@ ROWS = 1024  # spots that are compared at a time
 REFERENCES = 500  # spots with which all are compared
 NEIGHBOUR_RANK = 3, 200  # the rank of the neighbour whose distance counts: three in two hundred,
 LEAST_RANK = 3  # but no lower
-BARE, SEEN = 3, 16  # px of a square that is uniform if colours vary by less, of 2046
+FLAT, SEEN = 3, 16  # px of a square that is uniform if colours vary by less, of 2046
 APART = 3  # radii: least distance of compared spots, which otherwise overlap
 LEAST_VARIANCE = 50  # directions with less than 1 / 50 of the total variance are amplified no further
 FIXED = 64  # distances are kept in 1/64 of a spread
@@ -82,10 +82,10 @@ MAX_WEIGHT = 64  # greatest weight (docs/design/passes.md)
 
 
 def saliency_weights(strikes: Sequence[Array], plain: float) -> Array:
-    """Return the weights of all pixels of exemplars, end to end, from their :func:`popout`.
+    """Return the weights of all pixels of exemplars, end to end, from their :func:`saliency_map`.
 
     1 and more where they are salient, growing with the square of the relative excess over the threshold, at most
-    DEAREST; `plain` where they are not; 0 in uniform areas.
+    MAX_WEIGHT; `plain` where they are not; 0 in uniform areas.
     """
     far = np.concatenate([s.ravel() for s in strikes]) / MEDIAN
     bar = max(np.quantile(far, RARE, method="lower"), SALIENT)
@@ -99,8 +99,8 @@ def _uniform(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
     """Return which pixels lie in uniform areas."""
     counts = np.ones(picture.shape[:2], bool) if usable is None else usable
     mode: Mode = "wrap" if toroidal else "edge"
-    high = highest(np.where(counts[..., None], picture, -FAR), BARE, mode)
-    low = lowest(np.where(counts[..., None], picture, FAR), BARE, mode)
+    high = highest(np.where(counts[..., None], picture, -FAR), FLAT, mode)
+    low = lowest(np.where(counts[..., None], picture, FAR), FLAT, mode)
     return np.asarray((high - low < SEEN).all(axis=2))
 
 

@@ -225,7 +225,7 @@ GENERAL = ("begun", "guided", "several", "patches")
 ONLY = "only"
 FIXED = ("best-tile", "repeat")
 """Methods whose result does not depend on the seed."""
-DECIDED = ("lattice", "straighten", "heights", "patch", "overlap", "isometries", "evenness")
+DECIDED = ("lattice", "straighten", "course_heights", "patch", "overlap", "isometries", "evenness")
 """Parameters that are decided by a rule, a measurement or a trial."""
 
 STAGE = 4003  # keeps the seeds of trials apart from other draws

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..analysis import block_sums, blocks
-from ..analysis.edges import CLEAR, CourseLines
 from ..analysis.elements import ElementSize
 from ..analysis.features import Features, course_lines, features, outlines
 from ..analysis.illumination import Illumination, illumination_of
+from ..analysis.oriented_energy import CLEAR, CourseLines
 from ..analysis.structure import Border, Structure, border_of, flat_colours, structure_of
 from ..analysis.symmetry import allowed_isometries
 from ..foundation import lazy

@@ -169,7 +169,7 @@ RULES: tuple[ChoiceRule, ...] = (
     ChoiceRule(
         "courses", "near-regular", "no lattice, and lines that run across it between courses of "
         "stones that are told apart",
-        lambda f: f.lattice is None and f.masonry is not None, lambda f: {"heights": "unequal"}, _stones,
+        lambda f: f.lattice is None and f.masonry is not None, lambda f: {"course_heights": "unequal"}, _stones,
     ),
     ChoiceRule(
         "elements", "graphcut", f"no lattice, and a canvas of at most {VAST >> 20} million px",

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from ..tasks.drawings import Pixels
     from ..tasks.scoring import Outcome
 
+MOST_HEALED = 0.5  # share of a picture: with more, its mask is probably inverted
+
 
 @dataclass
 class Batch:
@@ -77,6 +79,9 @@ class Batch:
             from ..tasks.tileable import remarks
 
             self.report.warn(*remarks(shelf.scene))
+        start = shelf.scene.canvas.start if request.verb == "heal" else None
+        if start is not None and (share := float(start.holes.mean())) > MOST_HEALED:
+            self.report.warn(f"{share:.0%} of the picture is healed; white is healed: is the mask inverted?")
         check_all((p for order in orders for p, _ in order.files), request.force, self.named, bool(request.folder))
         for order in orders:
             if not request.dry_run:
@@ -330,7 +335,7 @@ def _again(order: Output, method: Method, seed: int) -> str:
     }
     meant = () if request.begun or request.corrections is not None else order.shelf.plan.joined.finish
     if meant:  # evened out, as it was chosen
-        more["level"] = meant[0].radius
+        more["even_tone"] = meant[0].radius
     return to_line(repeated(request, sets[:1] if request.begun else sets, method, seed, **more))
 
 

@@ -16,7 +16,7 @@ import click
 from ..disk import allowing
 from ..foundation import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
 from ..foundation.params import KINDS, Parameter, parameters
-from ..methods import METHODS, method_class, preset
+from ..methods import METHODS, RENAMED, method_class, preset
 from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
 from ..request.field import FLAG, Field, File, Kind, Number, Pair, Whole
 from ..request.fields import methods_for
@@ -185,6 +185,7 @@ class HelpfulCommand(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse with the options of the named method, else with all; suggest the option for usual words."""
+        args = now_called(args)
         slug, known = _named(args), self.params
         self.params = parameters_of(str(self.name), slug)
         if slug and set(args) & set(ctx.help_option_names) and not ctx.resilient_parsing:
@@ -251,6 +252,17 @@ class HelpfulCommand(click.Command):
         rows = [_row(ctx, options[f], whole) for f in of_methods] if whole else []
         helps = [record for p in self.get_params(ctx)[len(self.params) :] if (record := p.get_help_record(ctx))]
         return [*sections, ("Parameters of methods", rows), ("Help", helps if whole else [])]
+
+
+WAS = {f"--{old}".replace("_", "-"): f"--{new}".replace("_", "-") for old, new in RENAMED.items()}
+
+
+def now_called(args: list[str]) -> list[str]:
+    """Return the words of a command with options of version 0.1 under the names that they have now, and say so."""
+    flags = [word.partition("=")[0] for word in args]
+    for flag in dict.fromkeys(flag for flag in flags if flag in WAS):
+        click.echo(f"{flag} is called {WAS[flag]} now.", err=True)
+    return [WAS.get(flag, flag) + word[len(flag) :] for flag, word in zip(flags, args, strict=True)]
 
 
 def _named(args: list[str]) -> str | None:

@@ -15,7 +15,7 @@ from ..analysis import blocks
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.run import Run, below, draw_many
-from .pyramid import REACH, CorrectionParameters, subpass
+from .coordinate_pyramid import REACH, CorrectionParameters, subpass
 from .stack import ExemplarStack
 
 STAGE = 200610  # separates these draws from those of other methods

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from ..analysis import nearest, principal_axes, scaled_variances
-from ..analysis.edges import outline_distance, outlines_of
 from ..analysis.features import RANGE
+from ..analysis.oriented_energy import outline_distance, outlines_of
 from ..foundation import InputError, ndimage
 from ..foundation.arrays import Array
 from ..foundation.field import Field

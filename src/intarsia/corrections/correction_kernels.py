@@ -209,7 +209,7 @@ def correct(
     jumps break coherence, not the guide. ``frame``: J of every pixel (H, W, 4), or None if all are upright.
 
     The appearance around a pixel is that of four diagonal points, each the sum of three predictions (2006, section 4):
-    see :func:`turned_moves`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
+    see :func:`warped_offsets`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
     """
     # One function: calls that take arrays would count references for every pixel, for all threads at once. It is
     # compiled separately for frames and for None.

@@ -20,8 +20,8 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..search.guide import check_guide
 from .appearance import Outlines, marked
+from .coordinate_pyramid import INTEGERS_OF, CorrectionParameters, PyramidSynthesis, field_hash
 from .guide import StackGuide
-from .pyramid import INTEGERS_OF, CorrectionParameters, PyramidSynthesis, field_hash
 from .span import Span, Spans
 from .stack import ComparisonSettings, exemplar_stack, is_cloudy, levels_within
 
@@ -44,26 +44,26 @@ def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas)
 
 
 def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
-    """Return the method with jitter, snap and lattice decided.
+    """Return the method with jitter, keep_lattice and lattice decided.
 
     Large pieces move anywhere, small ones a little, and nothing moves where corrections could not hide it.
     """
-    lattice, jitter, snap = method.lattice, method.jitter, method.snap
-    if snap == "auto":
+    lattice, jitter, keep = method.lattice, method.jitter, method.keep_lattice
+    if keep == "auto":
         known = lattice is not AUTO
         known = known or (not guided and lattices_of(exemplar, method.channel_weights).accepted is not None)
-        snap = "on" if known else "off"
+        keep = "on" if known else "off"
     if lattice is not AUTO:
         check_lattice(lattice, exemplar)
-    elif snap == "on":
+    elif keep == "on":
         lattice = lattice_of(exemplar, method.slug, method.channel_weights)
     if jitter is AUTO:
         top = (max(exemplar.height, exemplar.width) - 1).bit_length()
-        all_over = snap == "on" or Outlines.of(method) is not None or not method.exact or is_cloudy(exemplar)
+        all_over = keep == "on" or Outlines.of(method) is not None or not method.exact or is_cloudy(exemplar)
         fine = top if all_over else max(len(FINE), levels_within(exemplar))
         shares = (FINE[min(level, len(FINE) - 1)] if level < fine else 0.0 for level in range(max(top - 1, 0)))
         jitter = (*shares, *[ANYWHERE] * min(top + 1, 2))
-    return replace(method, jitter=jitter, lattice=lattice, snap=snap)
+    return replace(method, jitter=jitter, lattice=lattice, keep_lattice=keep)
 
 
 def synthesize(

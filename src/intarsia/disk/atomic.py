@@ -197,7 +197,7 @@ def displayed_name(path: PathLike, name: PathLike | None = None) -> str:
 
 
 def forget_name(path: PathLike) -> None:
-    """Remove the registration of :func:`asked_for` of a temporary file."""
+    """Remove the registration of :func:`displayed_name` of a temporary file."""
     _asked.pop(os.fspath(path), None)
 
 

@@ -271,7 +271,7 @@ def seam_costs(
     The cost is the distance of old and new at both pixels, summed, in the features' own units (Kwatra et
     al. 2003, eq. 1). With a `gradient` price a seam is cheaper where there is detail to hide it: the sum times
     GRADIENT_UNIT, divided by FLAT plus how much both images change between the two pixels (their eq. 3),
-    rounded down; with a `knee` it is :func:`sharpened`.
+    rounded down; with a `knee` it is :func:`truncated_quadratic`.
     """
     height, width = old.shape[0], old.shape[1]
     apart = np.empty((height, width), np.int32)

@@ -115,7 +115,7 @@ def pixels_apart(ay: Any, ax: Any, by: Any, bx: Any, size: Any) -> Any:
 
 @kernel
 def asking_room(dims: int) -> Any:
-    """Return the scratch arrays of :func:`ask_apart`."""
+    """Return the scratch arrays of :func:`query_apart`."""
     return np.empty((DEEP, 4), np.int64), np.empty((DEEP, dims), np.int64), np.empty(dims, np.int64)
 
 

@@ -28,7 +28,7 @@ from ..foundation.arrays import Int16, Int64, Mask
 from ..foundation.geometry import UNIT
 from ..foundation.params import Steps, Weights
 from ..model import Exemplar
-from .candidates import (
+from .correlation_peaks import (
     CorrelatedPictures,
     CorrelationMap,
     correlation_map,

@@ -23,7 +23,7 @@ import numpy as np
 
 from ..foundation.arrays import Array, Floats, Int64, Pair
 from ..foundation.geometry import UNIT
-from .candidates import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap, overlap
+from .correlation_peaks import MILLION, SHORTEST, CorrelatedPictures, CorrelationMap, overlap
 from .fit import ENOUGH, Fit, Scored, regularity, resolved
 from .scoring_kernels import NOTHING, course_profile, top_of
 

@@ -22,7 +22,7 @@ import numpy as np
 from ..foundation.arrays import Floats, Int16, Int64, Mask, Pair
 from ..foundation.filters import blurred
 from ..foundation.geometry import UNIT
-from .candidates import CorrelationMap, canonical, distinct
+from .correlation_peaks import CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
 
 POINTS = 12  # lattice points compared: two of each direction

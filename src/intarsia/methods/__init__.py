@@ -80,7 +80,7 @@ class Traits(NamedTuple):
     exact : its maps name whole pixels, neither scaled nor rotated.
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
     hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.patch_starts`.
-    channel_weights, isometries, min_repeat_distance, snap : as the parameters of these names.
+    channel_weights, isometries, min_repeat_distance, keep_lattice : as the parameters of these names.
     asked : returns, for parameters that are functions, a hash of their values over a canvas or a box.
     terms : returns the terms of its energy besides seams, of a map, by name, in knees per million px.
     """
@@ -92,7 +92,7 @@ class Traits(NamedTuple):
     channel_weights: tuple[float, ...] | None = None
     isometries: str | tuple[int, ...] = "none"
     min_repeat_distance: int = 0
-    snap: str = "on"
+    keep_lattice: str = "on"
     asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
     terms: Callable[[Exemplars, SourceMap], Mapping[str, int]] = lambda exemplars, smap: {}
 
@@ -125,8 +125,21 @@ def recipe_settings(
     return out
 
 
+RENAMED = {
+    "boundary_slack": "boundary_tolerance", "heights": "course_heights", "level": "even_tone",
+    "slack": "lattice_tolerance", "snap": "keep_lattice", "structure": "edge_weight", "usage": "repeat_penalty",
+}  # fmt: skip
+"""Name of a parameter or option in version 0.1 -> its name now. The old ones are accepted in 0.2."""
+
+
+def renamed(given: Mapping[str, Any]) -> Record:
+    """Return parameters or options under the names that they have now."""
+    return {RENAMED.get(name, name): value for name, value in given.items()}
+
+
 def method_of(slug: str, settings: Record) -> Method:
     """Return a method from its parameters as saved in recipes; ParameterError if they are invalid."""
+    settings = renamed(settings)
     extents = {p.name for p in parameters(method_class(slug)) if p.kind == "extent"}
     flipped = {n: v[::-1] if n in extents else v for n, v in settings.items() if isinstance(v, list)}
     return make(slug, settings | {n: tuple(v) for n, v in flipped.items()})
@@ -134,7 +147,7 @@ def method_of(slug: str, settings: Record) -> Method:
 
 def keeps_lattice(method: Method) -> bool:
     """Whether a method aligns its pieces to a lattice."""
-    return any(p.name == "lattice" for p in parameters(method)) and traits(method).snap == "on"
+    return any(p.name == "lattice" for p in parameters(method)) and traits(method).keep_lattice == "on"
 
 
 def measures_distances(method: Method | type[Method]) -> bool:
@@ -331,13 +344,13 @@ channel_weights = partial(
     param, AUTO, "weights", "how much each channel counts; automatic: 0.3, 0.59, 0.11 for red, green, blue",
     low=0, high=1e6,
 )  # fmt: skip
-structure_weight = partial(
+edge_weight = partial(
     param, 1.0, "float", "how much outlines and slow colour count beside colour; 0: colour alone", low=0, high=4
 )
 poses = partial(
     param, "none", "isometries", "which mirrored and turned patches may be used; auto: those that keep the look"
 )
-usage_price = partial(param, 0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
+repeat_penalty = partial(param, 0.05, "float", "price of using a patch again, in usual distances", low=0, high=100)
 lattice_vectors = partial(param, AUTO, "vectors", low=-65536, high=65536, unit="px")
 repeat_distance = partial(
     param, 0, "int", "no exemplar pixel returns within this distance in the output", low=0, high=1 << 20, unit="px"
@@ -362,7 +375,7 @@ boundary_patch = partial(
 boundary_poses = partial(
     param, AUTO, "isometries", "poses that patches on such boundaries may have besides; automatic: all of a square"
 )
-boundary_slack = partial(
+boundary_tolerance = partial(
     param, AUTO, "int", "how far a label may reach over such a boundary, else it is cut there; automatic: half a patch",
     low=0, high=1 << 16, unit="px",
 )  # fmt: skip

@@ -6,8 +6,8 @@ Transactions on Graphics (SIGGRAPH) 2003.
 Departures: windows are filled in raster order, so that work and memory stay local, and a patch extends no further
 around its window than `overreach`; twelve placements are drawn at random, and compared by coarse cuts on every sixth
 px; strong steps cost more than in proportion (`seam`); placements are compared by outlines and slow colour, too
-(`structure`); pixels that are used more often than their share of the area cost more, in the choice of placements
-(`usage`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid itself, without seam nodes;
+(`edge_weight`); pixels that are used more often than their share of the area cost more, in the choice of placements
+(`repeat_penalty`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid, without seam nodes;
 refinement does not search, but makes an expansion move for every piece. With a guide patches are chosen as in image
 quilting, without expansion moves.
 
@@ -55,13 +55,13 @@ class Graphcut(methods.CutSquares):
     )  # fmt: skip
     seam: str = methods.cut_cost("sharp")
     channel_weights: Weights = methods.channel_weights()
-    structure: float = methods.structure_weight()
+    edge_weight: float = methods.edge_weight()
     lattice: Steps | None = methods.lattice_vectors(
         "the lattice vectors of the texture, two or one: offsets of patches from the first are multiples of them, "
         "within 3 px, with one vector 1 px; automatic: any offsets"
     )
     isometries: Poses = methods.poses()
-    usage: float = methods.usage_price()
+    repeat_penalty: float = methods.repeat_penalty()
     evenness: float = param(
         0.25, "float", "price of using a pixel of the exemplar more often than its share of the area, in knees (three "
         "eighths of the spread of colours); up to 64 times as much if it is salient, nothing on bare ground, with "

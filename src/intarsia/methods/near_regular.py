@@ -42,8 +42,10 @@ class NearRegular(methods.EndlessBase):
     border: int = param(
         14, "int", "width of the zone in which a gap is compared and cut in", low=2, high=256, unit="px"
     )
-    slack: int = param(3, "int", "how far a gap's block may deviate from the lattice", low=0, high=16, unit="px")
-    heights: str = param(
+    lattice_tolerance: int = param(
+        3, "int", "how far a gap's block may deviate from the lattice", low=0, high=16, unit="px"
+    )
+    course_heights: str = param(
         "equal", "choice", "heights of courses: equal, as the lattice says, or unequal, by the lines that run across "
         "the exemplar between them; the lattice then is their mean pitch",
         choices=("equal", "unequal"),

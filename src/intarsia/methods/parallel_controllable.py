@@ -55,7 +55,7 @@ class ParallelControllable(methods.EndlessBase):
         AUTO, "field", "factor of the jitter by the place in the exemplar that pixels come from, so that black parts "
         "are kept intact; automatic: all", low=0, high=1, over="exemplar",
     )  # fmt: skip
-    snap: str = param(
+    keep_lattice: str = param(
         "auto", "choice", "on: pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px, so "
         "that courses and weaves stay in step; auto: where there is a lattice, and no guide",
         choices=("auto", "on", "off"),
@@ -94,8 +94,8 @@ class ParallelControllable(methods.EndlessBase):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.lattice is not AUTO and self.snap == "off":
-            raise ParameterError("snap=off moves pixels by no lattice; leave the lattice out, or say snap=on.")
+        if self.lattice is not AUTO and self.keep_lattice == "off":
+            raise ParameterError("keep_lattice=off moves pixels by no lattice; leave the lattice out, or turn it on.")
 
     @property
     def exact(self) -> bool:

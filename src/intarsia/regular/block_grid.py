@@ -16,7 +16,7 @@ import numpy as np
 from ..foundation.arrays import Array, Floats, Int16, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..lattice import Vector, Vectors
-from ..lattice.candidates import lattice_points, overlap
+from ..lattice.correlation_peaks import lattice_points, overlap
 from . import block_kernels
 
 Places = dict[Pair, Int64]

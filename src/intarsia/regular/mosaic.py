@@ -188,7 +188,7 @@ class Mosaic:
     @cached_property
     def sparse(self) -> Places:
         """Of places closer together than the slack, the first in every square; gaps search around each."""
-        side = (self.settings.slack + 1) * UNIT
+        side = (self.settings.lattice_tolerance + 1) * UNIT
         squares = {kind: np.unique(some // side, axis=0, return_index=True)[1] for kind, some in self.places.items()}
         return {kind: some[np.sort(squares[kind])] for kind, some in self.places.items()}
 
@@ -240,7 +240,7 @@ class Mosaic:
         equal = self._shifts(i, j, np.array([self._place(a, b) for a, b in adjacent_blocks(i, j)])) + at
         median = found[len(found) // 2, 0]
         near = [found[:, 0] <= found[0, 0] + share * (median - found[0, 0]) for share in (CHOICE, APART)]
-        far = 2 * self.settings.slack
+        far = 2 * self.settings.lattice_tolerance
         new, other = (np.abs(found[:, None, 1:] - n).sum(axis=2).min(axis=1) > far for n in (t, equal))
         choices = (near[0] & new & other, near[1] & new & other, near[0] & new, near[0])
         good = found[next(some for some in choices if some.any())]
@@ -249,7 +249,7 @@ class Mosaic:
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
         """Return the best shifts for a gap, each refined by up to `slack` px: (n, 3) mismatch and shift, rising."""
-        picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.slack
+        picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.lattice_tolerance
         found = block_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT)
         return np.asarray(found[np.argsort(found[:, 0], kind="stable")])
 

@@ -29,10 +29,10 @@ Layer = Wall | Mosaic | TileLayout  # an endless texture: any window of it can b
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
     """Rectify the courses and find the lattice. Raise MethodError if there is none."""
-    if method.heights == "unequal" and method.straighten == "on":
-        raise ParameterError("heights=unequal follows courses as they run; leave straighten out.")
-    if method.heights == "unequal" and canvas.start is not None:
-        raise ParameterError("heights=unequal lays a whole canvas; take another method where one is begun.")
+    if method.course_heights == "unequal" and method.straighten == "on":
+        raise ParameterError("course_heights=unequal follows courses as they run; leave straighten out.")
+    if method.course_heights == "unequal" and canvas.start is not None:
+        raise ParameterError("course_heights=unequal lays a whole canvas; take another method where one is begun.")
     straighten = method.straighten if canvas.start is None or method.straighten == "on" else "off"
     rectified = _rectified(replace(method, straighten=straighten), exemplars[0])
     straighten = "off" if rectified.straight is None else "on"
@@ -72,10 +72,10 @@ def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: 
 
 
 def _rectified(method: NearRegular, exemplar: Exemplar) -> Rectified:
-    if method.heights == "unequal":
+    if method.course_heights == "unequal":
         lattice = (unequal_masonry(exemplar, method.channel_weights).pitch,)
         if method.lattice not in (AUTO, lattice):
-            raise ParameterError("heights=unequal finds every course by itself; leave lattice out.")
+            raise ParameterError("course_heights=unequal finds every course by itself; leave lattice out.")
         return Rectified(exemplar, lattice, None)
     return rectified_for(exemplar, method.slug, method.lattice, method.straighten, method.channel_weights)
 
@@ -90,7 +90,7 @@ def _layer(
     rectified = _rectified(method, exemplar)
     exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights
     if len(lattice) == 1:
-        given = None if method.heights == "unequal" else lattice
+        given = None if method.course_heights == "unequal" else lattice
         return rectified, Wall.of(given, weights, exemplar, canvas, seed)
     start = start if rectified.straight is None else None
     try:

@@ -29,7 +29,7 @@ from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run
 from ..lattice import Pairs, Vector, Vectors, cell_of
-from ..lattice.candidates import overlap
+from ..lattice.correlation_peaks import overlap
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from .tile_kernels import lay_tile

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..analysis.edges import surest_line
 from ..analysis.features import course_lines, features
+from ..analysis.oriented_energy import surest_line
 from ..foundation import MethodError
 from ..foundation.arrays import Array, Int16, Int64, Mask
 from ..foundation.filters import averages, highest, lowest

@@ -186,7 +186,7 @@ class Curve:
     def divided(self, total: Array, weight: Array, *base: Array) -> Array:
         """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 by 0 is 0.
 
-        `base`: first, light and samples as in :func:`settle_light`, for sRGB.
+        `base`: first, light and samples as in :func:`encode_light`, for sRGB.
         """
         codes, size = np.zeros(total.shape, self.dtype), self.dtype.itemsize
         none = np.zeros(0, np.int32)

@@ -91,7 +91,7 @@ class NormalCoding:
     def settled(
         self, samples: Array, first: Int64, total: Float64 | None = None, weight: Float64 | None = None
     ) -> Array:
-        """Return the codes that :func:`settle_vectors` writes, (h, w, 3)."""
+        """Return the codes that :func:`encode_vectors` writes, (h, w, 3)."""
         half = samples.dtype == np.float16  # kernels know none
         samples = samples.astype(np.float32) if half else samples
         out = np.empty((*first.shape, 3), np.float64 if half else samples.dtype)

@@ -30,9 +30,12 @@ from .blending import Mixer, Normals, mixer_of
 from .vote_kernels import copy_cell, group_votes
 
 if TYPE_CHECKING:
-    from . import tone, warped_kernels
+    from . import seam_levelling, warped_kernels
 else:  # what few pictures use
-    tone, warped_kernels = lazy("intarsia.rendering.tone"), lazy("intarsia.rendering.warped_kernels")
+    seam_levelling, warped_kernels = (
+        lazy("intarsia.rendering.seam_levelling"),
+        lazy("intarsia.rendering.warped_kernels"),
+    )
 
 MAX_SPREAD = 2000
 """The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
@@ -98,7 +101,7 @@ def render(
         )
     if not blend.finish or planes[0].kind in (Kind.NORMAL, Kind.LABEL):
         return planes[0].like(_draw_box(job, box, shrink, run))
-    codes = tone.tone_corrected(
+    codes = seam_levelling.tone_corrected(
         lambda wide: _draw_box(job, wide, 1, run), ground, planes[0].alpha, box, blend.finish, run
     )
     if shrink > 1:
@@ -228,7 +231,7 @@ def check_blend(blend: Blend, grow: int = 1, kind: Kind = Kind.COLOUR) -> None:
     if kind in (Kind.NORMAL, Kind.LABEL):
         return
     if blend.finish:
-        raise ParameterError(f"{reason}, and levelling compares whole pixels only; draw it without (--level 0).")
+        raise ParameterError(f"{reason}, and levelling compares whole pixels only; draw it without (--even-tone 0).")
     if blend.feather and blend.mixing is Mixing.VARIANCE:
         raise ParameterError(f"mixing=variance needs pieces of whole pixels, but {reason}; give mean or source.")
 

@@ -18,7 +18,7 @@ from ..foundation import AUTO_METHOD, MARGIN, InputError, ParameterError, lazy, 
 from ..foundation.blend import Blend, Finish, Levelling
 from ..foundation.geometry import Wrap
 from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
-from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of
+from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of, renamed
 from .field import FLAG, Field, Pair, fields_of
 from .fields import METHOD_VERBS, PICTURE_VERBS, Options, default_parameters, methods_for
 
@@ -149,9 +149,9 @@ class Request(Options):
     @property
     def corrections(self) -> tuple[Finish, ...] | None:
         """Corrections of the rendered picture; None: those that the method or the choice sets."""
-        if self.finish is not None or self.level is None:
+        if self.finish is not None or self.even_tone is None:
             return self.finish
-        return (Levelling(self.level),) if self.level else ()
+        return (Levelling(self.even_tone),) if self.even_tone else ()
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -285,7 +285,7 @@ def repeated(request: Request, sets: Sequence[Mapping[str, str]], method: Method
         "parameters": values_of(method),
         "pictures": tuple(request.drawn.items()),
         "seed": seed,
-        "level": None if finish is None else finish[0].radius if finish else 0,
+        "even_tone": None if finish is None else finish[0].radius if finish else 0,
         "finish": None,
         "repair": 0 if keeps_lattice(method) else request.repair,  # it was not repaired
     }
@@ -413,7 +413,7 @@ def from_json(verb: str, given: Mapping[str, Any], **more: Any) -> Request:
 
     ParameterError, with the name of the option, if a value is invalid or missing.
     """
-    values = dict(more)
+    values, given = dict(more), renamed(given)
     for field in fields_of_verb(verb):
         if field.flags and field.name not in more:
             if (value := given.get(field.key)) is not None:

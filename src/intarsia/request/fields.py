@@ -306,9 +306,10 @@ class Options:
         "grow extend paint weave render", "rare", recipe="blend.mixing",
         otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip
-    level: int | None = option(
-        Whole(high=FEATHER), "--level", "Even out steps of light and colour at seams. So far to either side; 0 leaves "
-        "them. By default 96 where the method is chosen, 0 where it is named.",
+    even_tone: int | None = option(
+        Whole(high=FEATHER), "--even-tone",
+        "Even out steps of light and colour at seams. So far to either side; 0 leaves them. By default 96 where the "
+        "method is chosen, 0 where it is named.",
         "grow paint weave render", "rare", shown="PX",
         otherwise={
             "render": "Even out steps of light and colour so far to either side of seams, 0: leave them; by default "

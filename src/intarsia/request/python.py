@@ -12,7 +12,7 @@ from ..foundation import IntarsiaError
 from ..methods import make, method_class, parameters_of, recipe_settings
 from . import Json, Request, to_argv, to_json
 
-PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "level", "method", "output"})
+PLAIN = frozenset({"size", "seed", "wrap", "feather", "mixing", "even_tone", "method", "output"})
 """Options that the call below can express, besides parameters of the method."""
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from ..foundation.arrays import Array, Mask, Pair
 from ..foundation.run import Run
 from ..search import Candidates
-from .graphcut_map import Box, GraphcutMap
+from .graphcut_textures import Box, GraphcutMap
 
 SHARE = 3  # of the placements of such a window one in so many; all: rows of the exemplar return along the border
 

@@ -171,7 +171,7 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
             end = w - 1 + k if i + k < h else 0
             for j in range(np.uint64(w)):
                 cost = np.int32(one[j] + two[j]) if j < end else none
-                if price.threshold > 0:  # as :func:`sharpened` does
+                if price.threshold > 0:  # as :func:`truncated_quadratic` does
                     square = np.float64(cost) * np.float64(cost) / knee
                     cost = np.int32(STEEPEST * cost) if cost >= STEEPEST * price.threshold else np.int32(square)
                 first[j] = cost

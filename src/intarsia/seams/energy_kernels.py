@@ -11,7 +11,7 @@ from ..kernels.cuts import FLAT, GRADIENT_UNIT, truncated_quadratic
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 
-TWICE = 8  # bits: what two pixels count at which differences count as what they are, `ONCE` each
+TWICE = 8  # bits: what two pixels count where differences count as they are (visibility `FULL` each)
 
 
 class Pieces(NamedTuple):
@@ -70,7 +70,7 @@ def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
 
     Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With a
     `gradient` the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down;
-    with a `knee` it is :func:`sharpened`.
+    with a `knee` it is :func:`truncated_quadratic`.
     """
     flat, channels = pieces.flat, pieces.channels
     cost = seen_distance(pieces, a[0], b[0]) + seen_distance(pieces, a[1], b[1])

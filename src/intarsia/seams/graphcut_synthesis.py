@@ -19,9 +19,9 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
 from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages, decided
 from ..search import LEAST, free_patch
-from .graphcut_map import GraphcutMap, GraphcutSettings
+from .graphcut_moves import expand, fill
+from .graphcut_textures import GraphcutMap, GraphcutSettings
 from .lattice_alignment import SLACK, STRAIGHT
-from .local_search import expand, fill
 from .occurrence_kernels import SHARE
 from .occurrences import usage_of
 
@@ -54,7 +54,7 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
 
 def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Choose patches window by window under the guide, and cut them in over existing seams."""
-    stages = Stages(settings_of(method, method.usage), exemplars, canvas, method.blend)
+    stages = Stages(settings_of(method, method.repeat_penalty), exemplars, canvas, method.blend)
     in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
     for growth in stages:
         sewn = GraphcutMap(growth, stitch_of(method), run=in_turn)
@@ -90,7 +90,7 @@ def _steps(method: Graphcut) -> tuple[Vectors | None, int]:
 
 def stitch_of(method: Graphcut) -> GraphcutSettings:
     """Return the parameters of placing and cutting, once overreach is known."""
-    return GraphcutSettings(method.usage, method.seam, method.overreach or 0, *_steps(method), method.evenness)
+    return GraphcutSettings(method.repeat_penalty, method.seam, method.overreach or 0, *_steps(method), method.evenness)
 
 
 def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:
@@ -101,7 +101,7 @@ def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, 
     if not method.evenness:
         return {}
     shown = np.concatenate([counts.ravel() for counts in smap.usage()])
-    feats, area = features(exemplars, method.channel_weights, method.structure), smap.height * smap.width
+    feats, area = features(exemplars, method.channel_weights, method.edge_weight), smap.height * smap.width
     rate, first = usage_of(feats, exemplars, area, FINE * method.evenness, method.lattice is not None, Run())
     return {"use": int((rate * shown * (shown - 1 + 2 * first)).sum()) * 1_000_000 // (2 * SHARE * FINE * area)}
 
@@ -110,7 +110,7 @@ def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
     """Return how windows lie, and the price of repeats under a guide, once patch and overlap are known."""
     overlap = extent(method.overlap or 0)
     return PatchSettings(
-        patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.structure,
+        patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.edge_weight,
         isometries=method.isometries, repeats=Repeats(usage=usage), rim=max(overlap),
         boundaries=Boundaries.of(method.footprint, None, method.isometries, None),
     )  # fmt: skip

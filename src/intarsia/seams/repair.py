@@ -28,8 +28,8 @@ from ..model.sourcemap import HOLE, SourceMap
 from ..patches import Pick, index_of, picked
 from ..patches.patch_synthesis import PatchSettings, PatchSynthesis
 from ..search import Candidates
-from .graphcut_map import TRIES, Box, Cut, GraphcutMap, GraphcutSettings
-from .local_search import Move, apply_moves, expand
+from .graphcut_moves import Move, apply_moves, expand
+from .graphcut_textures import TRIES, Box, Cut, GraphcutMap, GraphcutSettings
 from .worst_seams import WorstSeams
 
 

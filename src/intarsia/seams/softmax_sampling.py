@@ -1,4 +1,7 @@
-"""Fixed-point softmax sampling, the same on every machine."""
+"""Softmax sampling in whole numbers, the same on every machine: weights exp(-x / 64), and draws without replacement.
+
+With it placements are drawn by their cost (Kwatra et al. 2003, 3.2: probability exp(-C / (k sigma**2))).
+"""
 
 from __future__ import annotations
 
@@ -9,14 +12,14 @@ import numpy as np
 from ..foundation.arrays import Array
 from ..foundation.run import draw
 
-TINY = 1057087571  # exp(-1/64) in 2**-30
-GONE = 64 * 20  # beyond, a chance is none
+STEP = 1057087571  # about exp(-1/64), in 2**-30: 7 millionths less, half a per cent at x = 640
+CUTOFF = 64 * 20  # from here on a weight is 0
 
 
-def sample(chances: list[int], most: int, bits: int) -> list[int]:
-    """Draw up to `most` indices without replacement, in proportion to their weights; none of weight 0."""
-    rest, total, out = list(chances), sum(chances), list[int]()
-    while total and len(out) < most:
+def weighted_sample(weights: list[int], count: int, bits: int) -> list[int]:
+    """Draw up to `count` indices without replacement, in proportion to their weights; none of weight 0."""
+    rest, total, out = list(weights), sum(weights), list[int]()
+    while total and len(out) < count:
         share, k = draw(bits, len(out)) % total, 0
         while share >= rest[k]:
             share, k = share - rest[k], k + 1
@@ -26,17 +29,17 @@ def sample(chances: list[int], most: int, bits: int) -> list[int]:
 
 
 @cache
-def _likelihoods() -> Array:
-    """Return 2**30 exp(-x / 64) for x = 0 .. GONE, in whole numbers."""
-    x = np.arange(GONE + 1)
-    out, factor = np.full(len(x), 1 << 30, np.int64), TINY
-    for bit in range(GONE.bit_length()):
+def _table() -> Array:
+    """Return about 2**30 exp(-x / 64) for x = 0 .. CUTOFF."""
+    x = np.arange(CUTOFF + 1)
+    out, factor = np.full(len(x), 1 << 30, np.int64), STEP
+    for bit in range(CUTOFF.bit_length()):
         out = np.where(x >> bit & 1 > 0, out * factor >> 30, out)
         factor = factor * factor >> 30
-    out[GONE] = 0
+    out[CUTOFF] = 0
     return out
 
 
-def weights(x: Array) -> Array:
-    """Return 2**30 exp(-x / 64) for whole numbers x >= 0, in whole numbers, the same on every machine; (n,) int64."""
-    return _likelihoods()[np.minimum(x, GONE)]
+def boltzmann_weights(x: Array) -> Array:
+    """Return about 2**30 exp(-x / 64) for whole numbers x >= 0: (n,) int64."""
+    return _table()[np.minimum(x, CUTOFF)]

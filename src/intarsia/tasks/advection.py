@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..corrections import advected, pyramid, stack
+from ..corrections import advected, coordinate_pyramid, stack
 from ..foundation import InputError, IntarsiaError, ParameterError, called, expect, said, whole_within
 from ..foundation.arrays import Floats, Int64
 from ..foundation.field import function_name
@@ -89,7 +89,9 @@ def advect(
     stacked = stack.exemplar_stack(exemplar, stack.ComparisonSettings.of(mender))
     before = made.recipe.get("advected", {"frames": 0, "sha256": ""})
     lot = made.recipe.get("seed", 0), before["frames"]
-    flowing = advected.AdvectedCorrections(stacked, pyramid.CorrectionParameters.of(mender), smap.wrap.closed)
+    flowing = advected.AdvectedCorrections(
+        stacked, coordinate_pyramid.CorrectionParameters.of(mender), smap.wrap.closed
+    )
     yx = flowing.mended(*flowing.moved(smap.yx, steps, lot), coarsest.bit_length() - 1, run)
     settings = sorted(recipe_settings(mender, made.exemplars, canvas).items())
     moves = f"{before['sha256']}|{coarsest}|{settings}|".encode() + steps.astype("<i8").tobytes()

@@ -13,13 +13,13 @@ from published.lopez_recas2011 import naive_gap_filling as naive_rsgf
 
 import intarsia as ia
 from intarsia.analysis.features import features
-from intarsia.lattice.candidates import lattice_points
+from intarsia.lattice.correlation_peaks import lattice_points
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
 from intarsia.published.lopez_recas2011.engine import FourierMatcher, Sampling, mitred_border
 from intarsia.testing import texture
 
-PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, slack=1)
+PLAIN = ia.GapFilling(lattice=((9.5, 0.25), (-2.25, 7.75)), block=8, border=4, lattice_tolerance=1)
 
 
 def changed(**parameters: object) -> ia.GapFilling:

@@ -171,7 +171,7 @@ def test_the_threshold_lets_some_windows_draw_and_repeats_cost(monkeypatch):
     shares, most = [], []
     for usage in (0.0, 0.2):
         seen.clear()
-        made = ia.synthesize(tiled(), 240, ia.SegmentBased(usage=usage), seed=1)
+        made = ia.synthesize(tiled(), 240, ia.SegmentBased(repeat_penalty=usage), seed=1)
         shares.append(np.mean(np.array(seen) > 1))
         most.append(made.map.usage()[0].max())
     assert shares[0] > 0.9

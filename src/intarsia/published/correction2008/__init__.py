@@ -2,7 +2,7 @@
 
 PRESET = {
     "method": "correction-2008",
-    "snap": "off",
+    "keep_lattice": "off",
     "channel_weights": "1",
 }
 """Options that `grow --as correction2008` sets, with their values as strings."""

@@ -7,7 +7,7 @@ from typing import Any
 from ..figures import Figure, Panels, given, row, synthesized
 
 TITLE = "Memorandum of 2008 on the correction operation"
-AS_THERE = {"snap": "off", "channel_weights": (1.0,), "jitter": 0.3}
+AS_THERE = {"keep_lattice": "off", "channel_weights": (1.0,), "jitter": 0.3}
 
 
 def varied(name: str, *values: Any) -> Panels:

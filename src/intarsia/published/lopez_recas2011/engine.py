@@ -25,7 +25,7 @@ from ...foundation.geometry import UNIT, Box
 from ...foundation.params import AUTO
 from ...foundation.run import Run, below, draw
 from ...lattice import Vector, cell_of, check_lattice, lattice_of, misfit_message
-from ...lattice.candidates import lattice_points
+from ...lattice.correlation_peaks import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
@@ -148,10 +148,10 @@ class Sampling:
         self.ring = mitred_border(height, width, border)
         self.runs = _runs(self.ring, border, self.picture.shape)
         # For correlation, and where there are so many places that comparing one by one would be slow.
-        many = method.fit == "correlation" or min(1.0, (2 * method.slack + 1) ** 2 * UNIT**2 / area) > DENSE
+        many = method.fit == "correlation" or min(1.0, (2 * method.lattice_tolerance + 1) ** 2 * UNIT**2 / area) > DENSE
         self.transforms = FourierMatcher(self.picture, self.ring) if many else None
         far = (math.hypot(*v1) + math.hypot(*v2)) / (2 * UNIT) + 1  # no px is farther from the lattice
-        self.everywhere = np.argwhere(self.valid) if far <= method.slack else None
+        self.everywhere = np.argwhere(self.valid) if far <= method.lattice_tolerance else None
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run) -> Int32:
         """Return the exemplar pixels (height, width, 2) of a window, all upright."""
@@ -202,7 +202,7 @@ class Sampling:
         border = self.picture[*(self.ring[:, :2] + np.array(sources)[self.ring[:, 2]]).T]
         places = self.everywhere
         if places is None:
-            slack = self.method.slack
+            slack = self.method.lattice_tolerance
             places = np.argwhere(kernels.near_lattice(self._places(gap, slack), self.valid, slack))
         if not len(places):
             raise self._no_room()

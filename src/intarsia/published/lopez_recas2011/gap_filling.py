@@ -1,7 +1,7 @@
 """Random sampling and gap filling: random blocks of a near-regular texture, gaps filled by the best match.
 
 Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random sampling and gap filling", VMV 2011,
-and Lopez Recas's thesis of the same year, 4.2; departures are listed in `sampling.py`.
+and Lopez Recas's thesis of the same year, 4.2; departures are listed in `engine.py`.
 
 Cost: for every second block, its border is compared at all its candidate places.
 """
@@ -39,7 +39,7 @@ class GapFilling(EndlessBase):
     border: int = param(
         10, "int", "width of the zone in which a gap is compared; an even number", low=2, high=256, unit="px"
     )
-    slack: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
+    lattice_tolerance: int = param(3, "int", "how far a gap's block may leave the lattice", low=0, high=16, unit="px")
     fit: str = param(
         "difference", "choice", "what fits a gap: by squared differences or by correlation",
         choices=("difference", "correlation"),

@@ -9,7 +9,7 @@ PRESET = {
     "channel_weights": "1",
     "boundary_patch": "0",
     "boundary_isometries": "none",
-    "boundary_slack": "10000",
+    "boundary_tolerance": "10000",
     "boundary_join": "same",
     "mixing": "source",
 }

@@ -113,7 +113,7 @@ def settings_of(method: PatchSampling) -> PatchSettings:
     """Return how patches are placed; patch and overlap must be resolved."""
     overlap = extent(method.overlap or 0)
     rule = {"counter": UseCounter, "marks": UseMarks}.get(method.repetition, Repetition)
-    usage = method.usage if method.repetition == "prices" else 0.0
+    usage = method.repeat_penalty if method.repetition == "prices" else 0.0
     coarse = method.pyramid != "off"
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
@@ -122,7 +122,7 @@ def settings_of(method: PatchSampling) -> PatchSettings:
         guided=GuidedPyramid if coarse else GuidedPatchSearch,
         repeats=Repeats(rule, usage, method.min_repeat_distance),
         boundaries=Boundaries.of(
-            method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_slack
+            method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_tolerance
         ),
     )  # fmt: skip
 

@@ -24,7 +24,7 @@ from ..figures import Figure, Panel, Way, cropped, given, listed, log_plot, row,
 TITLE = "Multrus 2003, Texture Synthesis Using Patch Based Sampling"
 TILES, GRASS, GRAVEL = "sample:tiles", "sample:grass", "sample:gravel"
 AS_THERE = {"search": "exact", "repetition": "none", "channel_weights": (1.0,)}
-ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_slack": 10_000, "boundary_join": "same"}
+ALIKE = {"boundary_patch": 0, "boundary_isometries": "none", "boundary_tolerance": 10_000, "boundary_join": "same"}
 PYRAMID = {"pyramid": "mean", "pyramid_draws": "every"}
 
 

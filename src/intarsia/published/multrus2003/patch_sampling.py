@@ -58,7 +58,7 @@ class PatchSampling(MethodBase):
         "prices", "choice", "what a repeat costs: our prices, the source's counter or marks, or nothing",
         choices=("prices", "counter", "marks", "none"),
     )  # fmt: skip
-    usage: float = methods.usage_price()
+    repeat_penalty: float = methods.repeat_penalty()
     min_repeat_distance: int = methods.repeat_distance()
     search: str = methods.search_ways()
     pyramid: str = param(
@@ -75,7 +75,7 @@ class PatchSampling(MethodBase):
     )  # fmt: skip
     boundary_patch: int | None = methods.boundary_patch()
     boundary_isometries: str | tuple[int, ...] | None = methods.boundary_poses()
-    boundary_slack: int | None = methods.boundary_slack()
+    boundary_tolerance: int | None = methods.boundary_tolerance()
     boundary_candidates: int = param(
         1, "int", "how many may be chosen where a patch holds a boundary of painted labels", low=1, high=99_999
     )

@@ -5,6 +5,6 @@ PRESET = {
     "energy": "sum",
     "layout": "raster",
     "points": "1",
-    "usage": "0",
+    "repeat_penalty": "0",
 }
 """Options that `grow --as segments` sets, with their values as strings."""

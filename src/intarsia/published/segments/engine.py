@@ -62,7 +62,7 @@ def synthesize(method: SegmentBased, exemplars: Exemplars, canvas: Canvas, seed:
         finder=lambda _, variants, patch, listed: SegmentSearch(
             variants, patch, groups, zone, method.hits, method.points, seed, STAGE + POINTS
         ),
-        repeats=Repeats(usage=method.usage),
+        repeats=Repeats(usage=method.repeat_penalty),
     )  # fmt: skip
     growth = PatchSynthesis(its, exemplars, canvas)
     limit = None if method.threshold is AUTO else method.threshold * contrast(growth.features, exemplars)

@@ -14,7 +14,7 @@ from .engine import published_segments
 from .segment_based import SegmentBased
 
 TITLE = "Fragments on patch-based synthesis by segments"
-AS_THERE = {"energy": "sum", "layout": "raster", "points": 1, "usage": 0.0}
+AS_THERE = {"energy": "sum", "layout": "raster", "points": 1, "repeat_penalty": 0.0}
 
 
 def found(exemplar: Exemplar) -> list[Panel]:

@@ -6,8 +6,8 @@ from a segmentation (docs/sources-003.md says what can be read in them).
 Departures: patch and zone come from a vote over scales, because one scale fails on blur or noise; the histogram of
 segments, which does not see how they are arranged, only selects the patches that are compared pixel by pixel; windows
 are filled in parallel batches with evenly widened overlaps (layout=raster: as given); the cut is a minimum cut without
-memory of old seams; repeats have a price (usage=0: none). The source leaves open how many patches are compared, and the
-threshold.
+memory of old seams; repeats have a price (repeat_penalty=0: none). The source leaves open how many patches are
+compared, and the threshold.
 
 Cost: the analysis, then `hits` times `points` patches compared for every window.
 """
@@ -44,7 +44,7 @@ class SegmentBased(methods.CutSquares):
         AUTO, "float", "draw among patches that differ by less than this share of the contrast, else take the best; "
         "automatic: by less than all but a fiftieth of those compared", low=0, high=100,
     )  # fmt: skip
-    usage: float = param(0.2, "float", "price of using a patch again, in usual distances", low=0, high=100)
+    repeat_penalty: float = param(0.2, "float", "price of using a patch again, in usual distances", low=0, high=100)
 
     energy: str = param(
         "vote", "choice", "which segments are its elements: by a vote over twelve scales, or at one scale those of "

@@ -21,10 +21,10 @@ Tell = Callable[..., None]
 """Sends progress: fields of JSON, and `data` as bytes."""
 
 WORK = {
-    "running": ("command", "prepare", "warm", "sketch"),
-    "looking": ("look", "labels", "see", "origins"),
+    "commands": ("command", "prepare", "warm", "sketch"),
+    "decoding": ("look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "rim", "edit"),
-    "weaving": ("begin", "tile"),
+    "endless": ("begin", "tile"),
 }
 """The modules of this package and their requests: functions of the request and of a function that reports progress."""
 

@@ -7,7 +7,7 @@ import { group } from "./methods.js";
 
 /** @type {[string, string[]][]} */
 const GROUPS = [
-  ["Seams and light", ["feather", "mixing", "level", "repair"]],
+  ["Seams and light", ["feather", "mixing", "even_tone", "repair"]],
   ["Exemplar", ["flatten", "scale", "toroidal", "alpha", "avoid"]],
   ["Output", ["depth", "magnify", "trials"]],
 ];

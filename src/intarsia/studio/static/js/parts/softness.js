@@ -15,7 +15,7 @@ const SOFTEST = 32;
 const MOMENT = 200;
 
 /** What was asked for when a result was grown that drawing it again needs, too. */
-const SAME = ["alpha", "crop", "scale", "flatten", "magnify", "toroidal", "depth", "layers", "packed", "mixing", "level"];
+const SAME = ["alpha", "crop", "scale", "flatten", "magnify", "toroidal", "depth", "layers", "packed", "mixing", "even_tone"];
 
 export class Softness {
   range = el("input", { class: "range", type: "range", min: "0", step: "1", oninput: () => this.#moved() });

@@ -40,7 +40,7 @@ from .lattice_alignment import SLACK, aligned, aligned_place
 from .occurrence_kernels import Usage, count_map
 from .occurrences import usage_of
 from .placement_kernels import ONE, Look
-from .softmax_sampling import sample, weights
+from .softmax_sampling import boltzmann_weights, weighted_sample
 
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
@@ -146,7 +146,7 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
 
 
 def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
-    """Return the first of :meth:`GraphcutGrowth.windows`."""
+    """Return the first of :meth:`GraphcutMap.windows`."""
     return tuple(windows[0, :4].tolist()), tuple(patches[0].tolist())
 
 
@@ -266,8 +266,8 @@ class GraphcutMap:
             return [random_patch(self._allowed(box), draw(bits, 0))]
         price = self.priced(box, found)
         unit = max(round(RANDOMNESS * self._variance * max(int(found.known.sum()), 1)), 1)
-        chances = weights((price - price.min()) * 64 // unit)
-        return [picked(found, k) for k in sample(chances.tolist(), most, bits)]
+        chances = boltzmann_weights((price - price.min()) * 64 // unit)
+        return [picked(found, k) for k in weighted_sample(chances.tolist(), most, bits)]
 
     def priced(self, box: Box, found: Candidates) -> Array:
         """Return the cost of each candidate for a window: its distance plus the price of repeats."""

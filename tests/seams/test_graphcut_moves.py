@@ -14,8 +14,8 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap
 from intarsia.patches import window_batches
 from intarsia.patches.patch_synthesis import PatchSynthesis
-from intarsia.seams import local_search
-from intarsia.seams.graphcut_map import Box, Cut, GraphcutMap, Pick
+from intarsia.seams import graphcut_moves
+from intarsia.seams.graphcut_textures import Box, Cut, GraphcutMap, Pick
 from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.testing import texture
 
@@ -90,9 +90,9 @@ class Watched:
 
 
 def test_what_is_cut_is_laid_in_turn_where_it_still_pays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(local_search, "AT_ONCE", 4)
+    monkeypatch.setattr(graphcut_moves, "AT_ONCE", 4)
     work, told = Watched(), list[int]()
-    laid = local_search.apply_moves(work, {str(k): k for k in range(10)}, ia.Run(3), told.append)
+    laid = graphcut_moves.apply_moves(work, {str(k): k for k in range(10)}, ia.Run(3), told.append)
     assert [cut.box[0] for cut in laid] == work.laid == sorted(work.told) == [1, 5, 9]
     assert work.left == [0, 2, 4, 6, 8]
     assert work.asked == [[0, 1, 2, 3], [4, 5, 6, 7], [8, 9]]
@@ -106,7 +106,7 @@ def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], se
     dice, shape = np.random.default_rng(seed), (60, 70)
     windows = np.concatenate([dice.integers(0, 40, (20, 2)), dice.integers(1, 20, (20, 2))], axis=1)
     known = list[list[np.ndarray]]()
-    found = local_search.batches(windows, shape, wraps)
+    found = graphcut_moves.batches(windows, shape, wraps)
     for k, window in enumerate(windows.tolist()):
         mine, wide = (np.zeros(shape, bool) for _ in range(2))
         for out, more in ((mine, 0), (wide, 3)):
@@ -121,15 +121,15 @@ def test_windows_share_the_first_wave_that_has_room(wraps: tuple[bool, bool], se
         assert k in found[number]
     assert sum(map(len, found)) == len(windows)
     assert max(map(len, found)) > 1
-    assert local_search.batches(windows[:0], shape, wraps) == []
+    assert graphcut_moves.batches(windows[:0], shape, wraps) == []
 
 
 def test_pieces_grow_in_waves_of_their_own() -> None:
     """Progress goes on to the end, and never back."""
     sewn, told = sewing_of(Canvas(140, 150)), list[tuple[int, int]]()
     run, windows = ia.Run(1, lambda done, total, draft: told.append((done, total))), int(sewn.growth.windows.sum())
-    local_search.fill(sewn, 1, 2, run, 2)
-    assert local_search.expand(sewn, run, 2, windows, 1)
+    graphcut_moves.fill(sewn, 1, 2, run, 2)
+    assert graphcut_moves.expand(sewn, run, 2, windows, 1)
     assert told == sorted(told)
     assert told[-1] == (3 * windows, 3 * windows)
     assert len(set(told)) > 6
@@ -139,7 +139,7 @@ def test_pieces_grow_in_waves_of_their_own() -> None:
 def test_no_piece_grows_where_it_would_return_too_near(near: bool) -> None:
     """What a wave has laid before is looked at once more, by the rule that bars pixels."""
     sewn = sewing_of(Canvas(140, 150))
-    local_search.fill(sewn, 1, 2, ia.Run(1), 1)
+    graphcut_moves.fill(sewn, 1, 2, ia.Run(1), 1)
 
     asked = set[tuple[Box, Pick]]()
 
@@ -149,6 +149,6 @@ def test_no_piece_grows_where_it_would_return_too_near(near: bool) -> None:
         return np.full(box[2:], near and again)
 
     sewn.constraint, before = bar, sewn.yx.copy()
-    saved = local_search.expand(sewn, ia.Run(1), 1)
+    saved = graphcut_moves.expand(sewn, ia.Run(1), 1)
     assert bool(saved) is not near
     assert (sewn.yx == before).all() == near

@@ -282,11 +282,11 @@ def test_the_command_line_levels_draws_again_and_replays(tmp_path: Path, monkeyp
 
     grow = "grow a.png --method random-tiling --patch 12 --size 60 "
     run(grow + "-o plain.png")
-    run(grow + "--level 9 -o level.png --save-map m.npz")
-    run(grow + "--level 0 -o none.png")
+    run(grow + "--even-tone 9 -o level.png --save-map m.npz")
+    run(grow + "--even-tone 0 -o none.png")
     run("render m.npz -e a.png -o again.png")
-    run("render m.npz -e a.png --level 0 -o off.png")
-    run("render m.npz -e a.png --level 4 -o less.png")
+    run("render m.npz -e a.png --even-tone 0 -o off.png")
+    run("render m.npz -e a.png --even-tone 4 -o less.png")
     run("replay level.png -e a.png -o replayed.png")
     pixels = {p.stem: np.asarray(ia.read(p).base.pixels) for p in tmp_path.glob("*.png")}
     assert (pixels["level"] != pixels["plain"]).any()
@@ -294,10 +294,10 @@ def test_the_command_line_levels_draws_again_and_replays(tmp_path: Path, monkeyp
     for same, other in (("none", "plain"), ("off", "plain"), ("again", "level"), ("replayed", "level")):
         assert (pixels[same] == pixels[other]).all(), same
     assert (tmp_path / "none.png").read_bytes() == (tmp_path / "plain.png").read_bytes()
-    run(grow + "--level -1 -o x.png", 2)
-    run(grow + "--level 2000 -o x.png", 2)
-    assert "No such option" in run("extend a.png --level 3 -o x.png", 2)  # there, known pixels stay
-    assert "No such option" in run("heal a.png --mask a.png --level 3 -o x.png", 2)
+    run(grow + "--even-tone -1 -o x.png", 2)
+    run(grow + "--even-tone 2000 -o x.png", 2)
+    assert "No such option" in run("extend a.png --even-tone 3 -o x.png", 2)  # there, known pixels stay
+    assert "No such option" in run("heal a.png --mask a.png --even-tone 3 -o x.png", 2)
 
 
 LIES = (

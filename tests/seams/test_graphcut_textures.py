@@ -31,11 +31,11 @@ from intarsia.model.canvas import Canvas
 from intarsia.model.sourcemap import HOLE, SourceMap, identity
 from intarsia.patches import patch_synthesis as patches_growth
 from intarsia.patches.patch_synthesis import PatchSettings
-from intarsia.seams import cut_kernels, energy_kernels, graphcut_map, local_search, placement_kernels
+from intarsia.seams import cut_kernels, energy_kernels, graphcut_textures, graphcut_moves, placement_kernels
 from intarsia.seams.cut_kernels import NEVER
 from intarsia.seams.graphcut_synthesis import settings_of, stitch_of
 from intarsia.seams.occurrence_kernels import Usage
-from intarsia.seams.softmax_sampling import weights
+from intarsia.seams.softmax_sampling import boltzmann_weights
 from intarsia.seams.worst_seams import WorstSeams
 from intarsia.testing import texture
 
@@ -304,7 +304,7 @@ def test_what_lies_about_a_window_is_looked_at(wrap: Wrap) -> None:
     e = Exemplar.of(texture(40, 40))
     for size in ((50, 512), (64, 200), (111, 33)):
         growth = patches_growth.PatchSynthesis(PatchSettings((16, 20), (6, 6)), [e], Canvas(*size, wrap))
-        sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
+        sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
         for at in ((0, 0), (size[0] - 16, size[1] - 20), (size[0] // 2, 7)):
             look = sewing.look((*at, 16, 20))
             for axis, (first, long) in enumerate(zip(look[:2], look[2:4], strict=True)):
@@ -320,7 +320,7 @@ def test_what_lies_about_a_window_is_looked_at(wrap: Wrap) -> None:
 def test_chances_fall_off_as_published() -> None:
     """A place is drawn with a chance of exp(-C / (k sigma^2)), in whole numbers that are the same everywhere."""
     x = np.arange(0, 1400)
-    got = weights(x)
+    got = boltzmann_weights(x)
     assert got[0] == 1 << 30
     for n in range(0, 600, 7):  # k squarings of rounded numbers: 0.4 % at worst
         assert got[n] == pytest.approx(2**30 * math.exp(-n / 64), rel=5e-3)
@@ -392,11 +392,11 @@ def test_the_books_are_kept(seam: str) -> None:
     e = Exemplar.of(texture(40, 40, 1, 7))
     method = ia.Graphcut(patch=12, overlap=4, seam=seam, evenness=0).resolved([e], Canvas(50, 44))
     growth = patches_growth.PatchSynthesis(settings_of(method), [e], Canvas(50, 44))
-    sewing = graphcut_map.GraphcutMap(growth, stitch_of(method))
-    local_search.fill(sewing, 1, 2, ia.Run(1))
+    sewing = graphcut_textures.GraphcutMap(growth, stitch_of(method))
+    graphcut_moves.fill(sewing, 1, 2, ia.Run(1))
     assert sewing.total == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
     before = sewing.total
-    saved = local_search.expand(sewing, ia.Run(1), 2)
+    saved = graphcut_moves.expand(sewing, ia.Run(1), 2)
     assert saved
     assert min(saved) > 0
     assert sewing.total == before - sum(saved) == naive_total(e, growth.map(ia.Blend(0)), sewing.price)
@@ -409,7 +409,7 @@ def test_an_exemplar_put_on_itself_has_no_seams() -> None:
     which = np.zeros((48, 48), np.uint8)
     which[18:30, 15:27] = HOLE
     start = SourceMap(start.yx, which, None, start.sources)
-    method = ia.Graphcut(patch=24, overlap=8, usage=0.0, refinements=0)
+    method = ia.Graphcut(patch=24, overlap=8, repeat_penalty=0.0, refinements=0)
     out = ia.synthesize(e, None, method, start=start, run=ia.Run(1)).map
     assert naive_total(e, out) == 0
 
@@ -424,18 +424,18 @@ def test_a_bad_seam_is_covered() -> None:
     work.variant[:] = 0
     work.yx[:] = np.moveaxis(np.indices((60, 60)), 0, 2)
     work.yx[20:40, 20:40, 0] = (work.yx[20:40, 20:40, 0] + 6) % 60  # an island out of step
-    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(usage=0.0))
+    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(usage=0.0))
     before = sewing.total
-    assert sum(local_search.expand(sewing, ia.Run(1), 1)) >= before * 9 // 10
+    assert sum(graphcut_moves.expand(sewing, ia.Run(1), 1)) >= before * 9 // 10
     assert sewing.total <= before // 10
 
 
 def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the placements drawn, compared on every second px of a window of 16; fewer tries draw the first of them."""
-    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 1.0)
+    monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 1.0)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(margin=2))
+    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(margin=2))
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
@@ -446,25 +446,25 @@ def test_the_placement_that_promises_the_cheapest_seams_is_cut_in(monkeypatch: p
     assert len(set(picks)) == len(picks) == 6
     rough = []
     for pick in picks:
-        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut_map.NEVER, 1])
+        (where, patch), cost = sewing.windows(box, [pick], 2), np.array([graphcut_textures.NEVER, 1])
         one = np.array([(0, *patch[0])])
-        cut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut_map.NOTHING, cost)
+        cut_kernels.recut(*sewing._map, where, one, sewing._prices, 2, graphcut_textures.NOTHING, cost)
         rough.append(int(cost[0]))
     assert len(set(rough)) > 1
     best = sewing.cut(box, picks[rough.index(min(rough))], 2)
     found = sewing.best(box, picks)
     assert found is not None
     assert (found.pick, found.change) == (best.pick, best.change)
-    fewer = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
+    fewer = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
     assert fewer.placements(box, fewer.found([box], ia.Run(1))[0], 2, 2) == picks[:2]
 
 
 def test_cheap_placements_are_the_likely_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hardly anything random: of all candidates for a window one of the cheapest is drawn, whatever the bits."""
-    monkeypatch.setattr(graphcut_map, "RANDOMNESS", 0.0)
+    monkeypatch.setattr(graphcut_textures, "RANDOMNESS", 0.0)
     e = Exemplar.of(texture(40, 40, 3, 9))
     growth = patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6)), [e], Canvas(30, 30))
-    sewing = graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings())
+    sewing = graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings())
     box = (0, 0, 16, 16)
     first = sewing.best(box, sewing.placements(box, sewing.found([box], ia.Run(1))[0], 1, 6))
     assert first is not None
@@ -486,7 +486,7 @@ def test_what_is_not_seen_makes_no_seam() -> None:
     growths = [
         patches_growth.PatchSynthesis(PatchSettings((16, 16), (6, 6), structure=s), [e], Canvas(30, 30)) for s in (0, 1)
     ]
-    plain, more = (graphcut_map.GraphcutMap(growth, graphcut_map.GraphcutSettings(seam="sharp")) for growth in growths)
+    plain, more = (graphcut_textures.GraphcutMap(growth, graphcut_textures.GraphcutSettings(seam="sharp")) for growth in growths)
     assert growths[1].variants.channels == 7
     assert more.pieces.channels == plain.pieces.channels == 3
     assert np.array_equal(more.pieces.flat, plain.pieces.flat)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from intarsia.analysis.edges import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
+from intarsia.analysis.oriented_energy import REACH, SLANTED, STRAIGHT, _nearest, outline_distance, outlines_of
 from intarsia.analysis.features import OUTLINES, RANGE, features, variance_of
 from intarsia.model import Exemplar
 

@@ -21,7 +21,7 @@ from ..foundation.run import Run, draw
 from ..model.sourcemap import HOLE
 from ..patches import Window, window_batches
 from .canvas_border import SHARE, border_candidates
-from .graphcut_map import APART, TRIES, Box, Cut, GraphcutMap, Piece, pieces_in
+from .graphcut_textures import APART, TRIES, Box, Cut, GraphcutMap, Piece, pieces_in
 
 AT_ONCE = 64  # windows of a wave that are searched for and cut before progress is told; what they hold is dropped then
 REACH = 2  # patches that a large piece may grow around the box that it lies in

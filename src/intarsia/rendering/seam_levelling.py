@@ -6,8 +6,8 @@ removed. If it varies, as between a stone and the joint next to it, the content 
 
 The correction has these steps with the opposite sign and is as smooth as possible elsewhere: it solves a Poisson
 equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but with
-measured steps in place of single pixels, and with a potential of finite radius (`potential`), so that a rendered window
-equals that window of the whole, and pixels far from seams keep every byte. The confidence of a step is this project's
+measured steps in place of single pixels, and with a potential of finite radius (`greens_function`). So a rendered
+window equals that window of the whole, and pixels far from seams keep every byte. The confidence of a step is our
 own. Stored numbers are corrected, sRGB codes too: a step of light is nearer to a factor than to a sum, and in linear
 light what is added to a bright stone turns the gap next to it black. Sums are of whole numbers.
 """
