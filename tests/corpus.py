@@ -61,12 +61,7 @@ def png(width: int, height: int, *, extra: bytes = b"", body: bytes | None = Non
 
 
 def tiff(
-    pixels: np.ndarray,
-    *,
-    order: str = "<",
-    big: bool = False,
-    planar: bool = False,
-    tags: dict[int, int] | None = None,
+    pixels: np.ndarray, *, order: str = "<", big: bool = False, planar: bool = False, tags: dict[int, int] | None = None
 ) -> bytes:
     """Write an uncompressed TIFF, classic or Big, of either byte order; tags may be overruled."""
     data = pixels.reshape(pixels.shape[0], pixels.shape[1], -1)
@@ -105,11 +100,7 @@ def tiff(
 
 
 def exr(
-    width: int,
-    height: int,
-    *,
-    window: tuple[int, int, int, int] | None = None,
-    value: np.ndarray | None = None,
+    width: int, height: int, *, window: tuple[int, int, int, int] | None = None, value: np.ndarray | None = None
 ) -> bytes:
     """Write an uncompressed scan-line EXR of one float channel; the data window may lie."""
     box = window or (0, 0, width - 1, height - 1)
@@ -224,18 +215,11 @@ def _modes() -> None:
     for orientation in range(10):
         add(f"orientation-{orientation}.jpg", OK, lambda o=orientation: pillow("jpeg", rgb, exif=_exif(o)))
         add(f"orientation-{orientation}.png", OK, lambda o=orientation: pillow("png", rgb, exif=_exif(o)))
-        add(
-            f"orientation-{orientation}.tif",
-            EITHER if orientation in (0, 9) else OK,
-            tiff(picture(), tags={274: orientation}),
-        )
+        outcome = EITHER if orientation in (0, 9) else OK
+        add(f"orientation-{orientation}.tif", outcome, tiff(picture(), tags={274: orientation}))
     profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
-    for what, icc in (
-        ("sound", profile),
-        ("broken", profile[:100]),
-        ("noise", bytes(range(256)) * 3),
-        ("grey", _grey(profile)),
-    ):
+    grey, noise = profile[:16] + b"GRAY" + profile[20:], bytes(range(256)) * 3
+    for what, icc in (("sound", profile), ("broken", profile[:100]), ("noise", noise), ("grey", grey)):
         for format in ("png", "jpeg", "tiff", "webp"):
             add(f"icc-{what}.{format}", OK, lambda f=format, i=icc: pillow(f, rgb, icc_profile=i))
 
@@ -257,10 +241,6 @@ def _exif(orientation: int) -> Image.Exif:
     exif = Image.Exif()
     exif[0x0112] = orientation
     return exif
-
-
-def _grey(profile: bytes) -> bytes:
-    return profile[:16] + b"GRAY" + profile[20:]
 
 
 def _adobe() -> bytes:
@@ -374,11 +354,8 @@ def _bombs() -> None:
     add("layers.psd", REFUSED, b"8BPS\0\1" + bytes(40))
     add("zip.png", REFUSED, _zip)
     for magic, name in (
-        (b"\0\0\0\x20ftypavif", "a.avif"),
-        (b"\x1f\x8b\x08", "a.gz"),
-        (b"MZ\x90", "a.exe"),
-        (b"DDS |", "a.dds"),
-    ):
+        (b"\0\0\0\x20ftypavif", "a.avif"), (b"\x1f\x8b\x08", "a.gz"), (b"MZ\x90", "a.exe"), (b"DDS |", "a.dds")
+    ):  # fmt: skip
         add(name, REFUSED, magic + bytes(60))
 
 
@@ -395,51 +372,30 @@ def _zip() -> bytes:
 
 
 def _places() -> None:
-    def case(name: str, outcome: str) -> Callable[[Callable[[Path], Path]], None]:
-        def keep(make: Callable[[Path], Path]) -> None:
-            CASES[name] = Case(make, outcome)
+    def linked(name: str, target: str) -> Callable[[Path], Path]:
+        def make(folder: Path) -> Path:
+            (folder / "real.png").write_bytes(png(4, 4))
+            (folder / name).symlink_to(folder / target)
+            return folder / name
 
-        return keep
+        return make
 
-    @case("a folder", REFUSED)
-    def _(folder: Path) -> Path:
-        (folder / "dir.png").mkdir()
-        return folder / "dir.png"
+    def made(name: str, make: Callable[[Path], None]) -> Callable[[Path], Path]:
+        return lambda folder: make(folder / name) or folder / name  # type: ignore[func-returns-value]
 
-    @case("a pipe", REFUSED)
-    def _(folder: Path) -> Path:
-        os.mkfifo(folder / "pipe.png")
-        return folder / "pipe.png"
-
-    @case("a broken link", REFUSED)
-    def _(folder: Path) -> Path:
-        (folder / "link.png").symlink_to(folder / "nothing.png")
-        return folder / "link.png"
-
-    @case("a link to itself", REFUSED)
-    def _(folder: Path) -> Path:
-        (folder / "loop.png").symlink_to(folder / "loop.png")
-        return folder / "loop.png"
-
-    @case("a good link", OK)
-    def _(folder: Path) -> Path:
-        (folder / "real.png").write_bytes(png(4, 4))
-        (folder / "good.png").symlink_to(folder / "real.png")
-        return folder / "good.png"
-
+    CASES["a folder"] = Case(made("dir.png", Path.mkdir), REFUSED)
+    CASES["a pipe"] = Case(made("pipe.png", os.mkfifo), REFUSED)
+    CASES["a broken link"] = Case(linked("link.png", "nothing.png"), REFUSED)
+    CASES["a link to itself"] = Case(linked("loop.png", "loop.png"), REFUSED)
+    CASES["a good link"] = Case(linked("good.png", "real.png"), OK)
     CASES["a device"] = Case(lambda _: Path("/dev/zero"), REFUSED)
     CASES["nothing"] = Case(lambda folder: folder / "nothing.png", REFUSED)
     CASES["below a file"] = Case(lambda folder: Path(__file__) / "x.png", REFUSED)
     CASES["a long name"] = Case(lambda folder: folder / ("x" * 5000 + ".png"), REFUSED)
     CASES["a zero in the name"] = Case(lambda folder: folder / "a\0b.png", REFUSED)
     for name in (
-        "space in name.png",
-        "-leading.png",
-        "ünïcödé 木目.png",
-        "percent%04d.png",
-        "query?a=1.png",
-        "x" * 250 + ".png",
-    ):
+        "space in name.png", "-leading.png", "ünïcödé 木目.png", "percent%04d.png", "query?a=1.png", "x" * 250 + ".png",
+    ):  # fmt: skip
         add(f"name {name[:20]}", OK, png(4, 4), name)
         add(f"name {name[:20]} tif", OK, tiff(picture()), name.replace(".png", ".tif"))
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import pickle
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -81,16 +79,6 @@ def test_functions_that_agree_here_and_there_make_their_own_maps(name: str, one:
     assert [m.recipe for m in made] == [m.recipe for m in apart]
     told = json.loads(made[0].recipe_text)
     assert told | {"use": 0} == made[0].recipe | {"energy": made[0].energy, "use": 0}
-
-
-def test_a_process_of_its_own_makes_the_same_map() -> None:
-    """What was grown before in this process changes nothing."""
-    shared = exemplar()
-    first, second = (grown(shared, "feature", f).map.digest for f in (round_, square))
-    code = "import test_functions as t; print(t.grown(t.exemplar(), 'feature', t.square).map.digest)"
-    run = [sys.executable, "-c", code]
-    out = subprocess.run(run, capture_output=True, text=True, check=True, cwd=Path(__file__).parent)
-    assert (out.stdout.strip() == second, first != second) == (True, True)
 
 
 def test_a_function_equals_itself_alone() -> None:

@@ -1,13 +1,12 @@
 """Golden hashes: the same request gives the same map on every machine, today and after every change.
 
-A change of a hash is a change of what users get: it needs a line in CHANGELOG.md that says so. The table is
-printed by ``python tests/test_golden.py``, for the named recipes or for all of them.
+A change of a hash is a change of what users get: it needs a line in CHANGELOG.md that says so. The table, golden.txt,
+is printed by ``python tests/test_golden.py``, for the named recipes or for all of them.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import subprocess
 import sys
@@ -183,114 +182,14 @@ def flattened(run: ia.Run) -> ia.Synthesis:
     return ia.synthesize(ia.flattened(Exemplar.of(lit)), (100, 90), "auto", seed=19, run=run)
 
 
-RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {
-    f.__name__: f
-    for f in (
-        plain, wrapped, automatic, exact, started, tiled, outward, by_rows, coherent,
-        by_segments, regular, courses, healed, sewn, shifted, corrected, chosen, tried,
-        boards, plain_blocks, turned, advected, straightened, flattened,
-    )
-}
-
 GOLDEN = {
-    "plain": (
-        "18f115048301ce71fd197a612a5ed0055758660ea98b8be95c8294ce3e608147",
-        "dfcbc5d17cd4bcd0f51acd57f3b47849de3ec2a42d13150638f229b74b0cfa8b",
-    ),
-    "wrapped": (
-        "0e82f96e9b3e82d2e88e3088b4544f3f9b4cf59e0faa0efe7219a933f6e217b7",
-        "de755a8187a2676c5c1ded0f35e87dcb3add0dfb48e72184813e3c3d8b95ac14",
-    ),
-    "automatic": (
-        "f0b309715bc01ee87594514df9ec33fd07c354f0f6f1c45267e3d3b2c17e262d",
-        "69af5c5784b3cbb1911b6b210b619dc6e42c2c7f32db4cfa5ce988fd9a388748",
-    ),
-    "exact": (
-        "9fe289b1b8dec2f6e07ae5123ec664b268d70bdb37f0dcd04a009bbb1d8b6153",
-        "8129bab65ecc752a7ece406a8425597216d4956ff51890368768a96b3cb42deb",
-    ),
-    "started": (
-        "af02db2be7a1f4d28c2415f805e81a2e0e93ad870dff197f4d0abe1c5cd759cb",
-        "32b9d5a5efd22b49c564a057996229287406c920e211b663e45de68775c552fe",
-    ),
-    "tiled": (
-        "52ef19583bcf8a820cf87cc06132385cfdcea7ba40fc61229fedd62b9b0b5eb9",
-        "657c1dfcaa0c558ff1f789242a995976274f89645ffce32e9b637b487f697e3a",
-    ),
-    "outward": (
-        "556f278d6c4931e8c94a38322217289df31a6a9c7b8444277888a185d48f2965",
-        "18ba22bee0fd67c38cb3ef4a7cf29d2ca236385bece61d5cdf82daf73e82f122",
-    ),
-    "by_rows": (
-        "33baa199ac6f0413cfff4bd6a7cabf0822b9daa01258c4c91c913a8ffa5d1c96",
-        "33217768fa422832ee6f1406fcc3200ac064e5b140cb78e2a0b04819c30df23a",
-    ),
-    "coherent": (
-        "b1a365775e5c2e1bb04472e5223981898c838719e4a057a29290e3929b2e9cb5",
-        "53d6b34aebafd31357ec13120d4f1c5f28d7c2175e68f3d2c53f547c7ebe92b5",
-    ),
-    "by_segments": (
-        "9ea94250689e24e9ce4af89817e598b3c1c8877072ce07988f9511b6cea4e4f7",
-        "796739906ebbf9842bf35ad04f72512d5ebcf5bd3f825267b266691cb47c229e",
-    ),
-    "chosen": (
-        "ab1bc8e22d5863f0e888e2d1a0bb77ccefd80b06abf66b2dfb681f7341ef0f02",
-        "0f79ef9dab4dd6bdfa1fb98557f94be45db41ad3df8e9d4cc9ab3077bd29cc5d",
-    ),
-    "tried": (
-        "b8b3d3817092d8194abed1159c6f677df37e6b6a546460371486541d683501b8",
-        "7478a1125e10da1abd4daf19045c2568d888f19836dc06c02a2f6c1e08338193",
-    ),
-    "regular": (
-        "16edebb08ea055d7456d1d86a17cdf9a5f647b6f9866df5db0c7d80e7b68a9fc",
-        "f99133ec603e6dd723de7036b695525fe8e66774e643f2a2d98bc46fc4abfd1e",
-    ),
-    "courses": (
-        "860f68ea627b7f532384c32c6bfdc847fbb9575d112936126477913707274b3a",
-        "ae5c8f9ef3b5cd2b3c3155ec2a8e12e31402dd76e4887e6dfc974d20ea45a4c1",
-    ),
-    "healed": (
-        "a1acfbe8a77cd274d4c1475c655e6567038d1f20b360169e160da6b8fb53f758",
-        "a16c3a3e62a40c6ccf6a036230b9a7ae54f740305c1f36d5f5dcb9070a9e5bc4",
-    ),
-    "sewn": (
-        "dbf1467382236d1ea057415ce0e41c0da3d7ffbe1e500aa06ad3d3d02f81deb4",
-        "2392c175918f1cee1338886abba851bad5725750c429b8f7236897f05e1d2579",
-    ),
-    "shifted": (
-        "453752ef295df9f02eb4c788793677f58ce7e077c9de84eb94d7a83518bf8ff3",
-        "47c9763fb88a42698e5fbe3a483422467497565f1fce814f3b4c64417a2d8d4d",
-    ),
-    "corrected": (
-        "d09aeebe3d2d3d3c0d1b8ae7807afa107a56f751ab03dbf21b5091f0170bb373",
-        "cd44f4d92d2260f843aa2bf33b8d3bf904a1940cb03adec429592501fcc1e91c",
-    ),
-    "boards": (
-        "cd89183106049ee0e4ea3f855604fc92d2b4428b94f1c42b7485208486e07bcb",
-        "72715481e61eb72b23613e2fb45f1264bf28d12058a3e64bc57cf959fcda2103",
-    ),
-    "plain_blocks": (
-        "b26c225ee4e715380813a730ce58ceeb8a3378bc8703fb08b9544a1d9d1f4212",
-        "7fa40c4037d59a8439dceff350502c7b9a05ce04f94f2ce8c57301f080b9f94f",
-    ),
-    "turned": (
-        "7b94a8ca2dd5bf5ff0c21421346c6b75e0ef417f13a98a126f31f55546a402f2",
-        "3e13513c947844898e295706e62b7dbb9f102e460e94d33de168680812f0fb39",
-    ),
-    "advected": (
-        "f46f5f218ed19b65a9950b095098b9a832513f937915ff6a1de414cd8d5b6e7f",
-        "fefcd121b98f200e351252d9e50277771cad7439d026d6bd9910de40aac3a716",
-    ),
-    "straightened": (
-        "5cb821c4aa1c3e85181ed449ba4c2be0232bffc5c3def9e35a62b47d91d18de3",
-        "8e75bf352021146aeec81492731c2160f47770e610bb1679f134894b1db00031",
-    ),
-    "flattened": (
-        "3f7e8db1e063d6a4843e1cf589cef4f313995c06e715d00360b8727425c01ca9",
-        "6dae278ed48207eaed5442ecb5d392a444205a3f44cc27e87f313535b37c4f2c",
-    ),
+    name: (smap, picture)
+    for line in Path(__file__).with_name("golden.txt").read_text("utf-8").splitlines()
+    for name, smap, picture in [line.split()]
 }
 """Map, and picture with a feather of 3 px, of every recipe."""
+
+RECIPES: dict[str, Callable[[ia.Run], ia.Synthesis]] = {name: globals()[name] for name in GOLDEN}
 
 
 def hashes(name: str, threads: int = 1) -> tuple[str, str]:
@@ -315,7 +214,7 @@ def elsewhere(names: list[str], **environment: str) -> dict[str, tuple[str, str]
         [sys.executable, __file__, *names], capture_output=True, text=True, env={**os.environ, **environment}
     )
     assert run.returncode == 0, run.stderr
-    return {k: (a, b) for k, (a, b) in json.loads(run.stdout).items()}
+    return {name: (smap, picture) for name, smap, picture in (line.split(" ") for line in run.stdout.splitlines())}
 
 
 def newer_features() -> str:
@@ -364,4 +263,5 @@ def test_another_order_of_hashing_changes_no_map() -> None:
 
 
 if __name__ == "__main__":
-    print(json.dumps({name: hashes(name) for name in sys.argv[1:] or RECIPES}, indent=4))
+    for name in sys.argv[1:] or RECIPES:
+        print(name, *hashes(name))

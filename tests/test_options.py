@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 import intarsia as ia
 from intarsia.foundation.params import AUTO, Parameter, parameters
 from intarsia.methods import METHODS, Ability, method_class
+from intarsia.tasks.completion import with_hole
 from intarsia.testing import texture
 
 SIZE = 36, 45  # px; whole periods of LATTICE
@@ -37,20 +39,44 @@ def options(slug: str) -> st.SearchStrategy[dict[str, Any]]:
     return st.fixed_dictionaries({p.name: st.sampled_from(values(p)) for p in parameters(method_class(slug))})
 
 
+USABLE = np.ones((30, 34), bool)
+USABLE[20:23, 14:17] = False
+EXEMPLAR = ia.Exemplar.of(texture(30, 34, 3, 5), usable=USABLE)
+HALVES = [ia.Plane((np.mgrid[:h, :w][0] * 2 // h).astype(np.uint8), "label") for h, w in ((30, 34), SIZE)]
+
+
 @pytest.mark.parametrize("slug", METHODS)
 def test_whatever_meets_is_refused_or_gives_a_whole_map(slug: str) -> None:
-    cls, exemplar = method_class(slug), texture(30, 34, 3, 5)
+    """With pixels that may not be used, a map that is begun, and labels, where a method has them; on two threads."""
+    cls = method_class(slug)
 
-    @settings(max_examples=12, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
-    @given(options(slug), st.sampled_from(("none", "x", "both") if Ability.WRAP in cls.supports else ("none",)))
-    def law(given: dict[str, Any], wrap: str) -> None:
+    def either(ability: Ability) -> st.SearchStrategy[bool]:
+        return st.booleans() if ability in cls.supports else st.just(False)
+
+    @settings(max_examples=16, deadline=None, database=None, derandomize=True, suppress_health_check=list(HealthCheck))
+    @given(
+        options(slug), st.sampled_from(("none", "x", "both") if Ability.WRAP in cls.supports else ("none",)),
+        either(Ability.MASK), either(Ability.START), either(Ability.GUIDE),
+    )  # fmt: skip
+    def law(given: dict[str, Any], wrap: str, masked: bool, begun: bool, guided: bool) -> None:
+        exemplar = EXEMPLAR if masked else ia.Exemplar.of(EXEMPLAR.base)
+        start = guide = None
+        if begun:
+            whole = ia.synthesize(exemplar, SIZE, ia.RandomTiling(patch=8), seed=9, wrap=wrap).map
+            start = with_hole(whole, np.arange(SIZE[1]) * np.ones((SIZE[0], 1)) >= 30)
+        if guided:
+            guide = ia.Guide(*HALVES)
         try:
             method = cls(**given)
-            one, two = (ia.synthesize(exemplar, SIZE, method, seed=3, wrap=wrap, run=ia.Run(n)).map for n in (1, 2))
-        except (ia.ParameterError, ia.MethodError) as e:
+            one, two = (
+                ia.synthesize(exemplar, SIZE, method, seed=3, wrap=wrap, start=start, guide=guide, run=ia.Run(n)).map
+                for n in (1, 2)
+            )
+        except (ia.ParameterError, ia.InputError, ia.MethodError) as e:
             reject() if "\n" not in str(e) else pytest.fail(f"not one line: {e}")
         assert one.digest == two.digest
         assert not one.holes.any()
         assert (one.yx.min(), *(one.yx.reshape(-1, one.yx.shape[-1]).max(axis=0) < (30, 34))) >= (0, True, True)
+        assert not masked or USABLE[one.yx[..., 0], one.yx[..., 1]].all()
 
     law()

@@ -58,73 +58,48 @@ class Look:
 
 
 # Above the bounds of each stands what seeds 1, 2 and 3 measure; a bound lies a fifth above the worst of them, or so.
+# What earlier ways of growing measured is told in docs/design/passes.md.
 JUDGED = ("joins", "steps", "blurred")
 LOOKS = {
     "brick": Look(
         lambda: cut("brick", 100, 100), "bent-courses",
-        # joins 3.3 2.9 3.3, steps 1.6 2.0 2.1 (what lies whole periods apart is no join), strange 18.8 18.5 17.6,
-        # lost 12.9 12.1 12.5,
-        # blurred 0.0 0.0 0.0, seams 51.7 54.2 54.9, unshown 36.6 31.0 32.6, near 0.014 0.019 0.016,
-        # bent 0.010 0.010 0.009
+        # joins 3.3 2.9 3.3, steps 1.6 2.0 2.1, strange 18.8 18.5 17.6, lost 12.9 12.1 12.5, blurred 0, seams 51.7
+        # 54.2 54.9, unshown 36.6 31.0 32.6, near 0.014 0.019 0.016, bent 0.010 0.010 0.009
         {"joins": 4.0, "steps": 2.6, "strange": 22.6, "lost": 15.5, "blurred": 4, "seams": 65.9, "unshown": 44,
          "near": 0.03, "bent": 0.02},
     ),
     "gravel": Look(
         lambda: cut("gravel"), "elements",
-        # Corrected pixel by pixel, before steps cost what is seen (docs/design/passes.md), joins 14.5 13.4 13.7, steps
-        # 18.6 18.8 16.7, seams 22.7 20.6 20.6, near 0.034 0.023 0.023; to the eye alike. With worst seams covered anew,
-        # before pieces grew (passes.md), strange 0.4 1.0 0.6, unshown 25.8 20.2 19.5; to the eye alike. While
-        # cuts ended at the border of the exemplar strange 1.2 1.4 1.7, unshown 18.9 20.6 21.9. Now joins 6.7 7.8 6.7,
-        # steps 8.7 11.7 11.2, strange 0.8 1.1 1.2, lost 3.7 5.4 3.7, blurred 1.2 1.0 1.5, seams 3.5 4.1
-        # 3.5, unshown 17.6 19.0 17.6, near 0.001 0.000 0.002.
+        # joins 6.7 7.8 6.7, steps 8.7 11.7 11.2, strange 0.8 1.1 1.2, lost 3.7 5.4 3.7, blurred 1.2 1.0 1.5, seams
+        # 3.5 4.1 3.5, unshown 17.6 19.0 17.6, near 0.001 0.000 0.002
         {"joins": 9.1, "steps": 14.1, "strange": 1.5, "lost": 6.5, "blurred": 4, "seams": 4.4, "unshown": 22.8,
          "near": 0.02},
     ),
     "grass": Look(
         lambda: cut("grass"), "elements",
-        # Gone over for repeats afterwards, rather than cut by what is shown, unshown was 37.5. With windows half as
-        # large again, by which people saw more return (passes.md), joins 7.4 7.1 8.3, steps 9.4 8.2 9.3, seams
-        # 3.1 2.7 2.9, near 0.010 0.011 0.041. While a step cost as much in grain as elsewhere (passes.md), joins
-        # 8.4 10.9 8.7, steps 9.0 12.8 10.8, strange 0.6 1.1 0.8, seams 3.1 4.1 3.7; to the eye alike. Before pieces
-        # grew, unshown 23.7 23.0 23.0. While cuts ended at the border of the exemplar (passes.md) strange 1.0 0.5
-        # 1.0, lost 3.3 3.1 4.5, unshown 17.0 14.3 15.4; to the eye alike. Now joins 6.5 6.1 7.5, steps 7.3 7.0 8.4,
-        # strange 1.1 0.9 1.4, lost 3.3 3.8 4.9, blurred 1.6 1.5 2.9, seams 2.1 2.2 2.7, unshown 16.5 17.0 23.8, near 0.
+        # joins 6.5 6.1 7.5, steps 7.3 7.0 8.4, strange 1.1 0.9 1.4, lost 3.3 3.8 4.9, blurred 1.6 1.5 2.9, seams 2.1
+        # 2.2 2.7, unshown 16.5 17.0 23.8, near 0
         {"joins": 9.0, "steps": 10.6, "strange": 1.7, "lost": 5.9, "blurred": 4, "seams": 3.2, "unshown": 28.6,
          "near": 0.02},
     ),
     "tiles": Look(
         lambda: cut("tiles"), "periods",
-        # Gone over for repeats, unshown was 20.4 15.1 15.5. joins 1.8 2.3 1.9, steps 0.9 1.1 0.6, strange 4.7 4.9
-        # 4.4, lost 12.6 12.9 9.5, blurred 0.0 0.0 0.0, seams 19.4 24.0 19.0, unshown 25.6 20.4 25.9, near 0.120 0.093
-        # 0.120, bent 0.004 0.001 0.002.
+        # joins 1.8 2.3 1.9, steps 0.9 1.1 0.6, strange 4.7 4.9 4.4, lost 12.6 12.9 9.5, blurred 0, seams 19.4 24.0
+        # 19.0, unshown 25.6 20.4 25.9, near 0.120 0.093 0.120, bent 0.004 0.001 0.002
         {"joins": 2.9, "steps": 1.4, "strange": 5.9, "lost": 15.5, "blurred": 4, "seams": 28.8, "unshown": 31.1,
          "near": 0.15, "bent": 0.01},
     ),
     "planks": Look(
         lambda: cut("planks"), "elements",
-        # Without a price of showing again, unshown was 60.3 48.2 57.1; at 0.25, by which people saw more joints stop,
-        # 22.8 28.4 14.8, seams 3.0 3.4 4.0. While boards were a channel of the search, and repeats along them counted
-        # as near three times as far, joins 6.0 8.9 10.8, steps 5.3 9.7 5.7, seams 2.9 3.0 2.4, unshown 35.0 28.8 35.8,
-        # near 0.014 0.007 0.003; to the eye alike, and of 15 photographs more are better without (passes.md).
-        # With windows half as large again (passes.md) joins 5.0 8.4 10.3, steps 6.1 9.0 8.2, strange 0.8 0.4 4.0,
-        # blurred 3.7 6.5 2.1, seams 3.3 3.9 2.7, near 0.010 0.074 0.009; to the eye alike, with one light board at a
-        # rim. While a step cost as much in grain as elsewhere, joins 12.9 6.4 12.8, steps 5.8 6.4 7.5, strange 6.4 1.5
-        # 2.7, near 0.021 0.032 0.035; alike to the eye. Before pieces grew, lost 13.5 25.3 21.5, seams 3.4 3.0 4.9,
-        # unshown 25.6 35.2 28.8. Now joins 12.3 6.2 8.6, steps 6.3 6.8 6.8, strange 6.9 4.8 3.9, lost 14.4 14.2 12.1,
-        # blurred 3.6 4.6 3.3, seams 3.1 3.9 3.2, unshown 18.7 22.7 22.2, near 0.045 0.005 0.033.
+        # joins 12.3 6.2 8.6, steps 6.3 6.8 6.8, strange 6.9 4.8 3.9, lost 14.4 14.2 12.1, blurred 3.6 4.6 3.3, seams
+        # 3.1 3.9 3.2, unshown 18.7 22.7 22.2, near 0.045 0.005 0.033
         {"joins": 14.1, "steps": 8.2, "strange": 7.6, "lost": 16.2, "blurred": 5.1, "seams": 3.9, "unshown": 24.4,
          "near": 0.045},
     ),
     "cloth": Look(
         cloth, "in-step",
-        # Gone over for repeats, unshown was 34.7 and seams 12.0; strange 11 to 16, lost 30 to 32. With a price for all,
-        # not for what strikes alone, unshown was 17.7 19.1 13.0; for what strikes 1.5 times as usual, not twice, 23.7
-        # 22.0 22.1, joins 6.4 4.6 5.4, steps 12.1 10.6 10.7, seams 2.4 2.2 1.4, and people saw more strands cut. While
-        # lines were a channel of the search joins 5.4 3.6 5.8, steps 9.7 9.6 10.5, seams 2.0 2.1 1.3, unshown 30.7 32.6
-        # 22.5; of twelve photographs in step with lines more are better without (passes.md). Now joins 5.4 3.5
-        # 6.0, steps 9.8 8.9 10.2, strange 0.8 29.0 1.0, lost 32.6 49.0 30.9, blurred 0.0 0.3 0.3, seams 1.6 1.3 1.2,
-        # unshown 28.4 36.3 28.9, near 0.000 0.000 0.005, bent 0. Since pieces grow unshown is 29.6 20.2 41.9, joins 5.6
-        # 3.4 5.8, steps 9.2 7.5 8.8, seams 1.3 0.9 1.4; to the eye alike.
+        # joins 5.6 3.4 5.8, steps 9.2 7.5 8.8, strange 0.8 29.0 1.0, lost 32.6 49.0 30.9, blurred 0.0 0.3 0.3, seams
+        # 1.3 0.9 1.4, unshown 29.6 20.2 41.9, near 0.000 0.000 0.005, bent 0
         {"joins": 6.2, "steps": 11.0, "strange": 42.8, "lost": 58.8, "blurred": 4, "seams": 1.7, "unshown": 50,
          "near": 0.02, "bent": 0.01},
     ),

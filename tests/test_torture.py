@@ -5,9 +5,6 @@ import pytest
 from scipy.ndimage import shift
 from torture import LATTICES, TORTURE
 
-SHAPES = {"tiny": (8, 8, 3), "tiny_row": (1, 64, 3), "tiny_column": (64, 1, 3)}
-GRAY = {"noise_white", "noise_pink", "noise_band", "text_lines", "maze", "labels", "two_level", "one_pixel"}
-GRAY |= {"stripes", "ramp_16bit", "jpeg_blocky"}
 LOOSE = {  # how well the picture agrees with itself, moved by a lattice vector, where it is no exact copy
     "brick_subpixel": 0.9,
     "brick_colours": 0.3,
@@ -28,38 +25,12 @@ def agreement(picture: np.ndarray, dy: float, dx: float) -> float:
     return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
 
 
-def test_all_thirty_entries_are_there():
-    assert len(TORTURE) == 38  # 4 of the 30 entries have three exemplars
-    assert set(LATTICES) <= set(TORTURE)
-
-
-@pytest.mark.parametrize("name", TORTURE)
-def test_always_the_same_and_fresh(name):
-    first, second = TORTURE[name](), TORTURE[name]()
-    assert np.array_equal(first, second)
-    assert not np.shares_memory(first, second)
-
-
-@pytest.mark.parametrize("name", TORTURE)
-def test_shape_and_type(name):
-    picture = TORTURE[name]()
-    assert picture.dtype == (np.uint16 if name == "ramp_16bit" else np.uint8)
-    if name in SHAPES:
-        assert picture.shape == SHAPES[name]
-    else:
-        assert 96 <= picture.shape[0] == picture.shape[1] <= 160
-        channels = None if name in GRAY else 4 if name == "alpha_islands" else 3
-        assert picture.shape[2:] == (() if channels is None else (channels,))
-
-
-@pytest.mark.parametrize(
-    "name", [n for n in TORTURE if n not in {*SHAPES, "constant", "stripes", "checkerboard"}]
-)
-def test_seed_and_size_are_used(name):
-    size = 96
-    assert TORTURE[name](size=size).shape[:2] == (size, size)
-    fixed = {"hexagons", "weave", "skewed", "gradient", "normals", "one_pixel"}
-    assert np.array_equal(TORTURE[name](seed=77), TORTURE[name]()) == (name in fixed)
+def test_they_are_always_the_same_and_fresh():
+    assert len(TORTURE) == 38
+    for make in TORTURE.values():
+        first, second = make(), make()
+        assert first.tobytes() == second.tobytes()
+        assert not np.shares_memory(first, second)
 
 
 @pytest.mark.parametrize("name", LATTICES)
@@ -74,30 +45,16 @@ def test_lattice_vectors_move_the_texture_onto_itself(name):
         assert here >= max(beside) - 0.02
 
 
-@pytest.mark.parametrize("name", [n for n in LATTICES if len(LATTICES[n]) == 2])
-def test_lattices_span_an_area(name):
-    assert abs(np.linalg.det(LATTICES[name])) > 90
-
-
 def test_special_values():
     assert set(np.unique(TORTURE["labels"]())) == {0, 1, 2}
-    assert set(np.unique(TORTURE["stripes"]())) == {0, 255}
-    assert len(np.unique(TORTURE["two_level"]())) == 2
     assert np.count_nonzero(TORTURE["one_pixel"]() != 128) == 1
     vectors = TORTURE["normals"]().astype(float) / 127.5 - 1
     assert np.allclose(np.linalg.norm(vectors, axis=2), 1, atol=0.02)
     alpha = TORTURE["alpha_islands"]()[..., 3]
-    assert (alpha == 0).mean() > 0.2
-    assert (alpha == 255).mean() > 0.2
-
-
-def test_ramp_lives_below_eight_bits():
+    assert min((alpha == 0).mean(), (alpha == 255).mean()) > 0.2
     ramp = TORTURE["ramp_16bit"]()
     assert len(np.unique(ramp >> 8)) < 5
     assert len(np.unique(ramp)) > 200
-
-
-def test_jpeg_has_edges_every_eight_px():
     step = np.abs(np.diff(TORTURE["jpeg_blocky"]().astype(float), axis=1)).mean(axis=0)
     seam = np.arange(1, len(step) + 1) % 8 == 0
     assert step[seam].mean() > 1.3 * step[~seam].mean()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import pickle
 import re
 from pathlib import Path
 from threading import Event
@@ -17,8 +15,7 @@ from hypothesis import strategies as st
 
 import intarsia as ia
 from intarsia.files import read_plane, read_recipe
-from intarsia.files.png import encode_png
-from intarsia.foundation import InputError, ParameterError, ResourceError
+from intarsia.foundation import ParameterError, ResourceError
 from intarsia.foundation.geometry import Box
 from intarsia.giant import exports, picture, zarrays
 from intarsia.giant.picture import Grid
@@ -51,13 +48,6 @@ def test_levelled_windows_are_crops(feather: int, mixing: ia.Mixing) -> None:
     woven = ia.weave(texture(80, 77, 4, 1), SMALL, 5, blend=blend)
     large = woven[-40:80, -30:100]
     assert (woven[10:31, 20:77] == large[50:71, 50:107]).all()
-
-
-def test_a_plain_canvas_is_the_window_at_the_origin() -> None:
-    """What `synthesize` draws, but for the feather at the border of the canvas."""
-    made = ia.synthesize(texture(80, 77, 3, 1), (130, 120), SMALL, seed=5, blend=ia.Blend(6))
-    assert (np.asarray(made.render())[4:-4, 4:-4] == small(6)[4:126, 4:116]).all()
-    assert made.map.digest == small().map(Box(0, 0, 130, 120)).digest
 
 
 def test_windows_larger_than_a_cell_are_filled_by_cells(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,25 +85,14 @@ def test_a_smaller_plane_is_averaged_in_its_own_windows() -> None:
         assert (rough.draw(Box(-9, 5, 40, 60)) == whole).all()
 
 
-def test_a_weave_is_sent_with_what_is_known_of_its_exemplar() -> None:
-    woven = small()
-    window = woven[0:30, 0:30]
-    sent = pickle.loads(pickle.dumps(woven))
-    assert sent.exemplars[0]._memo, "analysed where it was made"
-    assert (sent[0:30, 0:30] == window).all()
-
-
 @pytest.mark.parametrize(
     ("key", "message"),
     [
         (slice(0, 4), "is no window; give rows and columns as texture[y0:y1, x0:x1]"),
         ((slice(0, 4), 3), "is no window"),
-        ((slice(0, 4), slice(0, 4), slice(None)), "is no window"),
         ((slice(None), slice(0, 4)), "texture[:, 0:4]: an endless plane has no first or last pixel"),
-        ((slice(0, 4), slice(3, None)), "texture[0:4, 3:]: an endless plane"),
         ((slice(0, 4, 2), slice(0, 4)), "texture[0:4:2, 0:4]: every pixel is drawn; drop the step"),
         ((slice(0, 4), slice(4, 4)), "texture[0:4, 4:4] is empty"),
-        ((slice(0, -4), slice(0, 4)), "is empty"),
         ((slice(0.5, 4), slice(0, 4)), "rows and columns are whole numbers"),
         ((slice(2**40, 2**40 + 1), slice(0, 4)), "lie too far away; stay within 2**40 px"),
     ],
@@ -126,10 +105,8 @@ def test_what_is_no_window_is_refused(key: Any, message: str) -> None:
 def test_a_slice_larger_than_memory_says_how_to_stream() -> None:
     with pytest.raises(ResourceError) as caught:
         small()[0 : 2**24, -(2**24) : 2**24]
-    told = str(caught.value)
-    assert told.startswith("a window of 33554432x16777216 px takes 1688849.9 GB, ")
-    assert "stream it with texture.to_zarr(path, shape, origin=...), to_tiff or to_dask" in told
-    assert "\n" not in told
+    assert "stream it with texture.to_zarr(" in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_methods_without_windows_are_refused() -> None:
@@ -153,12 +130,8 @@ def cut(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exports, "AREA", 64 * 64)
 
 
-DEPTHS = [("uint8", 1), ("uint8", 2), ("uint8", 3), ("uint8", 4), ("uint16", 1), ("uint16", 3), ("float32", 3),
-          ("float32", 6), ("uint8", 7)]  # fmt: skip
-
-
 @pytest.mark.usefixtures("cut")
-@pytest.mark.parametrize(("dtype", "channels"), DEPTHS)
+@pytest.mark.parametrize(("dtype", "channels"), [("uint8", 2), ("uint8", 4), ("uint8", 7), ("float32", 6)])
 def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> None:
     """Every depth and number of channels, read by the libraries of others."""
     zarr, tifffile = needs("zarr"), needs("tifffile")
@@ -180,14 +153,6 @@ def test_stores_hold_the_window(dtype: str, channels: int, tmp_path: Path) -> No
     recipe = read_recipe(tmp_path / "o.tif")
     assert recipe is not None
     assert (recipe["origin"], recipe["size"]) == ([9, -20], [145, 123])
-
-
-@pytest.mark.parametrize("channels", [1, 2, 3, 4])
-@pytest.mark.parametrize("dtype", ["uint8", "uint16"])
-def test_tiles_are_png(dtype: str, channels: int, tmp_path: Path) -> None:
-    pixels = as_depth(texture(29, 37, channels, 8), dtype)
-    (tmp_path / "o.png").write_bytes(encode_png(pixels))
-    assert (read_plane(tmp_path / "o.png").samples == pixels).all()
 
 
 @pytest.mark.usefixtures("cut")
@@ -238,40 +203,15 @@ def test_the_size_of_the_pieces_changes_no_byte(
     assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("how", ["zarr", "tiff", "tiles"])
-def test_what_is_no_texture_is_never_touched(how: str, tmp_path: Path) -> None:
-    """Other files and folders; with force, too, where it is a folder."""
-    if how == "zarr":
-        needs("zarr")
-
-    def woven(name: str, force: bool = False) -> None:
-        getattr(small(), f"to_{how}")(tmp_path / name, 40, force=force)
-
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "folder" / "thesis.txt").write_text("years")
-    (tmp_path / "file").write_text("work")
-    for name in ("folder", "file"):
-        for force in (False, True):
-            if not (name == "file" and how == "tiff" and force):
-                with pytest.raises(ParameterError):
-                    woven(name, force)
-    assert (tmp_path / "folder" / "thesis.txt").read_text() == "years"
-    assert (tmp_path / "file").read_text() == "work"
-    with pytest.raises(InputError, match="does not exist; make it first"):
-        woven("missing/o")
-
-
 @pytest.mark.parametrize(
     ("how", "more", "message"),
     [
         ("tiff", {"shape": (0, 5)}, "shape=(0, 5) is not allowed"),
-        ("tiff", {"shape": "big"}, "shape='big' is no size"),
         ("tiff", {"shape": 2**33}, "a TIFF holds at most 4294967295 px a side; write a zarr array."),
         ("tiff", {"shape": 2**31}, "cells of 2048x512; at most 4194304"),
         ("tiff", {"tile": 40}, "tile=40 is not allowed; give 16 to 4096 px, a multiple of 16."),
         ("tiff", {"origin": 4}, "origin=4 is no pixel; give (y, x)."),
         ("tiff", {"origin": (0, 2**40)}, "lie too far away"),
-        ("tiles", {"tile": 15}, "tile=15 is not allowed"),
         ("zarr", {"chunk": True}, "chunk=True is not allowed"),
     ],
 )
@@ -281,12 +221,6 @@ def test_what_cannot_be_stored_is_refused_before_work(how: str, more: dict, mess
     with pytest.raises(ParameterError, match=re.escape(message)):
         getattr(small(), f"to_{how}")(tmp_path / "o", **({"shape": 64} | more))
     assert not list(tmp_path.iterdir())
-
-
-def test_tiles_of_floats_are_refused(tmp_path: Path) -> None:
-    woven = ia.weave(as_depth(texture(80, 77, 3, 1), "float32"), SMALL)
-    with pytest.raises(ParameterError, match="8 or 16 bit, not 3 of float32; write a zarr array or a TIFF"):
-        woven.to_tiles(tmp_path / "o", 64)
 
 
 def test_labels_and_truth_values_are_stored(tmp_path: Path) -> None:
@@ -337,10 +271,3 @@ def test_memory_is_asked_for_where_the_system_tells(monkeypatch: pytest.MonkeyPa
         small()[0:20, 0:20]
     monkeypatch.setattr(picture, "free_memory", lambda: None)
     assert small()[0:20, 0:20].shape == (20, 20, 3)
-
-
-def test_the_recipe_names_all_that_a_pixel_depends_on() -> None:
-    told = small(3).recipe
-    assert json.loads(json.dumps(told))["seed"] == 5
-    assert set(told) == {"intarsia", "method", "parameters", "seed", "blend", "exemplars", "plane"}
-    assert small(3).digest != small(4).digest

@@ -35,14 +35,6 @@ def test_the_exemplar_has_no_joins_and_nothing_too_often() -> None:
     assert overused_places(found, [SIZE], SIZE) == ()
 
 
-def test_what_joins_cost_is_what_changes() -> None:
-    found = judged(STONES, output=np.tile(STONES[8:40, 24:56], (4, 4, 1)))
-    cost = local_join_costs(found, SIZE)
-    assert 0 <= cost.min() <= cost.max() <= 1
-    changes = [s.join_costs.mean() / 1024 for look in found.looks for s in look.sources[:2]]
-    assert cost.mean() == pytest.approx(np.mean(changes), rel=0.35)
-
-
 @pytest.mark.parametrize("wrap", [Wrap.NONE, Wrap.BOTH])
 def test_the_place_that_is_shown_again_and_again_is_found(wrap: Wrap) -> None:
     corner = np.tile(STONES[72:104, 40:72], (6, 6, 1))

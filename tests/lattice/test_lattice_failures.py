@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from lattice.test_lattice import apart, of, tiling
 
-import intarsia as ia
 import lattice_failures as failures
 from intarsia.lattice import find_lattice
 
@@ -68,8 +67,3 @@ def test_crops_of_a_few_periods(periods: float, seed: int) -> None:
     else:
         assert apart(found.pixels, vectors)[0] == 1
         assert apart(found.pixels, vectors)[1] < 0.5
-
-
-def test_gravel_is_refused() -> None:
-    assert find_lattice(of(np.asarray(ia.read("sample:gravel").base.pixels))).accepted is None
-    assert find_lattice(of(np.asarray(ia.read("sample:grass").base.pixels))).accepted is None

@@ -74,15 +74,6 @@ def test_no_other_anchor_is_better_and_the_layout_repeats():
     assert (layout.reshape(-1, 2).max(axis=0) < picture.shape[:2]).all()
 
 
-def test_an_exact_period_costs_nothing():
-    tile = np.random.default_rng(0).integers(0, 1023, (13, 17, 3)).astype(np.int16)
-    picture = np.tile(tile, (4, 4, 1))
-    found = best_tile(picture, px((0, 17), (13, 0)))
-    assert found.cost == 0
-    layout = layout_of(found, 52, 68)
-    assert np.array_equal(picture[layout[..., 0], layout[..., 1]], picture)
-
-
 def test_the_tile_avoids_what_cannot_be_used():
     picture = features([Exemplar.of(TORTURE["hexagons"]())]).pictures[0]
     usable = np.ones(picture.shape[:2], bool)

@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 from regular.test_wall import CASES
 
-import intarsia as ia
-from intarsia.foundation.geometry import Box
 from intarsia.foundation.run import Run
 from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas
-from intarsia.regular import near_regular
 from intarsia.regular.wall import LRUCache, Wall
 
 PLACES = [(0, 0), (0, 64), (64, 64), (-64, 64), (0, 0), (2**40, -(2**40)), (64, 0), (2**40, 64 - 2**40)]
@@ -41,23 +38,6 @@ def test_a_window_beside_lays_only_what_is_new(monkeypatch: pytest.MonkeyPatch) 
         wall.window(y, x, 64, 64, Run(1))
     assert len(set(laid)) == len(laid)
     assert len(laid) < 2 * len({i for _, i in laid})
-
-
-def test_two_seeds_in_turn_are_laid_once_each(monkeypatch: pytest.MonkeyPatch) -> None:
-    exemplar, made = Exemplar.of(CASES[0][0]), list[int]()
-    layer = near_regular._layer
-
-    def laid(method: Any, exemplar: Any, canvas: Any, start: Any, seed: int, run: Any) -> Any:
-        made.append(seed)
-        return layer(method, exemplar, canvas, start, seed, run)
-
-    monkeypatch.setattr(near_regular, "_layer", laid)
-    method = ia.NearRegular(lattice=CASES[0][1])
-    for seed in (1, 2, 1, 2, 5, 2):
-        found = method.window([exemplar], Box(64, 0, 96, 40), seed, Run(1))
-        alone = method.window([Exemplar.of(CASES[0][0])], Box(64, 0, 96, 40), seed, Run(1))
-        np.testing.assert_array_equal(found.yx, alone.yx)
-    assert [made.count(seed) for seed in (1, 2, 5)] == [1 + 2, 1 + 3, 1 + 1]  # once, and once for each made alone
 
 
 def test_what_was_used_longest_ago_gives_way() -> None:

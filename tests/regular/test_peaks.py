@@ -22,7 +22,4 @@ def test_the_higher_of_two_that_are_near_stays(levels: list[int], distance: int,
     profile = np.array(levels, float)
     expected, _ = find_peaks(profile, height=0, prominence=prominence, distance=distance)
     assert peaks(profile, 0, prominence, distance) == expected.tolist()
-
-
-def test_of_two_as_high_the_later_stays() -> None:
-    assert peaks(np.array([0.0, 5, 0, 5, 0]), 1, 1, 3) == [3]
+    assert peaks(np.array([0.0, 5, 0, 5, 0]), 1, 1, 3) == [3], "of two as high the later"

@@ -15,7 +15,6 @@ from intarsia.regular import rectify
 from intarsia.regular.rectify import (
     TERMS,
     TURN,
-    Rectification,
     Rectified,
     _factors,
     _moved,
@@ -24,7 +23,6 @@ from intarsia.regular.rectify import (
     rectified_if_better,
     straight_of,
 )
-from intarsia.regular.wall import Wall
 from intarsia.testing import texture
 from intarsia.testing.cases import noise
 
@@ -61,22 +59,6 @@ def wall(down: np.ndarray, seed: int = 1) -> np.ndarray:
     return np.rint((130 + shade) * (1 - mortar) + 30 * mortar + grain).astype(np.uint8)
 
 
-def laid(kind: str) -> tuple[Exemplar, Rectification, np.ndarray]:
-    e = Exemplar.of(wall(coordinate(kind)))
-    straight = straight_of(e)
-    assert straight is not None
-    return e, straight, coordinate(kind)[straight.yx[..., 0], straight.yx[..., 1]]
-
-
-def pitches(down: np.ndarray, known: np.ndarray, parts: int = 6) -> list[float]:
-    """The pitch in strips from left to right, px."""
-    found = []
-    for part in np.array_split(np.arange(down.shape[1]), parts):
-        rows = np.nonzero(known[:, part])[0]
-        found.append(COURSE / np.polyfit(rows, down[:, part][known[:, part]], 1)[0])
-    return found
-
-
 @pytest.mark.parametrize("kind", ["slanted", "converging", "bowed", "fan", "tilted", "winding"])
 @pytest.mark.parametrize("upright", [False, True])
 def test_courses_lie_straight_afterwards(kind: str, upright: bool) -> None:
@@ -90,7 +72,10 @@ def test_courses_lie_straight_afterwards(kind: str, upright: bool) -> None:
     down = truth[yx[..., 0], yx[..., 1]]
     known = straight.exemplar.free
     known = known.T if upright else known
-    found = pitches(down, known)
+    found = []
+    for part in np.array_split(np.arange(down.shape[1]), 6):  # the pitch in strips from left to right, px
+        rows = np.nonzero(known[:, part])[0]
+        found.append(COURSE / np.polyfit(rows, down[:, part][known[:, part]], 1)[0])
     assert max(found) - min(found) < 0.2
     rows, columns = np.nonzero(known)
     a = np.stack([rows, np.ones(len(rows))], axis=1)
@@ -101,11 +86,13 @@ def test_courses_lie_straight_afterwards(kind: str, upright: bool) -> None:
 
 
 def test_what_is_told_of_the_courses_is_true() -> None:
-    assert laid("slanted")[1].slant == pytest.approx(0.03, abs=0.003)
-    assert laid("slanted")[1].off < 1
-    assert laid("converging")[1].converging == pytest.approx(0.04, abs=0.01)
-    assert laid("bowed")[1].off == pytest.approx(2, abs=0.7)  # 3 px from the middle to the ends, less their mean
-    assert laid("fan")[1].converging == pytest.approx(1.15 / 0.85 - 1, abs=0.03)
+    kinds = "slanted", "converging", "bowed", "fan"
+    told = {kind: straight_of(Exemplar.of(wall(coordinate(kind)))) for kind in kinds}
+    assert told["slanted"].slant == pytest.approx(0.03, abs=0.003)
+    assert told["slanted"].off < 1
+    assert told["converging"].converging == pytest.approx(0.04, abs=0.01)
+    assert told["bowed"].off == pytest.approx(2, abs=0.7)  # 3 px from the middle to the ends, less their mean
+    assert told["fan"].converging == pytest.approx(1.15 / 0.85 - 1, abs=0.03)
 
 
 def test_straight_walls_and_other_textures_are_left_alone() -> None:
@@ -308,24 +295,6 @@ def test_recipes_hold_what_was_done() -> None:
     given = ia.NearRegular(lattice=((0, 16),)).resolved([Exemplar.of(e)], Canvas(9, 9))
     assert given.straighten == "off"
     assert rectified_for(Exemplar.of(e), given.slug, given.lattice, given.straighten).straight is None
-
-
-def test_depth_changes_nothing() -> None:
-    e = wall(coordinate("fan"))
-    maps = [ia.synthesize(p, 120, ia.NearRegular(), seed=2).map for p in (e, e.astype(np.uint16) * 257)]
-    np.testing.assert_array_equal(maps[0].yx, maps[1].yx)
-
-
-def test_wrapped_courses_close() -> None:
-    e = Exemplar.of(wall(coordinate("fan")))
-    method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    size = (round(12 * method.lattice[0][1]), 210)
-    base, canvas = rectified_for(e, method.slug, method.lattice, method.straighten), Canvas(*size, ia.Wrap.BOTH)
-    courses = Wall.of(base.lattice, None, base.exemplar, canvas, 4)
-    here = courses.window(0, 0, *size)
-    np.testing.assert_array_equal(courses.window(size[0], -size[1], *size), here)
-    made = ia.synthesize(e, size, method, seed=4, wrap="both")
-    np.testing.assert_array_equal(made.map.yx, base.to_exemplar(here))
 
 
 def test_analyze_says_so() -> None:

@@ -9,6 +9,7 @@ import pytest
 from long import going_round
 from paint_setts import COURSE
 from regular import naive_wall as naive
+from regular.test_unequal_courses import rubble
 from scipy.ndimage import distance_transform_edt, gaussian_filter, label
 
 import intarsia as ia
@@ -166,11 +167,14 @@ def test_courses_may_lean(lean: float) -> None:
     assert pure >= 0.97 * n
 
 
-def test_upright_courses_are_courses_turned() -> None:
-    pixels, _ = exemplar_of(BONDED)
-    lying = ia.synthesize(pixels, (200, 260), ia.NearRegular(lattice=((0, 30),)), seed=3)
-    upright = ia.synthesize(pixels.swapaxes(0, 1).copy(), (260, 200), ia.NearRegular(lattice=((30, 0),)), seed=3)
-    np.testing.assert_array_equal(upright.map.yx, lying.map.yx.swapaxes(0, 1)[:, :, ::-1])
+@pytest.mark.parametrize(("pixels", "lying", "upright"), [
+    (exemplar_of(BONDED)[0], {"lattice": ((0, 30),)}, {"lattice": ((30, 0),)}),
+    (rubble()[0], {"course_heights": "unequal"}, {"course_heights": "unequal"}),
+], ids=["equal", "unequal"])  # fmt: skip
+def test_upright_courses_are_courses_turned(pixels, lying, upright) -> None:
+    one = ia.synthesize(pixels, (200, 260), ia.NearRegular(**lying), seed=3)
+    two = ia.synthesize(pixels.swapaxes(0, 1).copy(), (260, 200), ia.NearRegular(**upright), seed=3)
+    np.testing.assert_array_equal(two.map.yx, one.map.yx.swapaxes(0, 1)[:, :, ::-1])
 
 
 def test_bricks_are_used_in_turn() -> None:
@@ -223,7 +227,11 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("case", "corner"), going_round(CASES, [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)]))
+UNEQUAL = [(rubble()[0], None), (rubble()[0].swapaxes(0, 1).copy(), None), (rubble(seed=4, joint=4)[0], None)]
+CORNERS = [(0, 0), (-150, 77), (2**40 - 3, -(2**40) - 11)]
+
+
+@pytest.mark.parametrize(("case", "corner"), going_round([*CASES, *UNEQUAL], CORNERS))
 def test_a_window_is_a_crop(case, corner: tuple[int, int]) -> None:
     (pixels, lattice), (y, x) = case, corner
     e = Exemplar.of(pixels)
@@ -257,23 +265,6 @@ def test_sizes_that_strain_the_courses_are_refused() -> None:
 def test_exemplars_without_a_whole_course_are_refused() -> None:
     with pytest.raises(ia.MethodError, match="holds no whole course"):
         ia.synthesize(texture(20, 60), 40, ia.NearRegular(lattice=((0, 28),)))
-
-
-def test_masked_pixels_are_never_shown() -> None:
-    pixels, _ = exemplar_of(BONDED)
-    usable = np.ones(pixels.shape[:2], bool)
-    usable[40:75, 100:160] = False
-    usable[:8] = False
-    e = Exemplar.of(pixels, usable=usable)
-    made = ia.synthesize(e, 300, ia.NearRegular(lattice=((0, 30),)), seed=1)
-    assert usable[made.map.yx[:, :, 0], made.map.yx[:, :, 1]].all()
-
-
-def test_threads_change_nothing() -> None:
-    pixels, _ = exemplar_of(BONDED)
-    method = ia.NearRegular(lattice=((0, 30),))
-    digests = {ia.synthesize(pixels, 500, method, seed=9, run=ia.Run(n)).map.digest for n in (1, 3, 8)}
-    assert len(digests) == 1
 
 
 def test_boards_are_laid_whole_and_grown_in_step() -> None:

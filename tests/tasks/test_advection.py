@@ -68,36 +68,6 @@ def test_nothing_moves_nothing_and_a_whole_step_moves_a_torus_whole() -> None:
     assert (np.asarray(moved.render()) == np.roll(np.asarray(made.render()), (3, -70), (0, 1))).all()
 
 
-def test_what_moves_as_a_whole_is_never_changed() -> None:
-    """Two halves that pass one another change only near where they meet."""
-    made = grown()
-    flow = np.zeros((64, 64, 2))
-    flow[:32, :, 1] = 5
-    moved = ia.advect(made, flow, coarsest=8).map.yx
-    deep = 8 + 2  # a square of the coarsest level, and what lies around a tear
-    assert (moved[deep : 32 - deep] == np.roll(made.map.yx, 5, 1)[deep : 32 - deep]).all()
-    assert (moved[32 + deep : 64 - deep] == made.map.yx[32 + deep : 64 - deep]).all()
-    assert (moved[30:34] != np.concatenate([np.roll(made.map.yx, 5, 1)[30:32], made.map.yx[32:34]])).any()
-
-
-def test_corrections_mend_what_a_step_tore() -> None:
-    """The cost of the seams, foretold by continuing the exemplar, is lower than before they are mended."""
-    made = grown(96)
-    flow = np.zeros((96, 96, 2))
-    flow[..., 1] = (np.arange(96) // 12 % 2 * 7)[:, None]
-    torn = np.take_along_axis(made.map.yx, ((np.arange(96) - flow[..., 1]) % 96).astype(int)[..., None], 1)
-    mended = ia.advect(made, flow)
-
-    def cost(yx: Any) -> float:
-        base = np.asarray(made.exemplars[0].base).astype(float)
-        up, at = np.roll(yx, 1, 0), yx
-        below = (up[..., 0] + 1 < 40), up[..., 0].clip(0, 38) + 1
-        off = np.abs(base[below[1], up[..., 1]] - base[at[..., 0], at[..., 1]]).mean(axis=2)
-        return float(off[below[0]].mean())
-
-    assert cost(mended.map.yx) < 0.8 * cost(torn)
-
-
 def test_whole_steps_of_a_steady_flow_add_up() -> None:
     flow = np.random.default_rng(1).uniform(-3, 3, (7, 9, 2))
     total = sum(displacements(flow, 7, 9, frame) for frame in range(1, 41))

@@ -67,15 +67,13 @@ class TestTold:
         vectors = found["lattice"]["vectors"]
         assert sorted(abs(round(x)) + abs(round(y)) for x, y in vectors) == [20, 24]
         assert sorted(found["lattice"]["periods"]) == pytest.approx([20, 24], abs=0.2)
-        assert found["lattice"]["confidence"] > 0.2
         assert found["lattice"]["reasons"][-1].startswith("Accepted")
-        assert found["feature_size"] >= 1
         assert found["file"] == "weave.png"
         assert found["exemplar"]["size"] == [132, 120]
-        assert found["suggested"]["method"] == "near-regular"
-        assert found["suggested"]["parameters"] == {"lattice": vectors}
-        assert found["suggested"]["flatten"] is False
         assert found["suggested"]["why"]
+        assert found["suggested"] | {"why": 0, "rule": 0} == {
+            "method": "near-regular", "parameters": {"lattice": vectors}, "flatten": False, "why": 0, "rule": 0,
+        }  # fmt: skip
 
     def test_one_vector_across_the_rows(self) -> None:
         y, _ = np.mgrid[:128, :150]
@@ -109,16 +107,11 @@ class TestTold:
             "rule": "one-colour",
         }  # fmt: skip
 
-    def test_what_is_suggested_can_be_done(self) -> None:
-        for name in ("weave.png", "blobs.png"):
-            found = ia.analyze(name)
-            method = ia.methods.make(found.suggested.method, found.suggested.parameters)
-            assert ia.synthesize(name, 90, method).map.yx.shape == (90, 90, 2)
-
-    def test_the_printed_options_are_those_of_grow(self) -> None:
-        line = next(s for s in run("weave.png").stdout.splitlines() if s.startswith("suggested"))
+    @pytest.mark.parametrize("name", ["weave.png", "blobs.png"])
+    def test_the_printed_options_are_those_of_grow(self, name: str) -> None:
+        line = next(s for s in run(name).stdout.splitlines() if s.startswith("suggested"))
         words = shlex.split(line)[1:]
-        done = CliRunner().invoke(cli, ["grow", "weave.png", "-o", "out.png", "-q", "--size", "80", *words])
+        done = CliRunner().invoke(cli, ["grow", name, "-o", "out.png", "-q", "--size", "80", *words])
         assert done.exit_code == 0, done.stderr
 
     def test_a_slope_of_light_suggests_to_flatten(self) -> None:
@@ -147,15 +140,14 @@ class TestTold:
         found = told("weave.png")
         assert {k: v for k, v in found.items() if k not in ("file", "warnings")} == ia.analyze("weave.png").as_dict()
 
-    def test_the_standard_input_is_read(self) -> None:
-        assert run("-", data=Path("weave.png").read_bytes()).stdout.startswith("-: 132x120 px\n")
-
     def test_a_mask_and_a_crop_are_heeded(self) -> None:
         assert told("weave.png", "--crop", "0,0,100,90")["exemplar"]["size"] == [100, 90]
         mask = np.full((120, 132), 255, np.uint8)
         mask[:70, :60] = 0
         ia.write("mask.png", mask)
-        assert told("weave.png", "--mask", "mask.png")["lattice"] is not None
+        found = told("weave.png", "--mask", "mask.png")
+        assert found["lattice"] is not None
+        assert sum(g["share"] for g in found["segments"]["groups"]) == pytest.approx(1, abs=1e-3)
 
 
 class TestSegments:
@@ -181,13 +173,6 @@ class TestSegments:
         page = run("gray.png").stdout
         assert "1 in 1 group; none is chosen" in page
         assert "by rule autocorrelation: the exemplar is constant." in page
-
-    def test_masked_pixels_are_in_no_group(self) -> None:
-        mask = np.full((120, 132), 255, np.uint8)
-        mask[:60] = 0
-        ia.write("half.png", mask)
-        seen = told("weave.png", "--mask", "half.png")["segments"]
-        assert sum(g["share"] for g in seen["groups"]) == pytest.approx(1, abs=1e-3)
 
 
 class TestDrawn:
@@ -224,25 +209,16 @@ class TestDrawn:
         top = 1.0 if depth == "float32" else np.iinfo(depth).max
         pixels = (weave() / 255 * top).astype(depth)
         clear = np.dstack([pixels, np.full(pixels.shape, top, depth)])
-        for one in (pixels, clear):
-            drawn = ia.analyze(one).overlay()
-            assert drawn.pixels.dtype == np.uint8
-            assert drawn.pixels.shape == (120, 132, 3)
+        for one in (ia.analyze(pixels), ia.analyze(clear)):
+            for drawn in map(one.overlay, OVERLAYS):
+                assert (drawn.pixels.dtype, drawn.pixels.shape) == (np.uint8, (120, 132, 3))
+        with pytest.raises(ia.ParameterError, match="overlay=magic is unknown"):
+            one.overlay("magic")
 
     def test_segments_are_drawn_with_or_without_a_lattice(self) -> None:
-        """What is written is the overlay of the analysis, in 8 bits, for pictures of any depth and opacity."""
         run("blobs.png", "--overlay", "segments=s.png", "-q")
         exemplar = ia.read("blobs.png")
         assert (files.read_plane("s.png").pixels == segment_overlay(exemplar)).all()
-        for depth, top in (("uint16", 65535), ("float32", 1.0)):
-            deep = (np.dstack([weave()] * 3 + [np.full((120, 132), 255)]) / 255 * top).astype(depth)
-            drawn = ia.analyze(deep).overlay("segments").pixels
-            assert (drawn.dtype, drawn.shape) == (np.uint8, (120, 132, 3))
-
-    def test_kinds_are_a_table(self) -> None:
-        assert set(OVERLAYS) == {"lattice", "segments"}
-        with pytest.raises(ia.ParameterError, match="overlay=magic is unknown; choose one of lattice, segments"):
-            ia.analyze("weave.png").overlay("magic")
 
 
 class TestTile:
@@ -329,14 +305,11 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("args", "code", "message"),
         [
-            (("missing.png",), 3, "missing.png does not exist"),
-            ((), 2, "Missing argument"),
             (("weave.png", "--overlay", "magic=o.png"), 2, "give lattice=FILE, segments=FILE."),
             (("weave.png", "--overlay", "o.txt"), 2, "o.txt"),
             (("weave.png", "--overlay", "o.png", "--best-tile", "o.png"), 2, "o.png would be written twice"),
             (("weave.png", "--overlay", "-", "--best-tile", "-"), 2, "holds one picture"),
             (("weave.png", "--overlay", "-", "--json"), 2, "--json and -o -"),
-            (("weave.png", "--best-tile", ""), 2, "an empty file name"),
             (("weave.png", "blobs.png", "--several", "--overlay", "o.png"), 2, "would be written twice"),
             (("weave.png", "blobs.png", "--several", "--overlay", "-"), 2, "here are 2 exemplars"),
             (("weave.png", "--toroidal", "--flatten"), 2, "--flatten does not go with --toroidal"),

@@ -17,7 +17,7 @@ from intarsia import files
 from intarsia.cli import cli
 from intarsia.foundation.geometry import Wrap
 from intarsia.methods import METHODS, Ability, method_class
-from intarsia.tasks.tileable import _fine_grained, half_shifted, periodic_size, repeated, scene_to_tile
+from intarsia.tasks.tileable import _fine_grained, half_shifted, periodic_size, scene_to_tile
 from intarsia.testing.cases import as_depth, looked_up, texture
 from unweighed import meeting
 
@@ -81,21 +81,6 @@ def test_single_elements_are_not_levelled() -> None:
     grain = texture(96, 96, 3, 5) % 16
     found = [_fine_grained(p.astype(np.int16)) for p in (grain, np.kron(grain, np.ones((8, 8, 1), np.uint8)))]
     assert found == [True, False]
-
-
-def test_all_planes_follow_one_map() -> None:
-    """Of other depths, and smaller ones, too."""
-    planes = {
-        "albedo": texture(64, 56, 3, 4), "height": as_depth(texture(64, 56, 1, 5), "float32"),
-        "ao": as_depth(texture(32, 28, 1, 6), "uint16"),
-    }  # fmt: skip
-    made = ia.tile(planes, band=16, run=ONE)
-    for name, pixels in planes.items():
-        shown = made.render(name).pixels
-        kept = inside(shown.shape, "both", 16 * shown.shape[0] // 64)
-        assert shown.shape == pixels.shape
-        assert shown.dtype == pixels.dtype
-        assert shown[kept].tobytes() == pixels[kept].tobytes()
 
 
 @pytest.mark.parametrize("slug", [s for s in METHODS if {Ability.START, Ability.WRAP} <= method_class(s).supports])
@@ -231,25 +216,12 @@ def test_what_is_small_along_the_other_axis_may_be() -> None:
     assert ia.tile(texture(15, 60, 3, 2), axes="x", band=12, run=ONE).render().pixels.shape == (15, 60, 3)
 
 
-def test_previews_repeat_what_closes() -> None:
-    plane = ia.Plane(texture(20, 24, 3, 1))
-    assert repeated(plane, Wrap.BOTH, 3).pixels.shape == (60, 72, 3)
-    assert repeated(plane, Wrap.X, 2).pixels.shape == (20, 48, 3)
-    assert np.array_equal(repeated(plane, Wrap.Y, 2).samples[20:], plane.samples)
-
-
 def test_the_half_shift_is_of_the_picture_as_it_was() -> None:
     pixels = texture(40, 48, 3, 1)
     scene = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.BOTH, None, None)
     assert np.array_equal(half_shifted(scene).pixels, np.roll(pixels, (20, 24), (0, 1)))
     scene = scene_to_tile(ia.Exemplar.of(pixels), (), Wrap.Y, None, (36, 40))
     assert np.array_equal(half_shifted(scene).pixels, np.roll(pixels[2:38, 4:44], 18, 0))
-
-
-def test_magnified_pictures_are_tiled_too() -> None:
-    pixels = texture(96, 96, 3, 4)
-    made = ia.tile(ia.magnified(ia.Exemplar.of(pixels), 2), band=16, run=ONE)
-    assert made.render().pixels.shape == (96, 96, 3)
 
 
 class TestCommand:
@@ -273,17 +245,6 @@ class TestCommand:
         assert [f["holds"] for f in answer["files"]] == ["albedo", "preview", "offset"]
         assert answer["wrap"] == "x"
 
-    def test_a_set_keeps_depths_and_formats(self) -> None:
-        height = as_depth(texture(48, 52, 1, 5), "float32")
-        files.write("h.exr", ia.Plane(height, ia.Kind.DATA, files.read_plane("a.png").transfer.LINEAR))
-        files.write("r.png", ia.Plane(as_depth(texture(48, 52, 1, 6), "uint16"), ia.Kind.DATA))
-        self.run("tile a.png --map height=h.exr --map roughness=r.png --band 16 -o o.png")
-        kept = inside((48, 52), "both", 16)
-        for before, after in (("a.png", "o.png"), ("h.exr", "o_height.exr"), ("r.png", "o_roughness.png")):
-            old, new = files.read_plane(before).pixels, files.read_plane(after).pixels
-            assert old.dtype == new.dtype
-            assert old[kept].tobytes() == new[kept].tobytes()
-
     def test_a_wall_is_cut_to_whole_periods_and_that_is_told_once(self) -> None:
         files.write("t.png", ia.Plane(np.tile(texture(20, 24, 3, 9), (6, 5, 1))[:110, :107]))
         for more in ("", " --dry-run --force", " --seeds 1..2"):
@@ -302,15 +263,11 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("more", "code", "message"),
         [
-            ("--band 40", 2, "band=40 is not allowed; give 4 to 32 px"),
             ("--size 60x40", 2, "size=60x40 cannot be cut out of a (52x48 px)"),
-            ("--size 12x40", 3, "too small"),
             ("--patch 100", 2, "patch=100 is larger than the exemplar"),
-            ("--overlap 100", 2, "overlap=100 is not below patch="),
             ("--preview -", 2, "--preview needs the name of a file"),
             ("--offset p.gif", 2, "p.gif"),
             ("--preview o.png", 2, "o.png would be written twice"),
-            ("--toroidal", 2, "No such option"),
         ],
     )
     def test_bad_input_is_refused_before_anything_is_written(self, more: str, code: int, message: str) -> None:
