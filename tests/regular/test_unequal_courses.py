@@ -213,7 +213,8 @@ class TestChoice:
 
     def test_walls_of_several_heights_are(self) -> None:
         made = ia.synthesize(CASES[0], 200, seed=1, run=ONE)
-        assert (made.choice.rule, made.method.slug, made.method.course_heights) == ("courses", "near-regular", "unequal")
+        found = made.choice.rule, made.method.slug, made.method.course_heights
+        assert found == ("courses", "near-regular", "unequal")
         assert any("laid whole" in why for why in made.choice.why)
         assert "course_heights" in made.choice.decided
 
