@@ -51,13 +51,9 @@ from .stack import ExemplarStack, StackLevel
 # Halved and doubled on 24 textures, eight of them with a lattice (docs/design/012).
 STAGE = 200505  # separates these draws from those of other methods
 REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005, 2006)
-OFF_LATTICE = (
-    2  # levels of 1 and 2 px, on which the jitter need not keep to a lattice; 4: dearer seams on five of eight
-)
+OFF_LATTICE = 2  # finest levels, on which jitter need not keep to a lattice; 4: dearer seams on five of eight
 ALWAYS_CORRECTED = 3  # levels of 1, 2 and 4 px, corrected even without jitter; 1: straight seams, 6: elements are lost
-PLACES_DRAWN = (
-    8  # places drawn for each piece of half the exemplar; 4 and 16: as another seed does, 1: a quarter more is lost
-)
+PLACES_DRAWN = 8  # for each piece of half the exemplar; 4, 16: like another seed; 1: a quarter more is lost
 SIDE = 1024  # places at which functions are evaluated at once, along each axis
 BAND = 32  # rows of a parallel task; 8 and 128: the same bytes
 # Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).

@@ -4,8 +4,8 @@ A patch is cut in with old seams remembered, so it may replace what lies around 
 placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
 and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 
-Whatever lies at a mirror goes on in its own picture without a seam, and what is turned by half goes on in itself around
-a point. Such placements are the cheapest of all, and look like wings and rosettes: they are rejected.
+A patch beside its own mirror image, or turned by half around a point of it, meets it without a seam. Such placements
+are the cheapest of all, and look like wings and rosettes: they are rejected.
 
 Pieces that lie about a window are placements for it, too. A piece that grows over its neighbours as far as a cut says
 is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph Cuts", IEEE PAMI 23,
@@ -55,15 +55,11 @@ RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are draw
 REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
 ROUGH = 6  # px from one to the next where placements are compared before the best is cut in
 LEAST = 8  # so many of them at least along each side of a window
-NEARBY_SHARE = (
-    3  # one in so many of the placements that a bad place is covered by is a piece that lies about it already
-)
+NEARBY_SHARE = 3  # one in so many of the placements for a bad place is a piece that lies near it already
 EVERY = 4  # px from one to the next, at least, of what lies about a window
 FAR = 1 << 24  # px: no canvas or exemplar is so long
 APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
-TORUS_TOLERANCE = (
-    3  # px: as near is the same, one whole exemplar away; as a quarter of a window many a good place would go
-)
+TORUS_TOLERANCE = 3  # px: so near one whole exemplar away is the same; a quarter of a window: good places go
 STEP = 4  # px from one to the next where it is looked whether something lies beside itself
 MOST = 32  # at most 1 / MOST of a window may lie beside itself
 
