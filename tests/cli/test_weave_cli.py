@@ -91,7 +91,7 @@ def test_a_picture_that_does_not_fit_into_memory_is_refused(here: Path, monkeypa
 def test_a_picture_that_is_stopped_leaves_nothing(out: str, name: str, here: Path) -> None:
     """Of a kill nothing but what the next start sweeps."""
     before = sorted(os.listdir(here))
-    words = ["wall.png", "-o", out, "--size", "6000", "--threads", "1", "--progress", "json", *LAID]
+    words = ["wall.png", "-o", out, "--size", "9000", "--threads", "1", "--progress", "json", *LAID]
     command = [sys.executable, "-m", "intarsia", "weave", *words]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as begun:
         assert begun.stderr is not None

@@ -92,7 +92,7 @@ def test_settings_are_sent_undone_and_redone(page: Desk) -> None:
     page.sample("tiles")
     page.quick()
     page.page.get_by_role("group").filter(has_text="Parameters of").first.locator("summary").click()
-    page.page.get_by_label("Tolerance").fill("0.3")
+    page.page.get_by_role("spinbutton", name="Tolerance", exact=True).fill("0.3")
     page.page.get_by_label("Search").select_option("exact")
     page.radio("Both").click()
     page.button("Another seed").click()

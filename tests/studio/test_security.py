@@ -333,8 +333,8 @@ def test_the_server_imports_nothing_that_decodes() -> None:
     """Pictures are touched in the processes beside alone."""
     script = """
 import sys
-from intarsia.studio import serving, words
-words.schema()
+from intarsia.studio import requests, serving
+requests.schema()
 print(sorted({"numpy", "PIL", "OpenImageIO", "scipy", "numba", "skimage"} & set(sys.modules)))
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)

@@ -353,7 +353,6 @@ def _write_more(
     order: Output, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
 ) -> None:
     """Write the other files of an output: map, report, preview and the like."""
-    from ..search import distance_map
     from ..tasks import tileable
 
     request, run = order.shelf.request, Run(order.shelf.request.threads)
@@ -366,6 +365,8 @@ def _write_more(
             pixels = np.pad(grown.map.st_map(), ((0, 0), (0, 0), (0, 1)))
             write(staging.place(path), Plane(pixels, Kind.DATA, Transfer.LINEAR), run=run)
         elif what == "distances" and probe is not None and probe.maps is not None:
+            from ..search import distance_map
+
             distances = distance_map.side_by_side(probe.maps)  # which PNG does not hold as they are
             made = distance_map.as_16_bit(distances) if path.lower().endswith(".png") else distances
             write(staging.place(path), Plane(made, Kind.DATA, Transfer.LINEAR))

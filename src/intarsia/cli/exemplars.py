@@ -31,14 +31,14 @@ MUCH = 0.01  # of the pixels
 
 def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     """Return the exemplar as a request uses it: without the avoided colour, cropped, reduced, evenly lit, magnified."""
-    from ..rendering.magnification import magnified, reduced
-
     exemplar = replace(exemplar, toroidal=asked.toroidal)
     if asked.avoid is not None:
         exemplar = avoiding(exemplar, asked.avoid, warn)
     if asked.crop is not None:
         exemplar = cropped(exemplar, asked.crop)
     if asked.scale != 1:
+        from ..rendering.magnification import reduced
+
         said = f"--scale 1/{asked.scale}", "scale less", "drop --toroidal, or scale otherwise"
         exemplar = reduced(exemplar, asked.scale, *said)
     if asked.flatten:
@@ -54,6 +54,8 @@ def adapted(exemplar: Exemplar, asked: Request, warn: Warn) -> Exemplar:
     n = asked.magnify
     if n == 1:
         return exemplar
+    from ..rendering.magnification import magnified
+
     made = magnified(exemplar, n)
     width, height = made.width * n, made.height * n
     if (width, height) != (exemplar.width, exemplar.height):

@@ -19,7 +19,7 @@ import numpy as np
 from ..disk import check_decoding_cost, check_size, most_pixels, no_room
 from ..foundation import InputError, IntarsiaError
 from ..foundation.arrays import Array
-from . import netpbm, png
+from . import png
 from .formats import PictureFile, channels_in, damaged_error
 
 READ = 1 << 24
@@ -90,6 +90,8 @@ def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
     if layer is not None and picture.format != "exr":
         raise InputError(f"{picture.name}: only EXR files have layers, and this is {picture.format}.")
     if picture.format == "pnm":
+        from . import netpbm
+
         return Decoded(netpbm.decode_netpbm(picture.data(), picture.name))
     if picture.format == "png":
         return _png(picture)

@@ -33,7 +33,7 @@ def test_it_is_the_method_of_the_source(fit: str, channels: int, anywhere: bool)
     """Sections 4.2.1 and 4.2.2, pixel for pixel; 5.2: with vectors 1,0 0,1 by transforms as by comparing one by one."""
     shape, size = ((25, 27), (20, 19)) if anywhere else ((31, 34), (37, 41))
     e = Exemplar.of(texture(*shape, channels, 5))
-    method = changed(fit=fit, **({"lattice": ((1, 0), (0, 1)), "slack": 2} if anywhere else {}))
+    method = changed(fit=fit, **({"lattice": ((1, 0), (0, 1)), "lattice_tolerance": 2} if anywhere else {}))
     vectors = [(round(y * 256), round(x * 256)) for x, y in method.lattice]
     picture = features([e], None).pictures[0]
     want = naive_rsgf.synthesized(picture, *vectors, 8, 4, method.lattice_tolerance, size, 11, fit)
