@@ -45,7 +45,8 @@ STAYS = 3  # at least 1/STAYS of either side is outside of the band
 # need 1/3, as cuts along a narrow hole run straight through them.
 SLIT, GAP = 8, 3
 # Share of the rim on either side of the hole, at most MOST_LEVELLED px: its outer part, which is not cut but kept for
-# gradient-domain tone correction within the band. Without it, and still with a quarter, clouds and planks show an edge. Textures of
+# gradient-domain tone correction within the band. Without it, and still with a quarter, clouds and planks show an
+# edge. Textures of
 # single elements get none, as elements would glow at cuts, unless their grain is fine: without correction patches are
 # seen in jeans and leather. A lattice that is continuous across the borders needs no correction.
 LEVELLED, MOST_LEVELLED = 0.5, 64
