@@ -6,12 +6,12 @@ SIGGRAPH 2006. The variant of a memorandum of 2008 is a method of its own, corre
 Every pixel is a function of its coordinates, the seed and the parameters: any window of an endless texture can be
 computed on its own.
 
-Departures: distances are integers; the 32 numbers of a neighbourhood are compared in full, not projected again (2006,
-section 3); jumps (candidates of the k-coherence search) are searched in a kd-tree and ranked exactly, on coarse levels
-for every (h / 2)-th pixel, where h is the spacing of the level in px; the jumps of a pixel are those of its different
-continuations, not those of its neighbours, then shifted; an exemplar that is not toroidal is mirrored beyond its
-borders for comparisons only: no pixel at the border is a candidate; for a piece as large as half the exemplar several
-places are drawn, and the one that repeats its neighbours least is used.
+Departures: distances are integers; the 32 numbers of a neighbourhood are compared in full, not projected again; jumps
+(candidates of the k-coherence search) are searched in a kd-tree and ranked exactly, on coarse levels for every (h /
+2)-th pixel, where h is the spacing of the level in px; the jumps of a pixel are those of its different continuations,
+not those of its neighbours, then shifted; an exemplar that is not toroidal is mirrored beyond its borders for
+comparisons only: no pixel at the border is a candidate; for a piece as large as half the exemplar several places are
+drawn, and the one that repeats its neighbours least is used.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -41,7 +41,8 @@ class ParallelControllable(methods.EndlessBase):
     Parameters
     ----------
     jitter : float or tuple of float, optional
-        How far pixels move at random on each level, 0 to 1 in spacings of that level, the finest first.
+        How far pixels move at random on each level, 0 to 1 in spacings of that level, the finest first, the last
+        for all coarser ones; default: little on fine levels, 1 from half the exemplar on.
     jitter_output, jitter_exemplar : field, optional
         Factor of the jitter, 0 to 1, over the output, and by the place in the exemplar; default: 1.
     keep_lattice : {"auto", "on", "off"}
