@@ -52,7 +52,9 @@ class Weave(EndlessPlane):
         return f"<endless texture by {words}; slice it, or stream it>"
 
     def __getitem__(self, key: Any) -> Array:
-        """Render a window of the dtype of the plane; rows and columns are px of the plane, from -2**40 to 2**40.
+        """Render a window, of the dtype of the plane; rows and columns are px of the plane and may be negative.
+
+        They may be as far from the origin as 2**40 px of the map.
 
         Raises ParameterError for anything but two slices of whole numbers that are not empty, ResourceError if the
         window does not fit into memory.

@@ -39,8 +39,7 @@ FOLDERS = re.compile(rf"c(/{_N}){{0,2}}|image_files(/{_N})?")
 
 
 def check_place(path: Path, woven: bool = False) -> None:
-    """Raise if a path cannot be written, or anything but a folder that is empty or holds only
-    temporary files is there.
+    """Raise if a path cannot be written, or holds anything but a folder that is empty or has only temporary files.
 
     `woven`: the path holds a store that is to be replaced; the folder must hold nothing but the store.
     """

@@ -3,8 +3,9 @@
 Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph Cuts", ACM
 Transactions on Graphics (SIGGRAPH) 2003.
 
-Departures: the windows of a grid are filled once, in batches of windows so far from one another that they may be filled
-in parallel, and a patch extends no further around its window than `overreach`; twelve placements are drawn at random
+Departures: the windows of a grid are filled once, in batches of disjoint windows that may run in parallel, whose order
+is that of a raster scan among windows that overlap; a patch extends no further around its window than `overreach`, so
+that work and memory stay local; twelve placements are drawn at random
 for each window, and the best by coarse cuts on every sixth px is cut in; strong steps cost more than in proportion
 (`seam`); placements are compared by outlines and slow colour, too (`edge_weight`); pixels that are used more often than
 their share of the area cost more, in the choice of placements (`repeat_penalty`) and in the cut (`evenness`); the
