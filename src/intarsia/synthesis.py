@@ -42,11 +42,28 @@ ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] 
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """The result of a synthesis: a map, the exemplars that it points into, and the recipe that repeats it.
+    """The result of a synthesis: a source map, the exemplars that it points into, and the recipe that repeats it.
 
-    Pictures are rendered from it: ``render()`` for the base plane, ``render("normal")`` for another. ``choice`` is why
-    the method was chosen, if it was not named. ``trials`` holds the score of each variant if several were tried;
-    ``canvas`` is what was filled.
+    Pictures are rendered from it: ``render()`` for the base plane, ``render("normal")`` for another.
+
+    Attributes
+    ----------
+    exemplars : tuple of Exemplar
+        In the order of their numbers in the map.
+    map : SourceMap
+        For every output pixel the exemplar pixel that it is copied from.
+    blend : Blend
+        How pieces are blended by default.
+    method : Method
+        With every parameter decided.
+    recipe : dict
+        All that the map depends on, for JSON: no path, date, timing or number of threads.
+    choice : Choice or None
+        Why the method was chosen, if it was not named.
+    trials : tuple of Score
+        The score of each variant, if several were tried.
+    canvas : Canvas or None
+        What was filled.
     """
 
     exemplars: tuple[Exemplar, ...]
@@ -71,18 +88,42 @@ class Synthesis:
         box: Box | None = None,
         run: Run | None = None,
     ) -> Plane:
-        """Render a plane (default: the base), all or a window, with another feather or tone correction if given."""
+        """Render a plane of the map, all of it or a window.
+
+        Parameters
+        ----------
+        plane : str, optional
+            Name of a plane or packed map of the exemplar; default: the base.
+        feather : int, optional
+            Width, in px of the map, over which pieces are blended, 0 to 1024; default: that of ``blend``.
+        finish : tuple of Levelling, optional
+            Gradient-domain tone correction; default: that of ``blend``, and ``()`` for none.
+        box : Box, optional
+            The window, in px of the map; default: all.
+        run : Run, optional
+            Threads, progress, cancelling.
+
+        Returns
+        -------
+        Plane
+            Of the dtype and kind of the exemplar's plane.
+
+        Raises
+        ------
+        ParameterError
+            for an unknown plane, a window outside of the map, or a blend that the map or the plane does not allow.
+        """
         expect(box, (Box, NoneType), "box", "a Box")
         return render(self.exemplars, self.map, plane, self.blend.but(feather=feather, finish=finish), box, run_of(run))
 
     @cached_property
     def energy(self) -> int:
-        """Cost of all seams in knees (thresholds of the truncated quadratic) per million px; less is better."""
+        """Cost of all seams, in thresholds of the truncated quadratic, per million px of the map; less is better."""
         return energy(self.exemplars, self.map)
 
     @cached_property
     def recipe_text(self) -> str:
-        """The recipe with the energy of its map and the terms of that, as JSON; the same bytes for the same recipe."""
+        """The recipe with the seam energy of its map and further energy terms of its method, as canonical JSON."""
         costs = {"energy": self.energy, **traits(self.method).terms(self.exemplars, self.map)}
         return json.dumps(self.recipe | costs, sort_keys=True, separators=(",", ":"))
 
@@ -108,12 +149,12 @@ def synthesize(
     blend: Blend | None = None,
     run: Run | None = None,
 ) -> Synthesis:
-    """Grow a texture from an example.
+    """Synthesise a texture from an example (example-based texture synthesis).
 
     Parameters
     ----------
     exemplar : path, array, dict of arrays, Plane, Exemplar, or a list of them
-        Arrays are (H, W) or (H, W, C) of 8-bit, 16-bit or float pixels.
+        Arrays are (H, W) or (H, W, C) of 8-bit, 16-bit or float pixels. ``"sample:NAME"`` is a built-in exemplar.
     size : int or (height, width), optional
         Size of the output in px; a number is a square. Default: that of `start` or of the guide's target, else
         twice the (first) exemplar.
@@ -121,46 +162,53 @@ def synthesize(
         For example ``ImageQuilting(patch=96)``, or the name of a method. ``"auto"``, the default, chooses by what the
         exemplar is like; ``Auto(trials=4)`` also keeps the best of four.
     seed : int
-        0 to 2**64 - 1; the same seed gives the same bytes, on any machine and any number of threads.
+        0 to 2**64 - 1, default 0; the same seed gives the same bytes, on any machine and any number of threads.
     wrap : {"none", "x", "y", "both"}
-        Along which axes the output must continue in itself.
+        Along which axes the output must be periodic (tileable), default "none".
     start : SourceMap, optional
-        A partly filled map to continue.
+        A partly filled map to continue, of the size of the output.
     guide : Guide, optional
-        What should be where, for methods that support it.
+        Labels or a target picture, for methods with the ability ``guide``.
     blend : Blend, optional
-        How pieces are joined; default: as the method means it.
+        How pieces are blended; default: that of the method.
     run : Run, optional
         Threads, progress, cancelling.
 
     Returns
     -------
     Synthesis
+        The map, the exemplars and the recipe; ``render()`` gives the picture.
 
     Raises
     ------
-    ParameterError, InputError, MethodError
-        before any work, where something cannot work.
+    ParameterError
+        for arguments out of range, or an ability that the method does not have.
+    InputError
+        if an exemplar cannot be read, has no usable pixels, or does not fit the start map or guide.
+    MethodError
+        if the method cannot serve this exemplar.
+    CancelledError
+        when the run is cancelled.
     """
     exemplars = as_exemplars(exemplar)
     return filled(Scene(exemplars, canvas_of(exemplars, size, wrap, start, guide)), method, seed, blend, run)
 
 
 def named(method: Method | Auto | str) -> Method | Auto:
-    """Return the method of a name; ``auto`` gives the choice among methods."""
+    """Return the method of a name, with its defaults, or the given one; the name "auto" gives Auto()."""
     if isinstance(method, str):
         return auto.Auto() if method == AUTO_METHOD else make(method, {})
     return method if _is_auto(method) else check_method(method)
 
 
 def _is_auto(method: Method | Auto) -> TypeIs[Auto]:
-    """Return whether a method is still to be chosen, by its name, so that nothing that chooses is imported."""
+    """Whether a method is Auto, known by its slug, so that the modules of the automatic choice are not imported."""
     return getattr(method, "slug", "") == AUTO_METHOD
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A canvas, which may start with a picture, its exemplars, and its entries of a recipe."""
+    """Exemplars, the canvas to fill, which may have a start map, and the recipe entries of the task."""
 
     exemplars: tuple[Exemplar, ...]
     canvas: Canvas
@@ -169,10 +217,10 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A synthesis that is checked, and not made yet.
+    """A synthesis that is checked, but not carried out yet.
 
-    ``method`` has every parameter decided; ``choice`` is why it was chosen, if it was not named. Without a ``blend``
-    pieces are joined as the method sets it.
+    ``method``: its parameters are decided, except a patch size that is left to trials (holes, bands). ``choice``: why
+    it was chosen, if it was not named. ``blend``: None for that of the method.
     """
 
     scene: Scene
@@ -182,13 +230,16 @@ class Plan:
 
     @property
     def joined(self) -> Blend:
-        """The blending of pieces; if magnified, over at least a px of the map, or its px would be seen as squares."""
+        """The blend in force: the given one, else that of the method.
+
+        Of a magnified exemplar the latter has a feather of at least 1 px, as otherwise px of the map show as squares.
+        """
         own = (self.choice or self.method).blend
         return self.blend or replace(own, feather=max(own.feather, int(self.scene.exemplars[0].times > 1)))
 
     @property
     def patches(self) -> int | None:
-        """The number of patches that will be placed; None for methods that place none, and around a start."""
+        """The number of patches of the layout; None for methods without one, and on a canvas with a start map."""
         return math.prod(len(patch_starts(*axis)[0]) for axis in self._axes) if self._axes else None
 
     @property
@@ -203,7 +254,7 @@ class Plan:
 
     @property
     def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:
-        """Arguments of :func:`laid` for rows and columns; none without patches, and around a start."""
+        """Arguments of `patch_starts` for rows and columns; empty without patches, and with a start map."""
         canvas, its = self.scene.canvas, traits(self.method)
         if its.pitch is None or its.footprint is None or canvas.start is not None:
             return []
@@ -215,7 +266,10 @@ class Plan:
 def planned(
     scene: Scene, method: Method | Auto | str, blend: Blend | None = None, run: Run | None = None
 ) -> Plan:
-    """Return the plan of a scene: method and parameters decided; an error if something cannot work."""
+    """Return the plan of a scene with method and parameters decided.
+
+    Raises ParameterError, InputError or MethodError if exemplars, canvas, method and blend do not fit one another.
+    """
     expect(blend, (Blend, NoneType), "blend", "a Blend, such as Blend(8)")
     method = named(method)
     if _is_auto(method):
@@ -228,7 +282,7 @@ def planned(
 
 
 def filled(scene: Scene, method: Method | Auto | str, seed: int, blend: Blend | None, run: Run | None) -> Synthesis:
-    """Fill the canvas of a scene with a method; :func:`synthesize` after its arguments are read."""
+    """Fill the canvas of a scene with a method: plan it, note warnings of the automatic choice, and carry it out."""
     seed, run = check_seed(seed), run_of(run)
     plan = planned(scene, method, blend, run)
     run.notes.extend(plan.choice.warnings if plan.choice else ())
@@ -236,7 +290,7 @@ def filled(scene: Scene, method: Method | Auto | str, seed: int, blend: Blend | 
 
 
 def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
-    """Carry out a plan."""
+    """Carry out a plan: compute the map, by trials if the method was chosen, and the recipe."""
     exemplars, canvas, choice, asked = plan.scene.exemplars, plan.scene.canvas, plan.choice, seed
     scores: tuple[Score, ...] = ()
     if choice is None:
@@ -254,7 +308,10 @@ def carry_out(plan: Plan, seed: int, run: Run) -> Synthesis:
 
 
 def as_exemplars(given: ExemplarLike | Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
-    """Turn whatever may be given as exemplar into exemplars; a list or tuple gives several."""
+    """Return the exemplars that an argument of the user stands for; a list or tuple gives several.
+
+    Raises InputError if one cannot be read or none has usable pixels, ParameterError for 255 or more.
+    """
     items = list(given) if isinstance(given, (list, tuple)) else [given]
     if not items:
         raise InputError("no exemplar is given; give at least one picture.")
@@ -283,7 +340,7 @@ def canvas_of(
     guide: Guide | None,
     rim: int | None = None,
 ) -> Canvas:
-    """Return the canvas; its default size is that of start or guide, or twice the first exemplar."""
+    """Return the canvas; default size: that of the start map, else of the guide, else twice the first exemplar."""
     expect(start, (SourceMap, NoneType), "start", "a SourceMap")
     expect(guide, (Guide, NoneType), "guide", "a Guide")
     if size is None:
@@ -296,7 +353,7 @@ def canvas_of(
 
 
 def check_between(method: Method, blend: Blend) -> None:
-    """Raise an error if a blending needs whole pixels, and the method places pieces rotated or scaled."""
+    """Raise ParameterError if a blend needs exact copies, and the method rotates or scales pieces."""
     if not traits(method).exact:
         check_blend(blend)
 

@@ -7,9 +7,10 @@
 The rules are in ``rules.py``, the measurements in ``facts.py``.
 
 Trials are variants of the chosen method, of which the one with the best score is kept: the automatic choice, patches
-of 1.4 and 1.8 elements, then further seeds of all these; given parameters are kept. The automatic choice is kept unless
-another is better by LEAST_GAIN. No clock decides, so the same request gives the same picture. Other methods are never
-tried: between methods the score is wrong too often (docs/auto.md).
+of 1.4 and 1.8 times its size, then further seeds of all these. Given parameters are never varied. Another variant is
+kept only if its score exceeds that of the automatic choice by more than LEAST_GAIN. The number of trials is given, not
+a time, so the same request gives the same picture. Other methods are never tried: between methods the score disagrees
+with people too often (docs/auto.md).
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ else:
     choosing_facts = lazy("intarsia.choosing.facts")
     rules, judging = lazy("intarsia.choosing.rules"), lazy("intarsia.judging")
 
-EVEN = 96  # px to either side of a seam over which tone is corrected; 64: steps of slow tone are seen a little more
+EVEN = 96  # px on either side of a seam over which tone is corrected; with 64 slow steps of tone show a little more
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,16 +86,16 @@ class Choice:
 
     @property
     def decided(self) -> Record:
-        """The parameters that were decided and differ from their defaults, as options of the method.
+        """The parameters of DECIDED that differ from their defaults, by name.
 
-        A size that the method finds by itself is included, parameters that no rule decides are not.
+        So a patch size that the method finds by itself is included.
         """
         usual = {p.name: (p.default, "off") for p in parameters(self.method)}
         return {k: v for k, v in values_of(self.method).items() if v not in usual[k] and k in DECIDED}
 
     @property
     def blend(self) -> Blend:
-        """The blend of the method, with gradient-domain correction of tone at seams.
+        """The blend of the method, with gradient-domain tone correction at seams.
 
         Without correction for start maps, guides, endless planes, and methods that do not copy exactly.
         """
@@ -112,16 +113,16 @@ class Choice:
 
 @dataclass(frozen=True)
 class Auto:
-    """Choose the method from measurements of the exemplar.
+    """Automatic choice: choose the method and its parameters by rules on measurements of the exemplar.
 
     Parameters
     ----------
     trials : int
-        Number of variants to make, 1 to 64; the best is kept.
+        Number of variants to make, 1 to 64, default 1; the one with the best score is kept.
     given : dict
-        Values of parameters; only methods that have all of them are chosen from.
+        Values of parameters by name, default none; only methods that have all of them are chosen from.
     needs : set of Ability
-        Required abilities, besides those that exemplars and canvas need.
+        Required abilities, default none, besides those that exemplars and canvas need.
 
     Raises
     ------
@@ -160,6 +161,20 @@ class Auto:
 
     def choose(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> Choice:
         """Return the choice of the first rule that holds, among the methods with the needed abilities.
+
+        Parameters
+        ----------
+        exemplars : sequence of Exemplar
+            The first with usable pixels is measured.
+        canvas : Canvas
+            Its size, wrap, start map and guide count.
+        run : Run, optional
+            Threads.
+
+        Returns
+        -------
+        Choice
+            The method with every parameter decided, and the reasons.
 
         Raises
         ------
@@ -228,11 +243,14 @@ FIXED = ("best-tile", "repeat")
 DECIDED = ("lattice", "straighten", "course_heights", "patch", "overlap", "isometries", "evenness")
 """Parameters that are decided by a rule, a measurement or a trial."""
 
-STAGE = 4003  # keeps the seeds of trials apart from other draws
-# Of 92 textures 40 have fewer than three sizes to try; halved 89, doubled none.
-LARGEST = 0.45  # of the shorter side: of larger patches there are too few places
-SIZES = (1.0, 1.4, 1.8)  # patches relative to the automatic one
-LEAST_GAIN = 2.2  # of 100: of bests of four, seven of eight that gained so much were preferred blind, nine of 22 others
+STAGE = 4003  # stage of the counter-based random numbers that are the seeds of trials
+# Largest patch of a trial, relative to the shorter side of the exemplar, which holds too few places for larger ones. Of
+# 92 textures 40 have fewer than three sizes to try so; with half the number 89, with double none.
+LARGEST = 0.45
+SIZES = (1.0, 1.4, 1.8)  # patch sizes of trials, relative to the automatic one
+# Least gain in score, of 100, for which another variant replaces the automatic choice. With four trials people
+# preferred the variant, blind, in seven of eight cases with such a gain, and in nine of 22 with a smaller one.
+LEAST_GAIN = 2.2
 
 
 class Trial(NamedTuple):

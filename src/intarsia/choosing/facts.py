@@ -39,36 +39,42 @@ else:  # most exemplars need some of them, few need all
     block_grid, tile_search = lazy("intarsia.regular.block_grid"), lazy("intarsia.regular.tile_search")
     unequal_courses, wall = lazy("intarsia.regular.unequal_courses"), lazy("intarsia.regular.wall")
 
-WORK_SIDE = 512  # px: of a larger exemplar, symmetry, structure and border are measured on a reduced copy
-COMPARED = 1024  # px: periods are compared in a square of this side in the middle, at most 8 s for a large exemplar
-SAMPLED = 1 << 18  # px in which colours are counted, which takes a few ms
+WORK_SIDE = 512  # px: of larger exemplars structure, outlines, symmetry, border and light are those of a reduced copy
+COMPARED = 1024  # px: least side of the square in the middle in which periods are compared, which takes at most 8 s
+SAMPLED = 1 << 18  # px, about, in which colours are counted, which takes a few ms
 
 
 # Thresholds of what is detected; each was halved and doubled on 92 textures (docs/design/012).
-NAMES = 16  # a picture of at most so many colours holds labels: what label maps and pixel art have
-EQUAL = 9  # neighbours of 10 are equal in such a picture; a definition: labels form regions
-PARTLY = 0.6  # of the exemplar must repeat by a lattice; 0.4: scales and pavers are cut, 0.9: three are lost
-LOOSE = 1.0  # px (rms) by which points are missed; halved: the same, doubled: scales and pavers are cut
-ROWS = 3  # that agree are a hint of order; 2: clouds and a manhole have it, 6: six textures lose it
-HINT = 0.045  # so much better than what lies between them; halved: the same, doubled: six textures lose it
-BRICKS = 0.5  # of courses must be whole bricks: of seven textures of courses 0.62 and more, of text 0.28
-ALONG = 0.1  # of the pitch: a vector that leads so little aside runs along rows; 0 to 0.4: the same
+NAMES = 16  # a picture of at most so many colours holds labels, as label maps and pixel art do
+EQUAL = 9  # of 10 neighbours that must have the same colour in such a picture; by definition: labels form regions
+# A lattice is loose if it repeats less than PARTLY of the exemplar and its points are missed by LOOSE px (rms) or more.
+PARTLY = 0.6  # with 0.4 roof scales and pavers count as a lattice and are cut, with 0.9 three lattices are lost
+LOOSE = 1.0  # with 0.5 the same textures are loose, with 2 roof scales and pavers count as a lattice and are cut
+# An exemplar is ordered if a 1-D lattice has ROWS rows that match, and by HINT better than what lies between them.
+ROWS = 3  # with 2 clouds and a manhole cover are ordered, too; with 6 six textures no longer are
+HINT = 0.045  # with half the number the same textures are ordered, with double six no longer are
+BRICKS = 0.5  # share of courses that must be whole bricks; seven textures of courses have 0.62 and more, text 0.28
+ALONG = 0.1  # of the pitch of rows: tolerance for vectors along rows or to the next one; 0 to 0.4 give the same
 
 
-SURE = 0.3  # confidence of a lattice that is reported as 1
-NEAR = 0.03  # of a bound: twice the change when a tenth of most exemplars is cropped off
-CLOSE = 0.1  # of a bound: the change of lattices when a tenth is cropped off
+SURE = 0.3  # confidence of a lattice, and above, that is reported as 1
+NEAR = 0.03  # distance of outlines from OUTLINED reported as a near tie: twice the change when 10 % are cropped off
+CLOSE = 0.1  # relative distance of a lattice from a bound reported as one: its change when 10 % are cropped off
 
 
 # Thresholds of the rules. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and doubled
 # on 92 textures, 44 of which were not used when it was set (docs/design/012).
-ONE_PICTURE = 0.15  # periods that differ less are one picture; halved: a roof is no such, doubled: three more are
-OUTLINED = 0.88  # of 30 photographs 9 with more are better cut, 4 mixed; of those with less 4 and 11
-JOINTED = 0.6  # cuts there to cuts anywhere; halved: two walls of tiles are cut, 0.7: three more are blocks
-STEPPED = 0.1  # evenness in step, where threads and joints must meet; at 0.25 24 sheets: 7 preferred, 17 not
-ACROSS = 3.0  # elements; a warning below; halved: 24 textures less, doubled: 23 more
-PERIODS = 2.0  # a warning below, as 1 of 16 lattices was found right with less, 4 of 12 with less than 3
-LEAST_SIDE = 32  # px; a warning below; halved and doubled: the same
+ONE_PICTURE = 0.15  # periods whose `variation` is less count as equal; half: not those of a roof, double: three more
+# Least `outlines` of a texture of outlined elements. Of 30 photographs those with more looked better with hard cuts (9)
+# than with feathered patches (4), those with less did not (4 and 11).
+OUTLINED = 0.88
+JOINTED = 0.6  # largest `joints` of clear joints; 0.3: two walls of tiles are graph-cut, 0.7: three more are blocks
+# Evenness of graph cuts with a lattice, where threads and joints must meet; of 24 outputs with 0.25 people preferred 7,
+# and 17 with 0.1.
+STEPPED = 0.1
+ACROSS = 3.0  # elements along the shorter side; fewer give a warning; half: 24 textures fewer have it, double: 23 more
+PERIODS = 2.0  # periods, below which there is a warning: 1 of 16 such lattices was right, below 3 periods 4 of 12
+LEAST_SIDE = 32  # px: shorter side, below which there is a warning; with half and double the same textures have it
 
 
 def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
@@ -78,7 +84,7 @@ def _middle(shape: tuple[int, ...], side: int) -> tuple[slice, slice]:
 
 
 def _loose(found: Lattice) -> bool:
-    """Whether elements follow a lattice only loosely, so that whole periods do not fit each other."""
+    """Whether elements follow a lattice only loosely (PARTLY, LOOSE), so that whole periods do not fit each other."""
     return found.repeats < PARTLY and found.residual >= LOOSE
 
 
@@ -95,7 +101,7 @@ def _holds_rows(two: Lattice, rows: Lattice) -> bool:
 
 
 class Facts:
-    """Measurements of the first exemplar with usable pixels, and of the canvas, made lazily."""
+    """Measurements of the first exemplar with usable pixels, and of the canvas; each is made when it is asked for."""
 
     def __init__(self, exemplars: Exemplars, canvas: Canvas, run: Run | None = None) -> None:
         self.exemplars, self.canvas, self.run = tuple(exemplars), canvas, run_of(run)
@@ -157,8 +163,8 @@ class Facts:
     def about(self) -> Lattice | None:
         """The lattice that elements follow at least loosely, sure enough to align patches of free shape to it.
 
-        `lattice`, a loose one, a 1-D one that is no courses of bricks, such as lines of text or boards, or, without
-        any of these, one whose low peaks pass the chance test.
+        The 2-D `lattice`, or a loose 2-D one; a 1-D lattice whose rows are no courses of bricks, such as lines of text
+        or boards; or, without an accepted lattice, one whose low peaks pass the chance test.
         """
         known = self.lattice or self.lattices.accepted
         if known is None:
@@ -185,7 +191,7 @@ class Facts:
 
     @cached_property
     def variation(self) -> float:
-        """Mean difference of its periods: 0 for none, 1 for that of unrelated places; 1 without a 2-D lattice."""
+        """Mean difference between its periods: 0 if they are equal, 1 as unrelated places; 1 without a 2-D lattice."""
         if self.two is None:
             return 1.0
         free = self.exemplar.free
@@ -210,7 +216,7 @@ class Facts:
 
     @cached_property
     def reduction(self) -> int:
-        """By how much the copy is reduced on which the slower measurements are made."""
+        """The whole factor by which the copy is reduced on which the slower measurements are made."""
         return max(1, -(-max(self.exemplar.shape) // WORK_SIDE))
 
     @cached_property
@@ -242,7 +248,7 @@ class Facts:
 
     @cached_property
     def outlines(self) -> float:
-        """The share of changes that runs along outlines; 0 if nothing does."""
+        """How much the strongest oriented filter response exceeds the mean of all directions, relative to that mean."""
         return outlines(self._seen, [self.small])[0].share
 
     @cached_property
@@ -261,7 +267,7 @@ class Facts:
 
     @cached_property
     def symmetry(self) -> tuple[int, ...]:
-        """The isometries under which its statistics are invariant."""
+        """The numbers, 0 to 7, of the isometries under which its statistics are invariant."""
         return allowed_isometries([self.small])
 
     @cached_property

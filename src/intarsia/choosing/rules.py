@@ -1,8 +1,8 @@
 """The table of rules of automatic choice; the first rule that holds decides.
 
-A rule triggers only the measurements that it needs, so a picture with a lattice is never searched for stones. To add a
+A rule triggers only the measurements that it needs, so in a picture with a lattice no stones are searched. To add a
 method, add one line to RULES, above the general ones: name, condition, method, parameters, and the reason in a
-sentence. docs/auto.md is generated from this table.
+sentence. The table of rules in docs/auto.md is generated from this one.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from ..lattice import vectors_of
 from ..lattice.decision import Lattice
 from .facts import JOINTED, ONE_PICTURE, OUTLINED, STEPPED, Facts
 
-VAST = 1 << 24  # px: 4096 x 4096 take two minutes, aligned to a lattice six, and less than a gigabyte
+VAST = 1 << 24  # px: largest output of graph cuts; 4096 x 4096 px take two minutes, six with a lattice, below 1 GB
 
 
 class ChoiceRule(NamedTuple):
     """One line of the table.
 
-    ``holds`` is the condition and ``when`` the same in words, for the documentation; ``parameters`` returns those of
-    the method (x before y), ``why`` the reasons in sentences.
+    ``holds`` is the condition and ``when`` the same in words, for the documentation; ``parameters`` returns the
+    parameters of the method that the rule decides (vectors as (x, y)), ``why`` the reasons in sentences.
     """
 
     name: str
@@ -39,7 +39,7 @@ def _nothing(f: Facts) -> Record:
 
 
 def _goes_on(f: Facts) -> bool:
-    """Whether a picture with a 2-D lattice is extended; in holes, which have no rim, patches fit better than blocks."""
+    """Whether a picture with a 2-D lattice is extended; in holes, whose rim is 0, patches fit better than blocks."""
     canvas = f.canvas
     begun = canvas.start is not None and canvas.rim != 0 and canvas.guide is None and len(f.exemplars) == 1
     return begun and f.two is not None
@@ -66,11 +66,12 @@ def _lattice(f: Facts) -> Record:
 
 
 def _lattice_aligned(f: Facts) -> bool:
-    """Whether its elements follow a lattice, and patches of free shape can be aligned to it.
+    """Whether elements follow a lattice, and graph-cut patches are to be aligned to it.
 
-    Not if clear joints separate its periods: then blocks of whole periods are placed, and each is used as often; unless
-    the canvas wraps, which blocks would have to close around, or bare ground separates them instead of joints. Stones
-    between lines follow a lattice, too, but not surely: they are placed by their courses.
+    Not on endless or vast canvases. Not if clear joints (`Facts.joints`) between outlined elements (`Facts.outlines`)
+    separate its periods: then blocks of whole periods are placed, and all periods are used equally often; but on a
+    periodic canvas, on which blocks do not always close, patches are aligned even so. Nor if the lattice is only loose
+    and there are courses of stones: these are placed by their courses.
     """
     canvas = f.canvas
     if canvas.endless or canvas.height * canvas.width > VAST or f.about is None:
@@ -196,4 +197,4 @@ RULES: tuple[ChoiceRule, ...] = (
         lambda f: ("Any window of it can be made alone, from coarse to fine, in pieces of every size.",),
     ),
 )  # fmt: skip
-"""The first rule that holds decides; the methods of later ones that hold are used if its method fails."""
+"""The first rule that holds decides; if its method fails, those of later rules that hold are used in turn."""

@@ -40,7 +40,7 @@ Record = dict[str, Any]  # values by name, such as parameters, and what JSON hol
 
 Pair = tuple[int, int]  # rows and columns, or the row and the column of a pixel
 
-LONGEST = 100  # letters of something that was given, in a message
+LONGEST = 100  # most letters of a given value that a message quotes
 MOST_MARKS = 4
 """Most combining marks on one letter; more of them would cover the lines above."""
 
@@ -132,9 +132,9 @@ CHANNELS = "RGBA"
 SCALARS = ("ao", "roughness", "metallic", "height", "opacity", "specular")
 """Maps with one number for each pixel, which may be a channel of a packed map."""
 
-PHOTOS = ("brick", "grass", "gravel")
-PAINTED = ("tiles", "pebbles", "stones", "planks")
-MATERIALS = {"setts": ("albedo", "normal", "roughness", "height")}
+PHOTOS = ("brick", "grass", "gravel")  # photographs
+PAINTED = ("tiles", "pebbles", "stones", "planks")  # procedural surfaces
+MATERIALS = {"setts": ("albedo", "normal", "roughness", "height")}  # materials -> their planes
 SAMPLES = tuple(sorted((*PHOTOS, *PAINTED, *MATERIALS)))
 """Built-in exemplars: photographs, procedural surfaces, and materials with their maps."""
 
@@ -142,7 +142,7 @@ MAX_PIXELS = 1 << 31
 """Most px of an output that is held in memory."""
 
 FEATHER = 1024
-"""Most px over which seams are feathered, or steps of tone corrected."""
+"""Most px over which seams are feathered, and on either side of a seam over which tone is corrected."""
 
 OVERLAYS = ("lattice", "segments")
 """Overlays that can be drawn over an exemplar."""
@@ -160,7 +160,7 @@ PLANE_WEIGHTS = 100
 """Largest weight of a plane in matching; 1 is usual."""
 
 REACHES = 256
-"""Most px around label boundaries that count as partly of both labels."""
+"""Largest distance from a label boundary, px, within which pixels may count as partly of both labels."""
 
 MARGIN = 100
 """Px by which a picture is extended to the right if no side is given (Multrus 2003, A.1)."""
@@ -169,7 +169,7 @@ AUTO_METHOD = "auto"
 """Name that stands for choosing the method from measurements of the exemplar."""
 
 MOST_TRIALS = 64
-"""Most variants that are made to keep the best; each is a whole picture."""
+"""Most variants of which the automatic choice keeps the best; each is a complete synthesis."""
 
 PASSES, MOST_PASSES = 4, 1000
 """Passes of a repair over the worst seams: default and maximum."""
@@ -287,5 +287,5 @@ class lazy:
         return value
 
 
-if not TYPE_CHECKING:  # what many files ask for, and few commands
+if not TYPE_CHECKING:  # many modules use it, but few commands reach that code
     ndimage = lazy("scipy.ndimage")

@@ -1,6 +1,7 @@
 """Conversion of user input (arrays, masked arrays, Pillow images) to pixel arrays and masks, without loss.
 
-NumPy's own conversion shows masked pixels, takes palette indices for gray, ink for light, and 256 for 0.
+NumPy's own conversion would use the values under masked pixels, take palette indices for gray and amounts of ink for
+amounts of light, and wrap integers around, such as 256 to 0.
 """
 
 from __future__ import annotations
@@ -32,8 +33,10 @@ CONVERTED = {
 """Pillow modes that are converted to another one: palettes, inks, colour spaces, premultiplied opacity."""
 
 KEPT = ("L", "LA", "RGB", "RGBA", "I;16", "I;16L", "I;16B", "I;16N", "I", "F")
-CLEAR = {"1": "LA", "L": "LA", "RGB": "RGBA", "P": "RGBA"}  # where one colour, or some of a palette, are transparent
-DEEPEST = 65535
+"""Pillow modes whose pixels are taken as they are."""
+
+CLEAR = {"1": "LA", "L": "LA", "RGB": "RGBA", "P": "RGBA"}  # modes that may declare colours transparent -> with opacity
+DEEPEST = 65535  # largest value of a 16-bit pixel
 
 
 def pixels_of(given: Any, labels: bool = False) -> Array:
@@ -98,7 +101,7 @@ def is_picture(given: Any) -> bool:
 
 
 def _as_pillow_shows(image: Any, labels: bool) -> Array:
-    """Return the pixels of a Pillow image as it displays them."""
+    """Return the pixels of a Pillow image as Pillow displays them; of label images palette indices."""
     try:
         mode = str(image.mode)
         if labels and mode in ("1", "P"):

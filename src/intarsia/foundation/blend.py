@@ -12,14 +12,20 @@ from .params import check, param, values_of
 
 @dataclass(frozen=True)
 class Levelling:
-    """Gradient-domain tone correction: remove steps of light and colour across seams, over `radius` px on each side.
+    """Gradient-domain (Poisson) tone correction: remove steps of brightness and colour across seams.
 
     Parameters
     ----------
     radius : int
-        1 to 1024 px of the map: slow changes of light and colour are matched within it, finer detail stays.
+        Distance on either side of a seam, 1 to 1024 px of the map, default 96: slow changes of brightness and colour
+        are matched within it, finer detail stays.
     strength : float
-        0 to 1: the share of the step that is removed.
+        Share of a step that is removed, 0 to 1, default 1.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range.
     """
 
     name: ClassVar[str] = "levelling"
@@ -49,16 +55,35 @@ Finish = Levelling
 
 
 class Mixing(StrEnum):
-    """How the overlapping pieces at a pixel are averaged."""
+    """How the overlapping pieces at a pixel are averaged within a feather.
+
+    MEAN: weighted mean in linear light. VARIANCE: the same, with deviations divided by the norm of the weights, which
+    keeps contrast. SOURCE: weighted mean of the encoded values, as the papers do.
+    """
 
     MEAN = "mean"  # in linear light
-    VARIANCE = "variance"  # in linear light, divided by the norm of the shares: keeps contrast
-    SOURCE = "source"  # of the code values, as the sources do
+    VARIANCE = "variance"  # in linear light, divided by the norm of the weights: keeps contrast
+    SOURCE = "source"  # of the encoded values, as the papers do
 
 
 @dataclass(frozen=True)
 class Blend:
-    """How pieces are blended: ``feather`` px around the cut, 0 for exact copies; then the ``finish`` is applied."""
+    """How pieces of a map are blended when it is rendered.
+
+    Parameters
+    ----------
+    feather : int
+        Width of the transition around a cut, 0 to 1024 px of the map, default 0: exact copies.
+    mixing : {"mean", "variance", "source"}
+        How pieces are averaged there, default "mean".
+    finish : tuple of Levelling
+        Tone correction after that, at most one; default none. It is never applied to normals or labels.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range.
+    """
 
     feather: int = 0
     mixing: Mixing = Mixing.MEAN
@@ -81,7 +106,7 @@ class Blend:
         return cls(recipe["feather"], Mixing(recipe["mixing"]), finish)
 
     def but(self, **given: Any) -> Blend:
-        """Return the blend with the given fields replaced, if they are not None."""
+        """Return the blend with those of the given fields replaced that are not None."""
         return replace(self, **{name: value for name, value in given.items() if value is not None})
 
     @property

@@ -19,7 +19,7 @@ else:  # the command line makes methods before any work
 arrays = lazy("intarsia.foundation.arrays")
 
 FULL = {"bool": 1, "uint8": 255, "uint16": 65535}
-"""Integer types whose range is mapped to `low` to `high`, and their largest value."""
+"""Types of pictures whose range is mapped linearly to `low` to `high`, and their largest value."""
 
 ROWS = 256  # rows of a picture that are hashed at a time
 TRIED = (3, 2)  # rows and columns at which a function is evaluated once before any work, to see that it gives numbers
@@ -27,7 +27,7 @@ TRIED = (3, 2)  # rows and columns at which a function is evaluated once before 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Field:
-    """A number for every pixel.
+    """A number for every pixel: a spatially varying parameter.
 
     Constants and pictures are equal if they give the same numbers. A function equals only itself, as its values cannot
     be enumerated; recipes hold a hash of the values that were used.
@@ -40,7 +40,8 @@ class Field:
         columns (1, m) in px, float64, also outside of the output, and returns numbers (n, m). It must be
         deterministic; one at the top level of a module can be sent to other processes.
     low, high : float, optional
-        The least and the greatest number that is allowed. None: those of the parameter, and 0 to 1 to scale by.
+        The least and the greatest number that is allowed. None, the default: those of the parameter that it is given
+        to; pictures are then scaled to that range, or to 0 to 1 without one.
 
     Raises
     ------
@@ -116,8 +117,8 @@ class Field:
     def at(self, rows: Int64, columns: Int64, around: bool = False) -> Floats:
         """Return the values at rows (n,) and columns (m,) in px: float64 (n, m).
 
-        Values of a function are clipped to the allowed range, as it is evaluated outside of the output, too; not if
-        they are periodic (`around`), as angles are.
+        Values of a function are clipped to the allowed range, as it is evaluated outside of the output, too; but not
+        if they are periodic, as angles are (`around`).
         """
         if isinstance(self.value, float):
             return np.full((len(rows), len(columns)), self.value)

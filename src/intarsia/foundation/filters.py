@@ -1,6 +1,6 @@
 """Separable filters (box sums, maxima, Gaussians) and fast lengths of Fourier transforms, in NumPy alone.
 
-SciPy has the same, but importing it takes longer than the rest of a small run.
+SciPy has the same, but importing it takes longer than all else in a small run.
 
 `mode`: padding beyond the ends, as in ``numpy.pad``.
 """
@@ -62,7 +62,10 @@ def lowest(values: Array, size: int, mode: Mode) -> Array:
 
 
 def blurred(values: Array, sigma: float, mode: Mode, axes: tuple[int, ...] = (0, 1)) -> Floats:
-    """Return the values blurred along `axes` by direct convolution with a Gaussian; quick for narrow ones."""
+    """Return the values blurred along `axes` by direct convolution with a Gaussian of `sigma` px, truncated at CUT.
+
+    The time grows with `sigma`; for wide Gaussians see `widely_blurred`.
+    """
     radius = int(CUT * sigma + 0.5)
     weights = np.exp(-0.5 / sigma**2 * np.arange(-radius, 1) ** 2)
     weights /= 2 * weights.sum() - weights[-1]
@@ -76,9 +79,10 @@ def blurred(values: Array, sigma: float, mode: Mode, axes: tuple[int, ...] = (0,
 
 
 def widely_blurred(values: Floats, sigma: float) -> Floats:
-    """Return a picture (H, W), borders mirrored, blurred by a Gaussian of any width: a product in the cosine transform.
+    """Return a picture (H, W), mirrored at its borders, blurred by a Gaussian of any `sigma`, px.
 
-    That is the Fourier transform of the picture next to its mirror image.
+    Its cosine transform, computed as the Fourier transform of the picture and its mirror image, is multiplied by that
+    of the Gaussian.
     """
     for _ in range(2):
         n = values.shape[1]

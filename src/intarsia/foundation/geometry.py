@@ -21,7 +21,7 @@ class Shaped:
 
 
 class Wrap(StrEnum):
-    """Along which axes the canvas is periodic."""
+    """Along which axes a canvas is periodic (toroidal): NONE, X, Y or BOTH."""
 
     NONE = "none"
     X = "x"
@@ -46,7 +46,15 @@ class Wrap(StrEnum):
 
 @dataclass(frozen=True, order=True)
 class Box(Shaped):
-    """A rectangle of pixels: rows y0 .. y1-1, columns x0 .. x1-1; coordinates may be negative."""
+    """A rectangle of pixels.
+
+    Parameters
+    ----------
+    y0, x0 : int
+        First row and column, px; may be negative.
+    y1, x1 : int
+        Row and column after the last ones, px.
+    """
 
     y0: int
     x0: int
@@ -111,8 +119,8 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
     """Place patches along one axis so that they fill it exactly, overlapping by at least `overlap` px.
 
     Returns the first pixels of the patches and the patch length used. If the length is no multiple of the pitch the
-    overlaps widen evenly; nothing is cropped. On a torus at least two patches are placed, so that none has to be
-    joined to itself.
+    overlaps widen evenly; nothing is cropped. On a periodic axis of more than 1 px at least two patches are placed, so
+    that none has to be joined to itself.
     """
     pitch = patch - overlap
     if wrap:
@@ -129,9 +137,9 @@ def spread(length: int, patch: int, overlap: int, wrap: bool) -> tuple[list[int]
 def patch_starts(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> tuple[list[int], int]:
     """Place patches along one axis: spread evenly, or at their exact pitch and cropped at the border.
 
-    `hangs` None: spread. Otherwise the first patch begins `hangs` overlaps before the border: 1 drops its seam there
-    (Multrus 2003, 3.2.1), 0 does not (Robinson 2004). On a torus they are always spread. Returns the first pixels of
-    the patches and the patch length.
+    `hangs` None, or a periodic axis: spread evenly. Otherwise the first patch begins `hangs` times the overlap before
+    pixel 0: with 1 its overlap region lies outside (Multrus 2003, 3.2.1), with 0 it begins at pixel 0 (Robinson 2004).
+    Returns the first pixels of the patches, ascending, and the patch length; all in px.
     """
     if hangs is None or wrap:
         return spread(length, patch, overlap, wrap)
@@ -139,7 +147,7 @@ def patch_starts(length: int, patch: int, overlap: int, wrap: bool, hangs: int |
 
 
 def overlap_range(length: int, patch: int, overlap: int, wrap: bool, hangs: int | None = None) -> Pair:
-    """Return the least and the most overlap, px, of neighbouring patches placed by :func:`laid`."""
+    """Return the least and the most overlap, px, of neighbouring patches placed by :func:`patch_starts`."""
     starts, side = patch_starts(length, patch, overlap, wrap, hangs)
     after = [*starts[1:], starts[0] + length] if wrap else starts[1:]
     found = [side - (b - a) for a, b in zip(starts, after, strict=False)] or [overlap]

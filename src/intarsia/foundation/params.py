@@ -22,8 +22,8 @@ else:  # where a number differs from pixel to pixel
     field = lazy("intarsia.foundation.field")
 
 OVER = ("field", "picture")  # kinds that vary over the output or the exemplar
-MOST_LEVELS = 20
-NAMED_POSES = (*ISOMETRY_SETS, "auto")
+MOST_LEVELS = 20  # most numbers of a parameter of the kind "levels"
+NAMED_POSES = (*ISOMETRY_SETS, "auto")  # names that a parameter of the kind "isometries" takes
 AUTO = None  # a field left at AUTO is decided from the exemplar
 
 Extent = int | Pair | None  # one side, or rows and columns, px
@@ -70,7 +70,7 @@ def param(default: Any, kind: str, help: str, **facts: Any) -> Any:
     Kinds (:data:`KINDS`): ``int``, ``float``, ``choice``, ``extent`` (one number, or a pair (rows, columns)),
     ``weights`` (a tuple of numbers), ``levels`` (one number, or a tuple of them), ``price`` (a number or "inf"),
     ``pins`` (tuples of five whole numbers), ``vectors`` (one or two pairs (x, y)), ``isometries`` (a name, or ids;
-    ``auto`` is decided from the exemplar when a method settles), ``field`` (a number for every pixel ``over`` the
+    ``auto`` is decided from the exemplar by `Method.resolved`), ``field`` (a number for every pixel ``over`` the
     "output" or the "exemplar": a number, a gray picture, a function, a Field, or one of the choices), ``picture`` (the
     same, but no plain number). `facts` are ``low``, ``high``, ``unit``, ``choices`` and ``over`` of :class:`Parameter`.
     """

@@ -1,8 +1,8 @@
 """Threads, progress and cancelling of a run, none of which changes a pixel; and counter-based random numbers.
 
-A draw is a hash of its counters: the same (seed, stage, level, y, x) gives the same 64 bits on every machine, in any
-order, from any thread. Coordinates may be negative and as large as 2**63. Nothing else in the package makes random
-numbers.
+A random number is a hash of its counters: the same (seed, stage, level, y, x) gives the same 64 bits on every machine,
+in any order, from any thread. Coordinates may be negative and as large as 2**63. The package has no other source of
+random numbers.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Draft = Callable[[], Any] | None
 Step = Callable[[int, int, Draft], object]
-PART = 1000  # steps reported for a part of the work, however many it has itself, so that progress is even
+PART = 1000  # steps reported for each part of the work, however many it has itself, so that parts count equally
 
 
 def cores() -> int:
@@ -39,8 +39,8 @@ def cores() -> int:
 class Probe:
     """A request for the distance map of one search: how well did every patch fit when output pixel (y, x) was filled?
 
-    ``maps``: one float32 array for each exemplar, over the first pixels of patches, each in the pose that fits best;
-    root mean squares on the 0..1 scale, -1 where no patch may begin. None until the pixel is filled.
+    ``maps``: one float32 array for each exemplar, over the first pixels of patches: the root mean square difference, 0
+    to 1, in the isometry that fits best; -1 where no patch may begin. None until the pixel is filled.
     """
 
     y: int
@@ -55,7 +55,8 @@ class Run:
     Parameters
     ----------
     threads : int, optional
-        Worker threads, at least 1; by default one for each core allowed. Never changes a byte of the result.
+        Worker threads, 1 to 1024; default: one for each core that the process may use. Never changes a byte of the
+        result.
     step : callable, optional
         Called as ``step(done, total, draft)`` between units of work, from the calling thread; ``draft()`` returns
         the map as far as it is filled (``None`` if a stage has no map).
@@ -65,6 +66,11 @@ class Run:
         Methods append one-line notes for the user.
     probe : Probe, optional
         Answered by methods that place patches by search.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range.
     """
 
     threads: int | None = None
@@ -127,7 +133,7 @@ class Run:
 
     @contextmanager
     def crew(self) -> Iterator[Run]:
-        """Yield this run with a persistent thread pool for many calls of :meth:`pool`; nested pools are not opened."""
+        """Yield this run with a persistent thread pool, which all calls of :meth:`pool` use until the block ends."""
         with ThreadPoolExecutor(max(self.workers - 1, 1)) as others:
             yield replace(self, _crew=others)
 
@@ -160,9 +166,9 @@ def _shared(function: Callable[[T], Any], items: list[T], others: ThreadPoolExec
     return made
 
 
-MASK = (1 << 64) - 1
-STEP = 0x9E3779B97F4A7C15
-SEED_LIMIT = 1 << 64
+MASK = (1 << 64) - 1  # the low 64 bits
+STEP = 0x9E3779B97F4A7C15  # the increment of splitmix64: 2**64 divided by the golden ratio
+SEED_LIMIT = 1 << 64  # seeds are below it
 
 
 def draw(seed: int, stage: int, level: int = 0, y: int = 0, x: int = 0) -> int:

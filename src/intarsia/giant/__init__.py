@@ -29,14 +29,18 @@ Sides = int | Pair
 
 
 class Weave(EndlessPlane):
-    """An endless texture; ``texture[y0:y1, x0:x1]`` renders any window as an array.
+    """An endless texture with random access: ``w[y0:y1, x0:x1]`` renders any window as an array (h, w) or (h, w, C).
+
+    The pixels of a window do not depend on windows rendered before.
 
     Attributes
     ----------
     exemplars : tuple of Exemplar
+        What it is synthesised from.
     method : WindowMethod
         With every parameter decided.
     seed : int
+        0 to 2**64 - 1.
     blend : Blend
         How pieces are blended.
     name : str
@@ -48,7 +52,13 @@ class Weave(EndlessPlane):
         return f"<endless texture by {words}; slice it, or stream it>"
 
     def __getitem__(self, key: Any) -> Array:
-        """Render a window; rows and columns are px of the plane, which may be negative or huge."""
+        """Render a window, of the dtype of the plane; rows and columns are px of the plane and may be negative.
+
+        They may be as far from the origin as 2**40 px of the map.
+
+        Raises ParameterError for anything but two slices of whole numbers that are not empty, ResourceError if the
+        window does not fit into memory.
+        """
         box = box_of(key)
         check_memory(box, self.channels * self.dtype.itemsize)
         self.map_box(box)
@@ -64,10 +74,22 @@ class Weave(EndlessPlane):
         ----------
         shape : int or (height, width)
             Size in px of the plane.
-        chunks : as of dask
-            A number of px, or (rows, columns), or all of them.
+        chunks : int, (rows, columns), or any other form that dask takes
+            Sizes of the blocks in px; default 1024.
         origin : (y, x)
-            The pixel of the endless plane that comes first.
+            The pixel of the endless plane that comes first, default (0, 0).
+
+        Returns
+        -------
+        dask.array.Array
+            (height, width) or (height, width, C).
+
+        Raises
+        ------
+        ParameterError
+            for a shape, chunks or an origin that are not possible.
+        MissingExtraError
+            without dask: ``pip install 'intarsia[giant]'``.
         """
         return array_of(self, shape, chunks, origin)
 
@@ -84,24 +106,25 @@ class Weave(EndlessPlane):
         shape : int or (height, width)
             Size in px of the plane.
         origin : (y, x)
-            The pixel of the endless plane that comes first.
+            The pixel of the endless plane that comes first, default (0, 0).
         chunk : int
-            Side of the chunks in px; small ones share a file of 1024 px.
+            Side of the chunks, 16 to 8192 px, default 512; small ones share a file (shard) of up to 1024 px a side.
         executor : None, "threads", "processes", "local", "tcp://...", or a dask client
-            Who renders; never changes a pixel. ``local`` starts a dask cluster on this machine.
+            What renders the chunks; never changes a pixel. None: threads. ``local`` starts a dask cluster on this
+            machine.
         force : bool
-            Replace an array of another recipe; refused if the folder holds anything else.
+            Replace an array of another recipe, default False; refused if the folder holds anything else.
         run : Run, optional
             Threads or processes, progress, cancelling.
 
         Raises
         ------
         ParameterError
-            if something else is at this path, or another recipe.
+            if something else is at this path, or an array of another recipe; for arguments out of range.
         MissingExtraError
             without zarr: ``pip install 'intarsia[giant]'``.
         ResourceError
-            if the disk is full; the same call resumes later.
+            if the disk is full or cannot be written; the same call resumes later.
         """
         stream(ZarrStore.of(self, path, shape, origin, chunk, force), executor, run_of(run))
 
@@ -109,10 +132,18 @@ class Weave(EndlessPlane):
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 512,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is complete; see `to_zarr`.
+        """Stream a window of any size into one tiled BigTIFF (zlib), which appears when it is complete.
 
-        `tile` is the side of its tiles, a multiple of 16 px. An interrupted call starts over, and `force` replaces an
-        existing file.
+        An interrupted call starts over. Arguments and errors are those of :meth:`to_zarr`, but for:
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        tile : int
+            Side of its tiles, 16 to 4096 px, a multiple of 16; default 512.
+        force : bool
+            Replace an existing file, default False.
         """
         stream(TiffStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
 
@@ -120,10 +151,20 @@ class Weave(EndlessPlane):
         self, path: PathLike, shape: Sides, *, origin: Pair = (0, 0), tile: int = 256,
         executor: ExecutorLike = None, force: bool = False, run: Run | None = None,
     ) -> None:  # fmt: skip
-        """Stream a window of any size into a folder of DeepZoom tiles (PNG); otherwise as :meth:`to_tiff`.
+        """Stream a window of any size into a folder of DeepZoom tiles (PNG), which appears when it is complete.
 
         Viewers open ``PATH/image.dzi``; the recipe is stored next to it. Each level is averaged from the next finer
-        one, according to the kind of the plane.
+        one, according to the kind of the plane. An interrupted call starts over. Arguments and errors are those of
+        :meth:`to_zarr`, but for:
+
+        Parameters
+        ----------
+        path : path
+            The folder.
+        tile : int
+            Side of the tiles, 16 to 4096 px, default 256.
+        force : bool
+            Replace a folder of tiles, default False; refused if it holds anything else.
         """
         stream(TileStore.of(self, path, shape, origin, tile, force), executor, run_of(run))
 
@@ -135,30 +176,42 @@ def weave(
     *,
     blend: Blend | None = None,
 ) -> Weave:
-    """Return an endless texture from an example; windows are rendered when it is sliced.
+    """Return an endless texture from an example, with random access: ``w[y0:y1, x0:x1]`` renders a window.
 
     Parameters
     ----------
-    exemplar : path, array, dict of arrays, Plane or Exemplar
-        As for :func:`synthesize`.
+    exemplar : as for :func:`synthesize`
+        A path, array, dict of arrays, Plane or Exemplar.
     method : Method, Auto or str
-        A method with the ability ``window``; ``auto`` chooses among them.
+        A method with the ability ``window``; ``"auto"``, the default, chooses among them.
     seed : int
-        0 to 2**64 - 1; the same seed gives the same texture, on any machine.
+        0 to 2**64 - 1, default 0; the same seed gives the same texture, on any machine.
     blend : Blend, optional
         How pieces are blended; default: that of the method.
 
+    Returns
+    -------
+    Weave
+        Nothing is rendered yet, except what the choice of method and parameters needs.
+
     Raises
     ------
-    ParameterError, InputError, MethodError
-        if the method cannot make single windows, or fails on this exemplar.
+    ParameterError
+        if the method cannot compute single windows.
+    InputError
+        if an exemplar cannot be read, or has no usable pixels.
+    MethodError
+        if the method cannot serve this exemplar.
     """
     exemplars, seed = as_exemplars(exemplar), check_seed(seed)
     return woven(planned_windows(exemplars, method, blend), seed)
 
 
 def planned_windows(exemplars: tuple[Exemplar, ...], method: Method | Auto | str, blend: Blend | None = None) -> Plan:
-    """Return the plan (method with parameters, blend) for windows of an endless plane; raise if there is none."""
+    """Return the plan (method with parameters, blend) for windows of an endless plane.
+
+    Raises ParameterError for a method without the ability `window`, and what `planned` raises.
+    """
     check_alike(exemplars)
     method = named(method)
     if isinstance(method, Auto):

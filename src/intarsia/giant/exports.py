@@ -33,15 +33,15 @@ from ..model.image import Kind, Plane
 from ..rendering.blending import averaged
 from .picture import SIDE, Cell, Cut, EndlessPlane, Grid, Results, Store, check_side, extra
 
-_N = "(0|[1-9][0-9]*)"
+_N = "(0|[1-9][0-9]*)"  # a whole number, for the two patterns of names of files and folders that stores consist of
 FILES = re.compile(rf"zarr\.json|c/{_N}/{_N}(/0)?|image\.dzi(\.recipe\.json)?|image_files/{_N}/{_N}_{_N}\.png")
 FOLDERS = re.compile(rf"c(/{_N}){{0,2}}|image_files(/{_N})?")
 
 
 def check_place(path: Path, woven: bool = False) -> None:
-    """Raise if a path cannot be written, or anything but an empty folder is there.
+    """Raise if a path cannot be written, or holds anything but a folder that is empty or has only temporary files.
 
-    `woven`: a store is to be replaced; the folder must hold nothing else.
+    `woven`: the path holds a store that is to be replaced; the folder must hold nothing but the store.
     """
     try:
         folder = Path(os.path.realpath(path)).parent
@@ -72,9 +72,9 @@ def _check_woven(path: Path) -> None:
                 )
 
 
-AREA = 1 << 20  # px of a TIFF that are rendered as one cell, about
-LONGEST = (1 << 32) - 1  # most px of a side of a TIFF
-LEVEL = 6  # of zlib
+AREA = 1 << 20  # px of a TIFF that are rendered together as one cell, about; a row of tiles
+LONGEST = (1 << 32) - 1  # px: longest side of a TIFF, whose header stores it in 32 bits
+LEVEL = 6  # compression level of zlib, its default
 
 COPIES = {"png": 3, "exr": 3, "hdr": 3, "webp": 12}
 """Peak memory of encoding, in multiples of the bytes of all pixels, by format.
@@ -83,7 +83,7 @@ Measured on noise, which cannot be compressed: png 3.0 (16 bit 3.7), exr 3.0, hd
 """
 
 OTHERWISE = 4
-"""The same for formats that are encoded in memory and not in a file: 4.0 to 4.3."""
+"""The same for all other formats, which are encoded in memory before they are written: measured 4.0 to 4.3."""
 
 
 @dataclass
@@ -146,7 +146,7 @@ class Export(Store):
 
 
 def tiff_tiles(tile: int, pixels: Array, cell: Cell) -> list[bytes]:
-    """Return a row of tiles encoded: horizontal differences for integers, then zlib."""
+    """Return a row of tiles of `tile` px encoded: horizontal differences for integers (predictor 2), then zlib."""
     pixels = pixels.astype(np.uint8) * np.uint8(255) if pixels.dtype == bool else pixels
     packed = []
     for x in range(0, pixels.shape[1], tile):

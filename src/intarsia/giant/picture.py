@@ -1,7 +1,7 @@
 """Random-access rendering of one plane of an endless texture, and the interface of stores on disk.
 
 Every window is computed on its own: its map with the margin that feather and finish need, then its rendering. So the
-pixels do not depend on windows rendered before, on the size of cells, or on who renders them.
+pixels do not depend on windows rendered before, on the size of cells, or on the executor that renders them.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from ..version import VERSION
 SIDE = 1024
 """Side of the cells, px, into which large windows are cut."""
 
-MOST_CELLS = 1 << 22
+MOST_CELLS = 1 << 22  # of one stored picture: a guard, so that listing them stays quick
 SLICE = "give rows and columns as texture[y0:y1, x0:x1]"
 
 
@@ -61,7 +61,7 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class Grid(Shaped):
-    """A picture of height x width px, cut into cells; the last of each row and column may be smaller."""
+    """A picture of height x width px, cut into cells of rows x columns px; the last of each axis may be smaller."""
 
     height: int
     width: int
@@ -100,7 +100,7 @@ class Grid(Shaped):
 
 
 def box_of(key: Any) -> Box:
-    """Return the box of a slice of an endless plane; negative numbers are coordinates, not counted from an end."""
+    """Return the box of the key of ``w[y0:y1, x0:x1]``; negative numbers are coordinates, not counted from an end."""
     if not isinstance(key, tuple) or len(key) != 2 or not all(isinstance(k, slice) for k in key):
         raise ParameterError(f"texture[{_said(key)}] is no window; {SLICE}.")
     ends = []
@@ -203,7 +203,7 @@ class EndlessPlane:
 
     @property
     def scale(self) -> Pair:
-        """By how much the plane is larger, and by how much it is smaller, than the map."""
+        """By which whole factor the plane is larger than the map, and by which it is smaller; one of them is 1."""
         own, base = self.like.height, self.exemplars[0].height
         return max(own // base, 1), max(base // own, 1)
 
@@ -219,7 +219,10 @@ class EndlessPlane:
         return self._filled(box, step, self._drawn, map)
 
     def _filled(self, box: Box, side: int, draw: Callable[[Box], Array], each: Callable[..., Iterable[Any]]) -> Array:
-        """Render a box in cells of `side` px; the first alone, as it fills the caches that the others share."""
+        """Render a box in cells of `side` px by `each`, a parallel map.
+
+        The first cell is rendered alone, as it fills the caches that the others share.
+        """
         out = np.empty(self.shape_of(*box.shape), self.dtype)
 
         def fill(cell: Cell) -> None:
@@ -265,7 +268,7 @@ class EndlessPlane:
 
     @property
     def recipe(self) -> Record:
-        """Everything that a pixel depends on besides its place; of functions among the parameters only the names."""
+        """Everything that a pixel depends on besides its coordinates; functions among the parameters by name only."""
         return {
             "intarsia": VERSION,
             "method": self.method.slug,
@@ -302,7 +305,11 @@ Results = Generator[tuple[Cell, list[bytes]], None, None]
 
 @dataclass
 class Store(ABC):
-    """A picture on disk that is made cell by cell: its plan, and the interface of all stores."""
+    """A picture on disk that is rendered cell by cell: its settings, and the interface of all stores.
+
+    ``origin`` (y, x): the pixel of the endless plane that comes first; ``force``: whether an existing store of another
+    recipe is replaced.
+    """
 
     path: Path
     texture: EndlessPlane
@@ -319,7 +326,7 @@ class Store(ABC):
     def of(
         cls, texture: EndlessPlane, path: PathLike, shape: Any, origin: Any, side: int, force: bool
     ) -> Self:
-        """Return a planned store with chunks or tiles of `side` px; nothing is written."""
+        """Return the store of a picture with chunks or tiles of `side` px; checks its arguments, writes nothing."""
         expect_path(path)
         sides = sides_of(shape)
         first = checked(texture, sides, origin)
@@ -346,7 +353,7 @@ class Store(ABC):
         return 0
 
     def packing(self, cell: Cell, pieces: list[bytes]) -> float:
-        """Return the seconds that it takes to encode a cell at the end, when all are there."""
+        """Return the seconds that encoding one more cell adds after the last one is rendered; 0 for tiled stores."""
         return 0.0
 
     @abstractmethod

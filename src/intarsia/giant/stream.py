@@ -1,8 +1,8 @@
 """Streaming a texture into a store by threads, processes or a dask cluster; valid cells of a resumed store are kept.
 
-Results arrive in order and have the same bytes, whoever renders. The task, with the analysed exemplar, is sent once to
-every worker; then only boxes are sent, and encoded pieces come back, so that one process writes all files, and workers
-need no common disk. Few cells are in progress at a time, so memory is bounded.
+Results are written in order and have the same bytes with every executor. The task, with the analysed exemplar, is sent
+once to every worker; then only boxes are sent, and encoded cells come back, so that one process writes all files, and
+workers need no common disk. At most AHEAD cells per worker are in progress, so memory is bounded.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ ExecutorLike = Any
 
 CLIENT = ("scatter", "submit", "nthreads")  # methods by which a dask client is recognised
 AHEAD = 2  # cells in progress for each worker
-DEATHS = 3  # of workers in succession, without a result between them
-PATIENCE = 120  # s, for the first worker of a cluster, and for the one that replaces a dead one
+DEATHS = 3  # workers that die in succession, without a result between them, until the work fails
+PATIENCE = 120  # s to wait for the first worker of a cluster, and for the one that replaces a dead one
 
 
 def by_threads(workers: int, task: Task, cells: Iterable[Cell]) -> Results:
@@ -192,7 +192,7 @@ def _windowed(cells: Iterator[Cell], most: int, submit: Submit) -> Results:
 
 
 def _again(todo: deque[Cell], rest: Iterator[Cell]) -> Iterator[Cell]:
-    """Yield the cells in `todo`, then further ones, which are appended to it."""
+    """Yield the cells in `todo`, then those of `rest`, each of which is appended to `todo` first."""
     yield from tuple(todo)
     for cell in rest:
         todo.append(cell)
@@ -258,10 +258,10 @@ STORES: dict[str, tuple[type[Store], int]] = {
 
 
 PER_PX, BETWEEN = 16, 140
-"""Bytes of memory for each px that is rendered, for map and weights; and in addition if pixels are interpolated."""
+"""Bytes of memory per px that is rendered: for map and weights, and the addition if pixels are interpolated."""
 
 DRAWN = 1 << 22
-"""Most px of the map that a worker holds."""
+"""Most px of the map that a worker holds at a time: 2048 x 2048."""
 
 
 @dataclass(frozen=True)
@@ -278,7 +278,7 @@ class DrawnAndPacked:
 
 
 def memory_of(store: Store, workers: int) -> int:
-    """Return the least memory, in bytes, of this process while `workers` fill a store."""
+    """Return an estimate, in bytes, of the peak memory of this process while `workers` threads fill a store."""
     return peak_memory() + store.held + min(workers, len(store.grid)) * _drawn(store)
 
 
@@ -306,7 +306,7 @@ def _drawn(store: Store) -> int:
 
 
 def stream(store: Store, executor: ExecutorLike, run: Run) -> None:
-    """Fill and finish a store; the bytes are the same whoever renders, and however often it was interrupted."""
+    """Fill and finish a store; the bytes are the same with every executor, and however often it was interrupted."""
     try:
         fill(store, executor, run)
         finish(store)

@@ -23,13 +23,13 @@ from ..foundation.run import Run
 from .exports import check_place
 from .picture import SIDE, Cell, EndlessPlane, Grid, Results, Store, check_side, extra
 
-SIGN = "zarr.json"
-LONGEST = 1 << 26  # most bytes of it
+SIGN = "zarr.json"  # the metadata of a zarr array
+LONGEST = 1 << 26  # most bytes of it that are read
 
 
 @dataclass(frozen=True)
 class ZarrPacker:
-    """Encodes cells as shards of a zarr array: chunks of `chunk` px in files of `side` px."""
+    """Encodes cells as shards of a zarr array: chunks of `chunk` px a side in files of `side` px a side."""
 
     chunk: int
     side: int

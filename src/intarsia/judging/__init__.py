@@ -3,18 +3,18 @@
 Each part is normalised between an anchor for a true continuation and one for a bad result.
 
     found = ia.score("stones.png", "grown.png")
-    found.total, found.parts["joins"].worth, found.parts["joins"].measured
+    found.total, found.parts["joins"].normalised, found.parts["joins"].measured
 
 The formula, with the weights of :data:`~intarsia.judging.parts.PARTS` (docs/score.md says how they were found):
 
-    worth of a part = 1 - (measured - good) / (bad - good), held between 0 and 1
-    total = 100 * worth of "texture" * (1 - sum of weight * visible * sqrt(1 - worth)), at least 0
+    normalised = 1 - (measured - good) / (bad - good), clipped to 0..1
+    total = 100 * normalised "texture" * max(0, 1 - sum over the other parts of weight * visible * sqrt(1 - normalised))
 
-``visible`` is 1, and for parts that measure repetition the grain of the exemplar: repeats are not seen if every window
-recurs. The root makes a first flaw count more than the tenth. "texture" is worth 1 if the output has the exemplar's
-texture, and 0 if it has another.
+``visible`` is 1, but for parts that measure repetition the grain of the exemplar, as repeats are not seen if every
+window recurs in it anyway. The root makes the first flaws count more than further ones. "texture" is 1 if the output
+has the exemplar's texture, and 0 if it has another.
 
-Losses are also returned place by place: costs of joins, and places of the exemplar that are used too often.
+Two losses are also returned locally: costs of joins, and places of the exemplar that are used too often.
 """
 
 from __future__ import annotations
@@ -37,16 +37,17 @@ from .parts import PARTS, TEXTURE, Part, measured, sources_of, square_side, squa
 from .sources import STEP, Reference, Sources
 from .windows import SIDE, block_means
 
-CORNER = 512  # px: of outputs of more than twice this side only the corners, of this size, are judged
+CORNER = 512  # px, reduced: along an axis longer than 2 CORNER + AROUND only the first and last CORNER px are judged
 WORDS = ((90, "clean"), (65, "some {}"), (40, "clear {}"), (0, "heavy {}"))
-"""The least total of each verdict: nothing that a grader called broken is clean (docs/score.md)."""
-AROUND = 32  # px by which periodic outputs are padded beyond their borders
+"""The least total of each verdict; chosen so that no output that a human grader called broken is "clean"
+(docs/score.md)."""
+AROUND = 32  # px, reduced, by which outputs are continued below and to the right along periodic axes
 
 Pictures = Sequence[Int16]
 
 
 class PartScore(NamedTuple):
-    """One part of a score: its definition, the measured number, and the anchors that are worth 1 and 0."""
+    """One part of a score: its definition, the measured number, and the anchors at which it is 1 (good) and 0 (bad)."""
 
     part: Part
     measured: float
@@ -63,7 +64,12 @@ class PartScore(NamedTuple):
 class Score:
     """Quality of an output: ``total`` from 0 to 100, and its parts by name; higher is better.
 
-    ``grain``: how rarely windows of the exemplar recur in it, 0 to 1.
+    Attributes
+    ----------
+    parts : dict of str to PartScore
+        The measured number of each part, its anchors and its normalised score.
+    grain : float
+        0 to 1: how rarely windows of the exemplar recur in it, the factor of losses by repetition.
     """
 
     parts: dict[str, PartScore]
@@ -80,7 +86,10 @@ class Score:
         return max(0.0, 100 * (1 - sum(self.loss(name) for name in self.parts)))
 
     def loss(self, name: str) -> float:
-        """Return what one part subtracts from the total, of 1; "texture" takes its share of what the others leave."""
+        """Return what a part subtracts from the total, as a fraction of 1.
+
+        "texture" subtracts its share of what the other parts leave.
+        """
         one = self.parts[name]
         if one.part is TEXTURE:
             return (1 - one.normalised) * max(0.0, 1 - sum(self.loss(other) for other in self.parts if other != name))
@@ -93,14 +102,14 @@ class Score:
 
     @property
     def verdict(self) -> str:
-        """The total in words, with the flaw of the largest loss."""
+        """The total in words (WORDS), with the flaw of the largest loss, such as "some cuts"."""
         if self.parts[TEXTURE.name].normalised < 0.5:
             return "not this texture"
         word = next(word for least, word in WORDS if self.total >= least)
         return word.format(self.parts[self.ranked[0]].part.flaw)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the score for JSON."""
+        """Return the score for JSON; "worth" is the normalised score, and losses are of 100."""
         return {"total": round(self.total, 2), "verdict": self.verdict, "grain": round(self.grain, 3), "parts": {
             name: {
                 "worth": round(one.normalised, 4), "measured": round(one.measured, 3), "unit": one.part.unit,
@@ -111,7 +120,7 @@ class Score:
 
 
 class JudgedPart(NamedTuple):
-    """A judged part of an output: row and column where it begins, in px, and the sources of its windows."""
+    """A judged part of an output: its first row and column, px, and the sources of its windows, one for each size."""
 
     begin: Pair
     sources: tuple[Sources, ...]
@@ -119,7 +128,7 @@ class JudgedPart(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A score, and the judged parts of the output, reduced `factor` times like the exemplars."""
+    """A score, and the judged parts of the output, which is reduced `factor` times, as its exemplars are."""
 
     score: Score
     looks: tuple[JudgedPart, ...]
@@ -145,7 +154,7 @@ def judge(exemplars: Exemplars, output: Exemplar, wrap: Wrap = Wrap.NONE) -> Jud
 
 
 def score_map(exemplars: Exemplars, smap: SourceMap) -> Score:
-    """Return the score of a map without holes, rendered without feathering."""
+    """Return the score of a map without holes, rendered in feature space without feathering."""
     feats = features(exemplars)
     pictures = [p[..., : feats.base] for p in feats.pictures]
     known = feats.memo("judging", lambda: reference_scales(pictures, exemplars))  # several maps of the same are judged
@@ -171,7 +180,10 @@ class ReferenceScales(NamedTuple):
     worst: dict[str, float]
 
     def reduced(self, output: Int16) -> Int16:
-        """Return an output reduced like the exemplars and clipped to their range, in which distances are exact."""
+        """Return an output reduced `factor` times and clipped to the range of the exemplars' features, per channel.
+
+        Within that range distances of windows are exact in float32.
+        """
         pictures = self.reference.pictures
         low, high = (f([f(p.reshape(-1, p.shape[2]), axis=0) for p in pictures], axis=0) for f in (np.min, np.max))
         return np.asarray(np.clip(block_means(output, self.factor), low, high), np.int16)
@@ -206,7 +218,10 @@ def _judged(known: ReferenceScales, output: Int16, wrap: Wrap) -> Judged:
 
 
 def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
-    """Return the parts of an output that are judged with their origins: all of it, padded if periodic, or corners."""
+    """Return the parts of a reduced output that are judged, and the first pixel of each.
+
+    All of it, continued by AROUND px along periodic axes; only the two ends of axes that are too long.
+    """
     around = [(0, AROUND if closed else 0) for closed in wrap.closed]
     output = np.pad(output, (*around, (0, 0)), "wrap")
     short = 2 * CORNER + AROUND
@@ -214,11 +229,11 @@ def _corners(output: Int16, wrap: Wrap) -> list[tuple[Pair, Int16]]:
     return [((rows.start or 0, columns.start or 0), output[rows, columns]) for rows, columns in product(*spans)]
 
 
-SIZES = 2  # smallest sizes of windows by which joins are located
-MOST = 3  # overused places that are reported,
-MANY = 60  # but no further one once so many places of the output are reported
-OFTEN = 2.5  # times the mean: places used less often are not reported
-RETURNS = 3  # least occurrences in the output
+SIZES = 2  # joins are located by windows of so many sizes, the smallest ones
+MOST = 3  # overused places of the exemplar that are reported at most
+MANY = 60  # no further overused place is reported once those before have so many occurrences in the output
+OFTEN = 2.5  # use relative to the mean, from which on a place is reported
+RETURNS = 3  # least occurrences in the output of a place that is reported
 
 
 class Circle(NamedTuple):
@@ -230,7 +245,7 @@ class Circle(NamedTuple):
 
 
 class Overused(NamedTuple):
-    """An overused place: in exemplar `number` at `place`, used `times` the mean, and its occurrences (`spots`)."""
+    """An overused place: the number of its exemplar, where it is, its use relative to the mean, its occurrences."""
 
     number: int
     place: Circle
@@ -241,7 +256,8 @@ class Overused(NamedTuple):
 def local_join_costs(judged: Judged, size: Pair) -> Array:
     """Return the local cost of joins in an output of `size`, 0 to 1, where 1 is the distance of unrelated windows.
 
-    (rows, columns) of squares of 8 px, times the factor by which the output was reduced.
+    One number for each square of 8 px of the reduced output: (rows, columns). What was not judged has the cost of the
+    nearest place that was.
     """
     rows, columns = (-(-n // (STEP * judged.factor)) for n in size)
     total, count = np.zeros((rows, columns)), np.zeros((rows, columns), np.int64)
@@ -262,7 +278,10 @@ def local_join_costs(judged: Judged, size: Pair) -> Array:
 
 
 def overused_places(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> tuple[Overused, ...]:
-    """Return the places of the exemplars that are used far more often than others, the most used first."""
+    """Return the places of the exemplars that are used OFTEN times the mean or more, the most used first.
+
+    `exemplars`, `output`: their sizes (height, width), px.
+    """
     first = judged.finest
     if not first:
         return ()
@@ -286,9 +305,9 @@ def overused_places(judged: Judged, exemplars: Sequence[Pair], output: Pair) -> 
 
 
 def usage_of(judged: Judged, exemplars: Sequence[Pair]) -> list[Array]:
-    """Return how often pixels of each exemplar are used, relative to the mean, estimated from windows.
+    """Return how often pixels of each exemplar (H, W) are used, relative to the mean, estimated from source windows.
 
-    `SourceMap.usage` gives exact counts if the map is known. Pixels left over by the reduction count as 0.
+    `SourceMap.usage` gives exact counts if the map is known. Pixels that the reduction cuts off count as 0.
     """
     first = judged.finest
     out = [np.zeros(size) for size in exemplars]

@@ -20,11 +20,11 @@ from ..model.sourcemap import HOLE, SourceMap
 from . import score_map
 from .windows import block_means
 
-SIDE, SMALL = 512, 256  # px: largest side of the picture, and of the exemplars
-PICTURE, EXEMPLARS, MAP = 360_000, 120_000, 200_000  # most bytes of each, before base64
-SHOWN = 6  # exemplars; of more, only the names are shown
-JUDGED = 1 << 22  # px: larger maps are not judged here
-QUALITY = 88  # of a JPEG, if a PNG is too large
+SIDE, SMALL = 512, 256  # px: longest side of the embedded picture, and of the exemplars
+PICTURE, EXEMPLARS, MAP = 360_000, 120_000, 200_000  # most bytes of picture, all exemplars, and map, before base64
+SHOWN = 6  # exemplars that are shown at most; if there are more, only their names are
+JUDGED = 1 << 22  # px: larger maps are not scored, as that would delay the display
+QUALITY = 88  # JPEG quality of pictures that are too large as PNG
 
 STYLE = """
 .intarsia-made { display: flex; flex-wrap: wrap; gap: 16px; align-items: flex-start;
@@ -120,7 +120,7 @@ def _score(exemplars: Exemplars, smap: SourceMap) -> str:
 
 
 def _shown(plane: Plane, side: int, most: int, alt: str) -> tuple[str, int]:
-    """Return an <img> of at most `most` bytes, reduced by an integer factor; and that factor."""
+    """Return an <img> of at most `side` px a side and about `most` bytes, and the whole factor of its reduction."""
     pixels = to_display(plane.pixels, plane.kind, plane.transfer is Transfer.LINEAR)
     pixels = pixels.reshape(*pixels.shape[:2], -1)
     step = max(-(-max(pixels.shape[:2]) // side), 1)

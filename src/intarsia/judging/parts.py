@@ -1,16 +1,18 @@
 """The parts of the score: definitions, units, anchors, and how each is measured.
 
-Every part is 1 for an output as good as a true continuation of the exemplar, and 0 for random squares placed without
-matching, or at the anchor in the table. All measurements are ratios of sums of integers.
+The normalised score of a part is 1 for an output as good as a true continuation of the exemplar. It is 0 at the bad
+anchor: that in the table, or else the value of random squares of the exemplar placed side by side without matching. All
+measurements are ratios of sums of integers.
 
 Whether an output has the texture of its exemplar at all is measured on windows of every size as a product of three
-numbers: the distance of windows to the exemplar, relative to distances within it; the share of steps from window to
-window at which another place of the exemplar begins; the difference in mean and spread of the cosines of windows. A
-synthesised texture may show only a part of its exemplar, or be cut into small pieces, and a plain one finds matches in
-a rich exemplar: each is high in one or two of the numbers. Only another texture is high in all three.
+numbers: the distance of windows to their nearest ones in the exemplar, relative to distances within the exemplar; the
+share of neighbouring windows whose sources are not neighbours, too; the difference in mean and standard deviation of
+the DCT coefficients of windows. A synthesised texture may show only a part of its exemplar, or be cut into small
+pieces, and a plain texture finds matches in a rich exemplar: each of these is high in one or two of the numbers. Only
+another texture is high in all three.
 
 Sources: pieces and where they meet, Ashikhmin 2001 (section 3) and Kwatra et al. 2003 (section 3.1); statistics of
-filters as what a texture is, Heeger and Bergen 1995; the product, repeats and the scales are our own.
+filter responses as a definition of texture, Heeger and Bergen 1995; the product, repeats and the anchors are our own.
 """
 
 from __future__ import annotations
@@ -28,20 +30,22 @@ from .sources import NEXT, STEP, Reference, Sources, continued_sources
 from .windows import SIDE, poses
 
 # A single place of the exemplar may recur unseen; one that recurs with its surroundings is noticed. Of the measures on
-# maps this one agreed best with people on which of two outputs repeats itself.
-REACH = 25  # windows of the output, 200 px: repeats are noticed within it; 128 px: fewer pairs are told apart
-NEAR = 3  # windows: nearer ones overlap
-AROUND = 2  # windows on every side are the surroundings, so 5 x 5, and
-MOST = 14  # of them, over half, must be the same; 3 x 3 or 7 x 7 name the better output as often
-SAME = 2  # px of the reduced picture: sources within it are the same
+# maps this one agreed most often with people on which of two outputs repeats itself. Unit: windows of the output, which
+# are STEP (8) px from one another.
+REACH = 25  # repeats are counted within so many windows, 200 px; within 128 px it agrees with people on fewer pairs
+NEAR = 3  # nearer windows are not compared, as they overlap
+AROUND = 2  # the surroundings of a window are so many on every side, 5 x 5; 3 x 3 and 7 x 7 agree as often
+MOST = 14  # of the 5 x 5 windows that must have the same sources, over half
+SAME = 2  # px of the reduced picture: sources at most so far from one another count as the same
 
 
 class Part(NamedTuple):
     """One part of the score: name, unit, meaning, weight in the total, and anchors.
 
-    ``good``: the value of a true continuation; ``bad``: the value that is worth 0, None for that of random tiles of the
-    exemplar, at least ``least`` away from ``good``. ``grainy`` parts are weighted by the grain of the exemplar.
-    ``flaw``: what people see if this part takes most.
+    ``good``: the value of a true continuation. ``bad``: the value at which the normalised score is 0; None for that of
+    random tiles of the exemplar. It is at least ``least`` above ``good``. The loss of ``grainy`` parts is multiplied by
+    the grain of the exemplar. ``says``: what is measured. ``flaw``: the word of the verdict if this part has the
+    largest loss.
     """
 
     name: str
@@ -85,7 +89,10 @@ def sources_of(reference: Reference, picture: Int16) -> list[Sources]:
 def measured(
     reference: Reference, picture: Int16, sources: Sequence[Sources], parts: Sequence[Part] = PARTS
 ) -> dict[str, float]:
-    """Return the measured parts of an output picture (H, W, C), given in the features of its exemplars."""
+    """Return the measured value of each part, by name, of an output (H, W, C) in the features of its exemplars.
+
+    `sources`: those of its windows, by size, the smallest first. Joins and use are measured on the first two sizes.
+    """
     every, sources = sources, sources[:2]
     sides = [min(p.shape[:2]) for p in reference.pictures]
     how: dict[str, Callable[[], float]] = {
@@ -106,7 +113,7 @@ def _mean(values: list[float], nothing: float = 0.0) -> float:
 
 
 def square_side(table: Array) -> int:
-    """Return the side of the squares whose use is counted, in windows of a table."""
+    """Return the side, in windows of a table, of the squares whose use is counted: a twelfth of its shorter side."""
     return max(3, int(min(table.shape)) // 12)
 
 
@@ -120,7 +127,7 @@ def square_usage(table: Array, usage: Array) -> Array:
 
 
 def _overused(sources: Sources) -> float:
-    """Return the 98th percentile of the use of squares, a twelfth of the exemplar wide, relative to the mean."""
+    """Return the 98th percentile of the use of squares of `square_side`, relative to the mean."""
     every = square_usage(sources.level.windows.table, sources.usage)
     often = np.sort(every[every >= 0])
     mean = float(often.sum()) / max(often.size, 1)
@@ -128,7 +135,7 @@ def _overused(sources: Sources) -> float:
 
 
 def _salient(reference: Reference, sources: Sources) -> float:
-    """Return the use of salient places relative to the mean, weighted by saliency and use."""
+    """Return the mean use of places, weighted by their saliency and use, relative to the mean use of all places."""
     windows, usage = sources.level.windows, sources.usage
     half = SIDE // 4 // windows.stride  # counted within half a window, as sources are inexact
     often = window_sums(np.pad(usage, half), (2 * half + 1,) * 2)
@@ -197,19 +204,20 @@ def _lattice(reference: Reference, picture: Array) -> float:
     return max(0.0, periods.lost(picture, reference.pictures[0], reference.usable[0])) if periods else 0.0
 
 
-# Halved and doubled on 143 textures; results are in docs/design/012.
-MANY = 625  # least windows of an exemplar for mean and spread (4 x 4 that do not overlap),
-LEAST = 16  # and least area of an output, in windows
-PLAIN = 0.2  # of the unrelated distance, added to the mean own distance, which is 0 for a perfect lattice
-FAINT = 0.04  # of the largest spread, added to each: cosines that hardly vary are unreliable
-TURNED = 300  # windows that are searched in every pose;
-CHANCE = 1.5  # correction of their distance, as the nearest of eight poses is nearer by chance
+# Each was halved and doubled on 143 textures; the results are in docs/design/012.
+MANY = 625  # least number of windows of an exemplar for reliable mean and spread: 4 x 4 that do not overlap
+LEAST = 16  # least area of an output, in windows, for the same
+PLAIN = 0.2  # of the distance of unrelated windows: added to the mean own distance, which is 0 for a perfect lattice
+FAINT = 0.04  # of the largest spread: least divisor, as coefficients that hardly vary are unreliable
+TURNED = 300  # windows, about, whose nearest ones are searched in all eight isometries
+CHANCE = 1.5  # factor of their distance, as the nearest of eight isometries is nearer by chance alone
 
 
 def texture_distance(sources: Sequence[Sources], enough: float) -> float:
     """Return how much an output differs in texture from its exemplar, in percent.
 
-    If that is more than `enough`, pieces may be mirrored or rotated, and windows are compared in every pose.
+    If that is more than `enough`, pieces may be mirrored or rotated: windows are compared in all eight isometries as
+    well, and the lesser difference is returned.
     """
     many = [s for s in sources if _tells(s)] or sources[:1]
     found = math.inf
@@ -262,6 +270,6 @@ def _off(some: Array, others: Array) -> float:
 
 
 def _moments(waves: Array) -> tuple[Array, Array]:
-    """Return mean and standard deviation of every cosine; sums of integers below 2**53 are exact."""
+    """Return mean and standard deviation of every DCT coefficient; sums of integers below 2**53 are exact."""
     total, squares = (w.sum(axis=0, dtype=np.float64) / len(waves) for w in (waves, waves * waves))
     return total, np.sqrt(np.maximum(squares - total * total, 0))

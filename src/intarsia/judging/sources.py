@@ -1,11 +1,13 @@
 """Sources of an output's windows in the exemplar, cost of joins between neighbours, and reference measurements.
 
-Continue the source of a window by a step. Within one piece the next window of the output shows the same. Across a join
-it differs: a little if the join runs along a gap, as much as unrelated windows if it cuts through a stone. Joins of
-pieces that are whole periods of the exemplar apart cost nothing: one brick may follow any other.
+The source of a window is the exemplar window that it was probably copied from. Moved by the step from a window of the
+output to its neighbour it gives the continued source. Within one piece the neighbour equals it. Across a join the
+neighbour differs from it: a little if the join runs along a gap, as much as unrelated windows do if it cuts through a
+stone. A join costs nothing if the offset of its two pieces is a whole number of periods of the exemplar, as any brick
+may follow any other.
 
-References of an exemplar: its windows, how similar they are to one another, and as an anchor a bad output: `tiles`
-places small random squares of the exemplar next to one another, and no method joins pieces worse.
+Reference measurements of an exemplar: its windows, how similar they are to one another, and a bad output as an anchor:
+`Reference.tiles`, small random squares of the exemplar side by side without matching.
 """
 
 from __future__ import annotations
@@ -26,25 +28,27 @@ from ..lattice import Vector, find_lattice
 from .windows import ALL, SIDE, Windows
 
 REDUCTIONS = (2, 4, 8)  # windows of 16, 32 and 64 px
-ASKED = 1100  # windows whose nearest in the exemplar itself is searched
-FEW = 16  # windows; fewer are not evaluated
-REGULAR, GRAINY = 0.15, 0.35  # own distance by that of unrelated windows: below every window recurs, above none does
-STAGE = 4101  # stream of the random numbers of tiles
-TILES = 8  # tiles along an exemplar's side
+ASKED = 1100  # windows of the exemplar, about, whose nearest one in the exemplar itself is searched
+FEW = 16  # windows: a size of which there are fewer is not evaluated
+# Distance of windows to the nearest one elsewhere in the exemplar, relative to that of unrelated windows, at which the
+# grain is 0 (every window recurs) and 1 (none does).
+REGULAR, GRAINY = 0.15, 0.35
+STAGE = 4101  # stage of the counter-based random numbers of tiles
+TILES = 8  # tiles along the exemplar's shorter side
 ANCHOR = 256  # px: least side of the picture of tiles
 
-LOOSE = 3  # px: largest tolerance of periods, if the lattice itself is as irregular
-FINE = 3  # times the tolerance: shorter periods cannot be distinguished
-FAR = 3, 4  # of a side: longer periods leave too little to compare
+LOOSE = 3  # px: largest tolerance of periods, for lattices whose own residual is as large
+FINE = 3  # periods shorter than so many times the tolerance are not used, as any offset would be near a multiple
+FAR = 3, 4  # numerator and denominator: periods of 3/4 of a side or more leave too little to compare
 
 
 @dataclass(frozen=True)
 class Periods:
-    """The one or two lattice vectors (rows, columns) of an exemplar, and their tolerance; 1/256 px.
+    """The one or two lattice vectors (rows, columns) of an exemplar, and their tolerance ``loose``; in 1/256 px.
 
-    A join between two pieces that are a whole number of periods apart occurs in the exemplar itself at every period,
-    and costs nothing. Whether periods are kept is measured on the picture alone: otherwise it differs more from itself,
-    shifted by a period, than the exemplar does.
+    A join of two pieces whose offset is a whole number of periods costs nothing, as the exemplar itself continues so.
+    Whether an output keeps the periods is measured on its pixels alone: if not, it differs more from itself, shifted by
+    a period, than the exemplar does.
     """
 
     vectors: tuple[Vector, ...]
@@ -109,7 +113,7 @@ class Level:
     """The windows of the exemplars at one size, and distances among them, in 1/16.
 
     ``own``: distances of a regular sample of windows to the nearest one elsewhere; ``usual``: their median;
-    ``unrelated``: median distance of pairs. ``periods``: of the exemplar.
+    ``unrelated``: median distance of arbitrary pairs, at least ``usual``; ``periods``: those of the exemplar.
     """
 
     windows: Windows
@@ -130,7 +134,7 @@ class Level:
 
     @classmethod
     def of(cls, windows: Windows, periods: Periods | None = None) -> Level | None:
-        """Measure the distances among the windows; None if they are too few, or too close to one another."""
+        """Measure the distances among the windows; None if fewer than FEW have another one that is far enough away."""
         own = windows.own(ASKED)[1]
         if len(own) < FEW:
             return None
@@ -158,7 +162,7 @@ class Reference:
 
     @cached_property
     def grain(self) -> float:
-        """How rarely windows of the exemplar recur in it: 0 if every one does, 1 if none is like another."""
+        """How rarely windows of the exemplar recur in it: 0 if all recur, 1 if none resembles another."""
         if not self.levels:
             return 0.0
         share = self.levels[0].usual / self.levels[0].unrelated
@@ -216,18 +220,19 @@ def _apart(picture: Array, usable: Mask | None, shift: Pair) -> float | None:
 
 
 STEP = 8  # px between neighbouring windows of the output
-ROUNDS = 3  # of propagation of sources to neighbours
-NEAR = 115, 100  # a neighbour's continued source is taken if its distance is at most 1.15 times the least one
-SLACK = 20  # plus a 20th of the usual distance
-NEXT = ((0, 1), (1, 0), (0, -1), (-1, 0))
+ROUNDS = 3  # rounds of propagation of sources to neighbours
+NEAR = 115, 100  # percent: a neighbour's continued source is taken if its distance is at most 1.15 times the least one
+SLACK = 20  # plus 1/SLACK of the median distance of exemplar windows to their nearest ones
+NEXT = ((0, 1), (1, 0), (0, -1), (-1, 0))  # steps (rows, columns) to the four neighbours
 
 
 @dataclass(frozen=True, eq=False)
 class Sources:
     """The windows of an output of one size, on a grid of STEP px, and their source windows in the exemplar.
 
-    ``waves`` (rows, columns, features); ``distance`` to the nearest window, in 1/16; ``number`` of the source window,
-    chosen among those nearly as near so that neighbours are coherent.
+    ``waves`` (rows, columns, features): their DCT coefficients; ``distance`` (rows, columns): to the nearest exemplar
+    window, in 1/16; ``number`` (rows, columns): that of the source window, chosen among those nearly as near so that
+    neighbours are coherent.
     """
 
     level: Level
@@ -250,15 +255,15 @@ class Sources:
 
     @property
     def join_costs(self) -> Array:
-        """The cost of the joins to the right and lower neighbours: 0 none, 1024 the distance of unrelated windows.
+        """The cost of joins (2, rows, columns) with the left and the upper neighbour: 0 to 1024, as unrelated windows.
 
-        0 if the sources are whole periods of the exemplar apart.
+        0 if the offset of the sources is a whole number of periods of the exemplar.
         """
         return self._changes(ALL, self.level.unrelated, 1)
 
     @property
     def steps(self) -> Array:
-        """The same for the mean tone of windows alone, up to twice the distance of unrelated ones."""
+        """Steps of tone: as `join_costs`, but for the mean colour of windows alone, and clipped at 2048."""
         return self._changes(self.level.windows.tones, self.level.untoned, 2)
 
     def _changes(self, features: slice, unrelated: int, most: int) -> Array:
@@ -273,7 +278,7 @@ class Sources:
         return np.stack(out)
 
     def _kept(self, step: Pair) -> Mask:
-        """Whether the source of a window is whole periods away from the continued source of its predecessor."""
+        """Whether a window's source and its predecessor's continued source differ by a whole number of periods."""
         windows, periods = self.level.windows, self.level.periods
         if periods is None:
             return np.zeros(self.number.shape, bool)
@@ -291,9 +296,9 @@ class Sources:
 
 
 def continued_sources(level: Level, number: Array, step: Pair) -> tuple[Array, Array]:
-    """Return the source of every window's predecessor, by `step`, continued by that step; and where there is one.
+    """Return the continued source of the window `step` before each, and a mask of the windows that have such a one.
 
-    -1 where it leaves the exemplar.
+    -1 where the continued source lies outside of the exemplar.
     """
     windows = level.windows
     rows, columns = number.shape

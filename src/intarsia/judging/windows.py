@@ -1,7 +1,7 @@
 """Windows as low-frequency DCT coefficients in integers, and exact nearest-neighbour search among them.
 
-Windows of 8 x 8 px of a picture reduced 2, 4 or 8 times are compared by their lowest cosines. The vectors are integers
-so short that float32 products and sums are exact: the same nearest window on every machine.
+Windows of 8 x 8 px of a picture reduced 2, 4 or 8 times are compared by their lowest DCT coefficients ("cosines"). They
+are integers so small that float32 products and sums are exact: the nearest window is the same on every machine.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ import numpy as np
 from ..analysis import block_sums, blocks
 from ..foundation.arrays import Array, Int32, Mask
 
-SIDE = 8  # px of a window, in the reduced picture
-COSINES = 4  # the lowest along each axis, those whose orders add up to less: ten of each channel
-ORDERS = [(k, other) for k in range(COSINES) for other in range(COSINES - k)]  # down and across
-FINE = 64  # cosines are whole multiples of 1 / FINE
-LONGEST = 2**22  # squared length of a vector: products and sums of two such stay below 2**24, which float32 holds
-MOST = 16500  # windows of an exemplar; of more, every second or third along each axis is taken
-BATCH = 128  # windows that are compared at a time, which fit into a cache
-ALL = slice(None)  # features
-ROOT = 16  # distances are whole numbers of 1 / ROOT
+SIDE = 8  # px: side of a window, in the reduced picture
+COSINES = 4  # DCT orders along the two axes that add up to less than this are kept: ten coefficients of each channel
+ORDERS = [(k, other) for k in range(COSINES) for other in range(COSINES - k)]  # vertical and horizontal order
+FINE = 64  # the values of cosines are rounded to whole multiples of 1 / FINE
+LONGEST = 2**22  # largest squared length of a vector: products and sums stay below 2**24, exact in float32
+MOST = 16500  # windows of the exemplars; if there are more, only every second, third, ... along each axis is taken
+BATCH = 128  # windows that are compared at a time, so that they fit into a cache
+ALL = slice(None)  # all features
+ROOT = 16  # distances are whole multiples of 1 / ROOT
 
 
 @cache
@@ -37,7 +37,7 @@ def _cosines() -> Array:
 
 
 def poses(waves: Array) -> list[Array]:
-    """Return windows (n, features) in the eight isometries: cosines of odd orders change sign, axes swap."""
+    """Return windows (n, features) in the eight isometries: odd orders change sign when mirrored, axes may swap."""
     each = waves.reshape(len(waves), -1, len(ORDERS))
     turned = each[:, :, [ORDERS.index((across, down)) for down, across in ORDERS]]
     signs = [[(-1) ** (a * down + b * across) for down, across in ORDERS] for a in (0, 1) for b in (0, 1)]
@@ -50,7 +50,7 @@ def block_means(picture: Array, factor: int) -> Array:
 
 
 def dct_coefficients(picture: Array, rows: Array, columns: Array, middle: Array, shorten: int) -> Array:
-    """Return the cosines of the windows that begin at all of `rows` and `columns`: float32 (rows, columns, features).
+    """Return the DCT coefficients of the windows that begin at `rows` x `columns`: float32 (rows, columns, features).
 
     `middle` is subtracted from every channel first; the result is divided by `shorten` and rounded.
     """
@@ -64,9 +64,10 @@ def dct_coefficients(picture: Array, rows: Array, columns: Array, middle: Array,
 class Windows:
     """The windows of one or more exemplars at one reduction.
 
-    ``waves`` float32 (n, features); ``at`` int (n, 2): row and column of each in ``table``, which holds their numbers,
-    -1 for none. Exemplars are stacked vertically in it, separated by SIDE rows. ``stride``: px of the reduced picture
-    between neighbours of the table.
+    ``factor``: of the reduction. ``waves`` float32 (n, features): their DCT coefficients, less ``middle`` and divided
+    by ``shorten`` (see `dct_coefficients`); ``squares`` (n,): their squared lengths. ``at`` int (n, 2): row and column
+    of each in ``table``, which holds their numbers, -1 for none. Exemplars are stacked vertically in the table,
+    separated by SIDE rows. ``stride``: px of the reduced picture between neighbours of the table.
     """
 
     factor: int
@@ -121,7 +122,7 @@ class Windows:
         return dct_coefficients(small, rows, columns, self.middle, self.shorten)
 
     def middles(self, pictures: Sequence[Array]) -> Array:
-        """Return the values of pictures (H, W), as large as the exemplars, at the window centres, as ``table``."""
+        """Return the values of pictures (H, W), sized as the exemplars, at window centres: shaped as ``table``."""
         out, begin = np.zeros(self.table.shape), 0
         for p in pictures:
             rows, columns = (np.arange(0, n // self.factor - SIDE + 1, self.stride) for n in p.shape)
@@ -141,7 +142,7 @@ class Windows:
         return rooted((off * off).sum(axis=-1))
 
     def own(self, most: int) -> tuple[Array, Array]:
-        """Find the nearest other window, half a window away or more, for a regular sample of about `most` windows.
+        """Find the nearest window at more than half a window's side for a regular sample of about `most` windows.
 
         Returns the numbers of the sample and the distances in 1 / ROOT; windows without a neighbour are left out.
         """

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from ..model.sourcemap import SourceMap
 
 FARTHEST = 1 << 40
-"""Largest distance, px along each axis, of windows of an endless plane from the origin."""
+"""Largest distance, in px along each axis, of windows of an endless plane from the origin."""
 
 
 class Ability(StrEnum):
-    """What a method supports beyond filling a plain canvas; every claim is tested."""
+    """What a method supports beyond filling an empty, aperiodic canvas; a test checks every claim."""
 
     WRAP = "wrap"  # a periodic canvas
     START = "start"  # a canvas that is partly filled
@@ -36,7 +36,7 @@ class Ability(StrEnum):
     GUIDE = "guide"  # labels or a target picture
     ISOMETRIES = "isometries"  # mirrored and turned pieces
     SEVERAL = "several"  # more than one exemplar
-    WINDOW = "window"  # any window of an endless canvas, alone
+    WINDOW = "window"  # random access: any window of an endless plane is computed on its own
 
 
 def abilities(*names: str) -> frozenset[Ability]:
@@ -53,7 +53,7 @@ class Method(Protocol):
 
     @property
     def paper(self) -> str:
-        """The papers that it follows."""
+        """The papers that it follows, short."""
 
     @property
     def summary(self) -> str:
@@ -61,14 +61,17 @@ class Method(Protocol):
 
     @property
     def supports(self) -> frozenset[Ability]:
-        """What it can be asked for."""
+        """Its abilities."""
 
     @property
     def blend(self) -> Blend:
-        """The blend of its pieces; follows from the parameters."""
+        """How its pieces are blended by default; depends on its parameters alone."""
 
     def resolved(self, exemplars: Exemplars, canvas: Canvas) -> Self:
-        """Return the method with every automatic parameter decided; raise if it cannot work."""
+        """Return the method with every automatic parameter decided.
+
+        Raises ParameterError, InputError or MethodError if it cannot serve exemplars and canvas.
+        """
 
     def synthesize(self, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
         """Fill the canvas and return the map; the same arguments give the same map, whatever `run` is."""
@@ -81,8 +84,9 @@ class Traits(NamedTuple):
     pitch, footprint : (rows, columns) px from patch to patch, and of the exemplar that a patch needs; None: no patches.
     hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.patch_starts`.
     channel_weights, isometries, min_repeat_distance, keep_lattice : as the parameters of these names.
-    asked : returns, for parameters that are functions, a hash of their values over a canvas or a box.
-    terms : returns the terms of its energy besides seams, of a map, by name, in knees per million px.
+    asked : returns, by name, for parameters that are functions a hash of their values over a canvas or a box.
+    terms : returns, by name, the terms of the energy of a map besides seams, in thresholds of the truncated quadratic
+        per million px.
     """
 
     exact: bool = True
@@ -129,7 +133,7 @@ RENAMED = {
     "boundary_slack": "boundary_tolerance", "heights": "course_heights", "level": "even_tone",
     "slack": "lattice_tolerance", "snap": "keep_lattice", "structure": "edge_weight", "usage": "repeat_penalty",
 }  # fmt: skip
-"""Name of a parameter or option in version 0.1 -> its name now. The old ones are accepted in 0.2."""
+"""Name of a parameter or option in version 0.1 -> its name now; version 0.2 accepts both."""
 
 
 def renamed(given: Mapping[str, Any]) -> Record:
@@ -158,10 +162,10 @@ def measures_distances(method: Method | type[Method]) -> bool:
 class MethodBase:
     """Base class of methods: checks parameters, copies exactly, and delegates to an engine.
 
-    Methods of other packages need not inherit from it; those that work by themselves have no engine.
+    Methods of other packages need not inherit from it.
 
-    ``engine``: the module whose functions `resolved`, `synthesize` and `window` implement those of the method. They get
-    the method as first argument, `synthesize` one that is resolved.
+    ``engine``: name of the module whose functions `resolved`, `synthesize` and `window` implement those of the method;
+    empty for a method that implements them itself. They get the method as first argument, `synthesize` a resolved one.
     """
 
     engine: ClassVar[str] = ""
@@ -271,7 +275,7 @@ METHODS = {
     "ashikhmin": ("published.pixels.ashikhmin", "Ashikhmin"),
     "correction-2008": ("published.correction2008.correction_2008", "Correction2008"),
 }
-"""Slug -> module below the package and class, in the order of the listings."""
+"""Slug -> (module below the package, name of the class), in the order of the listings."""
 
 
 PRESETS = ("multrus2003", "lopez_recas2011", "robinson2004", "segments", "correction2008")
@@ -398,13 +402,13 @@ class CutSquares(MethodBase):
 
     @property
     def pitch(self) -> tuple[int, int]:
-        """Step from patch to patch, (rows, columns) px; known once patch and overlap are."""
+        """Step from patch to patch, (rows, columns) px; meaningful once patch and overlap are decided."""
         patch, overlap = extent(self.patch or 0), extent(self.overlap or 0)
         return patch[0] - overlap[0], patch[1] - overlap[1]
 
     @property
     def hangs(self) -> int | None:
-        """0: from the first corner at their exact pitch; None: spread to end at the border."""
+        """0: patches at their exact pitch from pixel 0, cropped at the border; None: spread to end at the border."""
         return 0 if self.layout == "raster" else None
 
     @property

@@ -4,8 +4,8 @@ Lopez Recas, Hilsmann and Eisert, "Near-regular texture synthesis by random samp
 and Lopez Recas's thesis of the same year, 4.1: the best self-similar tile, repeated.
 
 Departures: lattice vectors are exact fractions of a px, so that nothing drifts; masked pixels are not used; on a
-periodic canvas the lattice is strained by at most 2 %; courses without a period along them are cut where that shows
-least.
+periodic canvas the lattice is strained by at most 2 %; of a 1-D lattice whole courses are repeated, cut across where
+the cut shows least.
 
 Cost: one difference image for each vector, running sums over it, and a division for every output pixel.
 """
@@ -20,7 +20,23 @@ from ..foundation.params import Steps, Weights, param
 
 @dataclass(frozen=True)
 class BestTile(methods.EndlessBase):
-    """Repeat the one period of the exemplar whose opposite borders differ least."""
+    """Best tile: repeat the one period of a regular texture whose opposite borders differ least.
+
+    Parameters
+    ----------
+    lattice : one or two vectors (x, y), px, optional
+        The periods of the texture; default: found in the exemplar.
+    band : int
+        Width, 1 to 256 px, of the borders of the tile that are compared, default 8; narrower where the exemplar has no
+        room.
+    channel_weights : tuple of float, optional
+        How much each channel counts; default: 0.3, 0.59, 0.11 for red, green, blue.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range.
+    """
 
     slug = "best-tile"
     paper = "Lopez Recas, Hilsmann and Eisert 2011"

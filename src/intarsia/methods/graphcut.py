@@ -3,13 +3,15 @@
 Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures: Image and Video Synthesis Using Graph Cuts", ACM
 Transactions on Graphics (SIGGRAPH) 2003.
 
-Departures: windows are filled in raster order, so that work and memory stay local, and a patch extends no further
-around its window than `overreach`; twelve placements are drawn at random, and compared by coarse cuts on every sixth
-px; strong steps cost more than in proportion (`seam`); placements are compared by outlines and slow colour, too
-(`edge_weight`); pixels that are used more often than their share of the area cost more, in the choice of placements
-(`repeat_penalty`) and in the cut (`evenness`); the energy of old seams lies on the pixel grid, without seam nodes;
-refinement does not search, but makes an expansion move for every piece. With a guide patches are chosen as in image
-quilting, without expansion moves.
+Departures: the windows of a grid are filled once, in batches of disjoint windows that may run in parallel, whose order
+is that of a raster scan among windows that overlap; a patch extends no further around its window than `overreach`, so
+that work and memory stay local; twelve placements are drawn at random
+for each window, and the best by coarse cuts on every sixth px is cut in; strong steps cost more than in proportion
+(`seam`); placements are compared by outlines and slow colour, too (`edge_weight`); pixels that are used more often than
+their share of the area cost more, in the choice of placements (`repeat_penalty`) and in the cut (`evenness`); the
+energy of old seams lies on the pixel grid, without seam nodes; refinement does not search placements, but makes an
+expansion move (Boykov, Veksler and Zabih 2001) for every piece. With a guide patches are chosen as in image quilting,
+without expansion moves.
 
 Cost: for each window one FFT search, twelve maximum flows over a thirty-sixth of the window and its surroundings, and
 one over all of it; about 1.2 N_out / pitch^2 windows. For each piece one flow over it and up to two patches around.
@@ -27,7 +29,39 @@ LARGEST = 1 << 16  # px: largest side of a window
 
 @dataclass(frozen=True)
 class Graphcut(methods.CutSquares):
-    """Place large patches cut by minimum cuts, then refine the worst seams."""
+    """Graph-cut textures: place large patches cut by minimum cuts, then refine their seams by expansion moves.
+
+    Parameters
+    ----------
+    patch : int or (rows, columns), px, optional
+        Side of a window; default: about one element, half as large again with a lattice or a start map.
+    overlap : int or (rows, columns), px, optional
+        Width that two neighbours share; default: a third of the patch.
+    overreach : int, px, optional
+        How far around its window a patch may replace pixels; default: a third of the patch.
+    refinements : int
+        Rounds of expansion moves, 0 to 1000, default 1.
+    seam : {"difference", "gradient", "sharp"}
+        Cost of a cut, default "sharp": the squared difference, truncated.
+    channel_weights : tuple of float, optional
+        How much each channel counts; default: 0.3, 0.59, 0.11 for red, green, blue.
+    edge_weight : float
+        How much outlines and slow colour count relative to colour, 0 to 4, default 1.
+    lattice : one or two vectors (x, y), px, optional
+        Offsets of patches are multiples of them, within 3 px (one vector: 1 px); default: any offsets.
+    isometries : str or tuple of int
+        Which mirrored and rotated patches may be used, default "none".
+    repeat_penalty : float
+        Price of using a patch again, in usual distances, 0 to 100, default 0.05.
+    evenness : float
+        Price of using an exemplar pixel more often than its share of the area, in thresholds of the truncated
+        quadratic, 0 to 100, default 0.25.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range, or an overlap that is not below the patch.
+    """
 
     slug = "graphcut"
     paper = "Kwatra et al. 2003"

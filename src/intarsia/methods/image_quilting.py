@@ -22,7 +22,39 @@ from ..foundation.params import AUTO, Extent, Poses, Weights, param
 
 @dataclass(frozen=True)
 class ImageQuilting(methods.CutSquares):
-    """Place overlapping patches that fit their neighbours, and cut them along the cheapest seam."""
+    """Image quilting: place overlapping patches that fit their neighbours, cut along the cheapest seam.
+
+    Parameters
+    ----------
+    patch : int or (rows, columns), px, optional
+        Side of the copied square, overlaps included; default: the size of the texture's elements.
+    overlap : int or (rows, columns), px, optional
+        Width that two neighbours share; default: a third of the patch.
+    layout : {"spread", "raster"}
+        Overlaps widen evenly so that patches end at the border (default), or patches are cropped there.
+    tolerance : float
+        Choose among patches up to this much worse than the best, 0 to 100, default 0.1.
+    channel_weights : tuple of float, optional
+        How much each channel counts; default: 0.3, 0.59, 0.11 for red, green, blue.
+    isometries : str or tuple of int
+        Which mirrored and rotated patches may be used, default "none".
+    repeat_penalty : float
+        Price of using a patch again, in usual distances, 0 to 100, default 0.05.
+    min_repeat_distance : int
+        No exemplar pixel recurs within this distance in the output, px, default 0.
+    search : {"fast", "exact"}
+        Short-list candidates at reduced (default) or at full resolution.
+    seam : {"difference", "gradient", "sharp"}
+        Cost of a cut, default "difference".
+    boundary_patch, boundary_isometries, boundary_tolerance : optional
+        With labels: side of the patches along their boundaries, px; further isometries of them; how far a label may
+        reach over a boundary, px. Default: half a patch, all of a square, half a patch.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range, or an overlap that is not below the patch.
+    """
 
     slug = "image-quilting"
     paper = "Efros and Freeman 2001; Robinson 2004"

@@ -24,7 +24,30 @@ from ..foundation.params import AUTO, Steps, Weights, param
 
 @dataclass(frozen=True)
 class NearRegular(methods.EndlessBase):
-    """Place blocks of whole periods at random lattice points, and fill the gaps between them to fit."""
+    """Near-regular texture synthesis: random blocks of whole periods, and blocks that fit in the gaps between them.
+
+    Parameters
+    ----------
+    lattice : one or two vectors (x, y), px, optional
+        The periods of the texture; default: found in the exemplar.
+    block : int, px, optional
+        Wanted side of a block, rounded to whole periods; default: one period, at least about 40 px.
+    border : int
+        Width of the zone in which a gap is compared and cut in, 2 to 256 px, default 14.
+    lattice_tolerance : int
+        How far a gap's block may deviate from the lattice, 0 to 16 px, default 3.
+    course_heights : {"equal", "unequal"}
+        Heights of courses: as the lattice says (default), or by the lines that run across the exemplar between them.
+    straighten : {"auto", "on", "off"}
+        Rectify slanted, converging or bent courses first; default "auto": if they then repeat much better.
+    channel_weights : tuple of float, optional
+        How much each channel counts; default: 0.3, 0.59, 0.11 for red, green, blue.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range.
+    """
 
     slug = "near-regular"
     paper = "Lopez Recas, Hilsmann and Eisert 2011"

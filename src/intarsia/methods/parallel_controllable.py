@@ -3,14 +3,15 @@
 Lefebvre and Hoppe, "Parallel controllable texture synthesis", SIGGRAPH 2005, and "Appearance-space texture synthesis",
 SIGGRAPH 2006. The variant of a memorandum of 2008 is a method of its own, correction-2008.
 
-Every pixel is a function of its place, the seed and the parameters: any window of an endless texture can be computed
-on its own.
+Every pixel is a function of its coordinates, the seed and the parameters: any window of an endless texture can be
+computed on its own.
 
 Departures: distances are integers; the 32 numbers of a neighbourhood are compared in full, not projected again; jumps
-are searched in a kd-tree and ranked exactly, on coarse levels for every (h / 2)-th pixel; the jumps of a pixel are
-those of its different continuations, not those of its neighbours, then shifted; an exemplar that is not toroidal is
-mirrored beyond its borders for comparisons only: no pixel at the border is a candidate; for a piece as large as half
-the exemplar several places are drawn, and the one that repeats its neighbours least is used.
+(candidates of the k-coherence search) are searched in a kd-tree and ranked exactly, on coarse levels for every (h /
+2)-th pixel, where h is the spacing of the level in px; the jumps of a pixel are those of its different continuations,
+not those of its neighbours, then shifted; an exemplar that is not toroidal is mirrored beyond its borders for
+comparisons only: no pixel at the border is a candidate; for a piece as large as half the exemplar several places are
+drawn, and the one that repeats its neighbours least is used.
 
 Cost: for each pixel, pass and level about five comparisons of 32 numbers.
 """
@@ -33,7 +34,41 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ParallelControllable(methods.EndlessBase):
-    """Refine an endless map of the exemplar from coarse to fine by random jitter and correction."""
+    """Parallel controllable synthesis: refine an endless map from coarse to fine by random jitter and correction.
+
+    Fields are numbers, gray pictures, functions of (y, x) or Field.
+
+    Parameters
+    ----------
+    jitter : float or tuple of float, optional
+        How far pixels move at random on each level, 0 to 1 in spacings of that level, the finest first, the last
+        for all coarser ones; default: little on fine levels, 1 from half the exemplar on.
+    jitter_output, jitter_exemplar : field, optional
+        Factor of the jitter, 0 to 1, over the output, and by the place in the exemplar; default: 1.
+    keep_lattice : {"auto", "on", "off"}
+        Whether pixels move by whole periods of the lattice only, but on the levels of 1 and 2 px.
+    lattice : one or two vectors (x, y), px, optional
+        The periods of the texture; default: found in the exemplar.
+    kappa : float or "inf"
+        A jump counts as so many times farther than a continuation, 1 to 1000, default 2.
+    passes : int
+        How often every pixel of a level is corrected, 0 to 8, default 2.
+    feature : field or "edges", optional
+        Outlines to keep: the edges of the exemplar, or those of a mask over it; default: none.
+    feature_weight : float
+        How much the distance to the outlines counts, 0 to 100, default 1: as much as all colours.
+    pin : tuple of (x, y, x, y, radius), px, optional
+        Places of the exemplar to show at places of the output.
+    angle, zoom : field
+        Rotation, -180 to 180 degrees counterclockwise, default 0, and magnification, 0.25 to 4, default 1.
+    channel_weights : tuple of float, optional
+        How much each channel counts; default: 0.3, 0.59, 0.11 for red, green, blue.
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range, or a lattice with ``keep_lattice="off"``.
+    """
 
     slug = "parallel-controllable"
     paper = "Lefebvre and Hoppe 2005, 2006"

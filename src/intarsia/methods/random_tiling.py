@@ -15,7 +15,20 @@ from ..foundation.params import Extent, Poses, extent
 
 @dataclass(frozen=True)
 class RandomTiling(methods.MethodBase):
-    """Place random patches side by side, without matching."""
+    """Random tiling: place random patches side by side, without matching.
+
+    Parameters
+    ----------
+    patch : int or (rows, columns), px, optional
+        Side of a patch; default: the size of the texture's elements.
+    isometries : str or tuple of int
+        Which mirrored and rotated patches may be used, default "none".
+
+    Raises
+    ------
+    ParameterError
+        for a value out of range.
+    """
 
     slug = "random-tiling"
     paper = "Efros and Freeman 2001, figure 2a; Robinson 2004"
@@ -28,7 +41,7 @@ class RandomTiling(methods.MethodBase):
 
     @property
     def pitch(self) -> tuple[int, int]:
-        """Step from patch to patch, (rows, columns) px; known once the patch is."""
+        """Step from patch to patch, (rows, columns) px; meaningful once the patch is decided."""
         return extent(self.patch or 0)
 
     footprint = pitch

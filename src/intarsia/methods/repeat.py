@@ -1,6 +1,6 @@
 """Plain repetition of the exemplar, for pictures that are tileable already.
 
-No paper; the reference for repetition. Cost: negligible.
+Source: no paper. Cost: negligible.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from . import EndlessBase, abilities
 
 @dataclass(frozen=True)
 class Repeat(EndlessBase):
-    """Repeat the exemplar side by side."""
+    """Repeat the exemplar side by side; it has no parameters."""
 
     slug = "repeat"
     paper = "none"

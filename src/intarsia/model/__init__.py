@@ -44,23 +44,23 @@ class Exemplar(Shaped):
     Parameters
     ----------
     planes : dict of str to Plane
-        The first plane is the base, which sets the size. The others have its size, or a whole multiple of it,
+        The first plane is the base, which sets the size (H, W). The others have its size, or a whole multiple of it,
         or a whole fraction.
     usable : bool array, shape (H, W), optional
-        False where pixels must not be sampled. None: all may be. A mask without usable pixels is allowed: such a
-        picture can still be shown by a start map.
+        False where pixels must not be sampled. None, the default: all may be. A mask without usable pixels is allowed,
+        as a start map may still point into such a picture.
     toroidal : bool
-        True if the exemplar is periodic across its borders.
+        True if the exemplar is periodic across its borders, default False.
     name : str
-        A short name, for messages and maps.
+        A short name, for messages and maps, default "exemplar".
     weights : dict of str to float
-        Weights of planes in matching, 0 to 100; 1 is usual. A plane of weight 0 is rendered, but not compared. The
+        Weights of planes in matching, 0 to 100; default 1 each. A plane of weight 0 is rendered, but not compared. The
         name of a packed map stands for all planes in it.
 
     Raises
     ------
     InputError
-        if sizes do not fit, or a usable pixel is NaN or infinite.
+        if there is no plane, sizes do not fit, or a usable pixel is NaN or infinite.
     ParameterError
         for weights of unknown planes, or that leave nothing to compare.
     """
@@ -102,11 +102,26 @@ class Exemplar(Shaped):
         cls, pixels: ArrayLike | Plane | Mapping[str, ArrayLike | Plane] | Exemplar, *, usable: ArrayLike | None = None,
         toroidal: bool | None = None, name: str | None = None, weights: Mapping[str, float] | None = None,
     ) -> Exemplar:  # fmt: skip
-        """Make an exemplar of an array, a plane, or a dict of them; names such as ``normal`` give the kind.
+        """Make an exemplar of an array, a plane, or a dict of them.
 
-        Planes named ``orm``, ``arm`` or ``rma`` are unpacked into planes of one channel; ``render("orm")`` renders them
-        as one. Masked pixels of a masked array are not usable; Pillow images are taken as Pillow displays them. Given
-        an exemplar, a copy with the given fields is returned; the masks are combined.
+        Parameters
+        ----------
+        pixels : array (H, W) or (H, W, C), Pillow image, Plane, dict of them by name, or Exemplar
+            Names such as ``normal``, ``height`` or ``labels`` give the kind of a plane, any other name is a colour.
+            Planes named ``orm``, ``arm`` or ``rma`` are unpacked into planes of one channel; ``render("orm")`` renders
+            them as one. Pillow images are taken as Pillow displays them. Masked pixels of a masked array are not
+            usable. Of an exemplar a copy with the given fields is returned, and masks are combined.
+        usable, toroidal, name, weights : optional
+            As of the class.
+
+        Returns
+        -------
+        Exemplar
+
+        Raises
+        ------
+        InputError, ParameterError
+            as of the class; InputError also for what is no picture.
         """
         mask = None if usable is None else marks(usable, "the mask")
         if isinstance(pixels, Exemplar):
@@ -152,7 +167,7 @@ class Exemplar(Shaped):
 
     @property
     def pictures(self) -> tuple[str, ...]:
-        """The names of the output files' pictures: the rendered planes, those of a packed map as one."""
+        """The names of the pictures that are written: the rendered planes, those of a packed map as one."""
         packs = self.packs
         owner = {plane: pack for pack, own in packs.items() for plane in own}
         return tuple(dict.fromkeys(owner.get(name, name) for name in self.drawn))
@@ -166,9 +181,9 @@ class Exemplar(Shaped):
 
     @property
     def compared(self) -> tuple[str, ...]:
-        """The names of the planes that are compared in matching: all but the one that a reduced plane stands for.
+        """The names of the planes that are compared in matching: the first, and others of a weight above 0.
 
-        The first is always included; others only with a weight above 0.
+        Of a magnified exemplar the reduced plane replaces the one that it was made from.
         """
         first, *others = self.planes if self.drawn == tuple(self.planes) else (REDUCED, *self.drawn[1:])
         return (first, *(name for name in others if self.weight(name)))
@@ -300,7 +315,7 @@ def _both(mask: Mask, other: Mask) -> Mask:
 
 
 def resized(mask: Mask, size: Pair) -> Mask:
-    """Return a mask resized to (height, width); when reduced, a pixel is True if any of its pixels is."""
+    """Return a mask resized to (height, width) by a whole factor; when reduced, a pixel is True if any in it is."""
     if mask.shape[0] > size[0]:
         times = mask.shape[0] // size[0]
         if mask.shape != (size[0] * times, size[1] * times):

@@ -41,16 +41,24 @@ class Canvas(Shaped):
     ----------
     height, width : int
         Size in px, at least 1; at most 2**31 px in all.
-    wrap : Wrap
-        Along which axes the output must be periodic.
+    wrap : {"none", "x", "y", "both"}
+        Along which axes the output must be periodic, default "none".
     start : SourceMap, optional
-        A map of the same size, partly filled (``which`` = 255 in its holes); filled pixels are kept.
+        A map of the same size, partly filled (``which`` = 255 in its holes); filled pixels are kept, but for the rim.
     guide : Guide, optional
-        Labels or a target picture.
+        Labels or a target picture of the same size.
     rim : int, optional
-        How deep, in px from the nearest hole, start pixels may be replaced. None: the method's choice.
+        Up to which distance from the nearest hole, in px, start pixels may be replaced. None, the default: decided by
+        the method.
     endless : bool
-        True if windows of an endless plane are made; the size is then only a typical one.
+        True if windows of an endless plane are made, default False; the size is then only a typical one.
+
+    Raises
+    ------
+    ParameterError
+        for a size or another argument out of range.
+    InputError
+        if start map or guide have another size.
     """
 
     height: int
@@ -79,39 +87,40 @@ class Canvas(Shaped):
             object.__setattr__(self, "rim", whole_within("rim", self.rim, 0))
 
 
-MAX_LABELS = 32
-RARE = 1000  # a colour on less than one in so many pixels is odd, unless it is common in another picture
-SNAPPED = 200  # odd colours on less than one in so many pixels become their nearest label
-SHIFTS = (32, 16, 0)  # bits: where red, green and blue stand in a number
+MAX_LABELS = 32  # most labels of a guide
+RARE = 1000  # a colour on less than one in so many pixels is no label, unless it is common in another picture
+SNAPPED = 200  # such colours become their nearest label if they cover less than one in so many pixels, else an error
+SHIFTS = (32, 16, 0)  # bits: positions of red, green and blue, 16 bits each, in the number of a colour
 
 
 @dataclass(frozen=True)
 class Guide:
     """Guidance by labels or by a target picture: one picture for each exemplar and one for the canvas.
 
-    With labels (kind LABEL) the inside of a region of the target is filled with patches that lie wholly in that label,
-    and its boundaries with patches that hold a boundary. With other pictures patches are chosen to look like the
-    target in the guide: texture transfer.
+    With labels (kind LABEL, texture by numbers) the inside of a region of the target is filled with patches that lie
+    wholly in that label, and its boundaries with patches that contain a boundary. With other pictures patches are
+    chosen whose guide picture resembles the target: texture transfer.
 
     Parameters
     ----------
     source : Plane, or a sequence of Planes
-        One value (or colour) for each exemplar pixel; one picture for each exemplar.
+        One value (or colour) for each exemplar pixel (H, W); one picture for each exemplar.
     target : Plane
         The same for each canvas pixel, of the same kind and number of channels.
     weight : float
-        Weight of the guide against the seams, 0 to 100; alpha of Multrus 2003, 5.3. A patch costs
+        Weight of the guide against the seams, 0 to 100, default 2; alpha of Multrus 2003, 5.3. A patch costs
         ``d * d + weight * weight * g * g``. Both are root mean squares on a scale of 0 to 1: d of the differences
         in the overlap region, 1 being the range of the exemplars' values; g of the guide's differences over the whole
         patch, so that with labels g * g is the share of pixels of another label.
     reach : int
-        With labels: pixels within so many px of a boundary count as partly of both labels, so that patches whose
-        boundary lies close by are better than others. 0: a label differs or it does not.
+        With labels: pixels within so many px of a boundary, 0 to 256, count as partly of both labels, so that patches
+        whose boundary lies close by cost less than others. 0, the default: labels are equal or different.
 
     Raises
     ------
     InputError
-        if kind or channels of the pictures differ, or the target has labels that no source has.
+        if kind or channels of the pictures differ, the target has labels that no source has, or a number is out of
+        range.
     """
 
     source: Plane | Sequence[Plane]
@@ -211,7 +220,7 @@ def numbered(pictures: Sequence[tuple[str, Plane]], warn: Callable[[str], object
 
     Parameters
     ----------
-    pictures : (name, Plane) of each
+    pictures : sequence of (name, Plane)
         Those of the exemplars, and last the target: gray or colour, 8 or 16 bits a channel.
     warn : function
         Called with one line if a few stray pixels, of smoothed edges, were given the label of the nearest colour.

@@ -22,7 +22,7 @@ from ..foundation.arrays import Array, Floats, pixels_of
 from ..foundation.geometry import Shaped
 
 DTYPES = ("bool", "uint8", "uint16", "uint32", "float16", "float32", "float64")
-MAX_SIDE = 1 << 20
+MAX_SIDE = 1 << 20  # px: longest side of a plane
 
 PACKINGS = {
     "orm": ("ao", "roughness", "metallic"),
@@ -36,12 +36,16 @@ PACKED = "packed"
 
 
 class Kind(StrEnum):
-    """What the values of a plane mean, which decides how overlapping pieces are mixed."""
+    """What the values of a plane mean, which decides how overlapping pieces are mixed.
+
+    COLOUR is mixed in linear light with premultiplied opacity; DATA (height, roughness, occlusion) as it is; of NORMAL
+    vectors are rotated with their piece, mixed and normalised; of LABEL the label of the largest total weight is taken.
+    """
 
     COLOUR = "colour"  # mixed in linear light, with alpha premultiplied
     DATA = "data"  # mixed as it is: height, roughness, occlusion
-    NORMAL = "normal"  # vectors: turned with the piece, mixed, made unit length again
-    LABEL = "label"  # names: the strongest vote wins
+    NORMAL = "normal"  # vectors: rotated with the piece, mixed, normalised to unit length
+    LABEL = "label"  # labels: that of the largest total weight
 
 
 class Transfer(StrEnum):
@@ -61,17 +65,20 @@ class Plane(Shaped):
         bool, uint8, uint16, uint32 (labels only), float16, float32 or float64. Copied, unless the array and its base
         are read-only. Pillow images are taken as Pillow displays them, at their depth; palettes of labels by index.
         Integer colour and data span the range of their type; float colour is 1.0 at white.
-    kind : Kind
-        COLOUR with 2 or 4 channels has alpha last, not premultiplied.
-    transfer : Transfer
-        SRGB or LINEAR; used for COLOUR only.
+    kind : {"colour", "data", "normal", "label"}
+        Default "colour". Colour with 2 or 4 channels has opacity (alpha) last, not premultiplied.
+    transfer : {"srgb", "linear"}
+        Transfer curve of colour values, default "srgb"; not used for other kinds.
     meta : dict
         Metadata copied to the output file: ``icc`` (bytes), ``name`` (the format it was read from).
 
     Raises
     ------
     InputError
-        for other dtypes or shapes, or an empty array.
+        for other dtypes or shapes, or an empty array; for normals without 3 channels, or bool or uint32 that are no
+        labels.
+    ParameterError
+        for an unknown kind or transfer curve.
     """
 
     pixels: Array
@@ -220,7 +227,7 @@ def packed(planes: Sequence[Plane]) -> Plane:
 EIGHT = np.dtype(np.uint8)
 
 
-_TOGETHER = 1 << 18  # samples
+_TOGETHER = 1 << 18  # samples that are converted at a time
 DTYPE_OF_DEPTH = {"8": "uint8", "16": "uint16", "half": "float16", "float": "float32"}
 
 
@@ -235,8 +242,9 @@ def dtype_of(depth: int | str) -> str:
 def converted(pixels: Array, kind: str, linear: bool, dtype: np.dtype[Any]) -> Array:
     """Return pixels (H, W) or (H, W, C) in another type; `kind` is "colour", "data" or "label".
 
-    Colour: from floats to integers linear light is encoded by the sRGB curve, from integers to floats it is decoded.
-    Integers clip to 0..1, NaN becomes 0. Labels keep their numbers; ParameterError if these do not fit.
+    Colour: from floats to integers linear light (`linear`) is encoded by the sRGB curve; from integers to floats sRGB
+    values are decoded to linear light. Floats are clipped to 0..1 when they become integers, NaN becomes 0. Labels keep
+    their numbers; ParameterError if these do not fit.
     """
     floats = pixels.dtype.kind == "f"
     if pixels.dtype == dtype:

@@ -37,16 +37,16 @@ from ..foundation.blend import Blend
 from ..foundation.geometry import ISOMETRIES, Box, Shaped, Wrap
 
 AREA = 64.0
-"""Largest scale of area of a frame, and the inverse of the least."""
+"""Largest determinant of a frame, by absolute value, and the inverse of the least."""
 
 STEP = 64.0
-"""Largest step in the exemplar, px along each axis, for one px in the output."""
+"""Largest entry of a frame: px in the exemplar along each axis for one px in the output."""
 
 ASIDE = 1.0
-"""Largest offset of an entry from its exemplar pixel, px."""
+"""Largest fraction (``sub``) from the exemplar pixel of an entry, px along each axis."""
 
 ROWS = 16
-"""Rows of a map that are checked at a time, so that temporaries fit into a core's cache."""
+"""Rows of a map that are checked at a time, so that temporary arrays fit into a core's cache."""
 
 UPRIGHT = np.eye(2, dtype=np.float32)
 
@@ -136,7 +136,7 @@ class Source(Shaped):
 
 @dataclass(frozen=True, eq=False)
 class SourceMap(Shaped):
-    """For every output pixel the exemplar pixel it is copied from, and the pose of the exemplar there.
+    """Source map: for every output pixel (H, W) the exemplar pixel it is copied from, and the isometry of the copy.
 
     Parameters
     ----------
@@ -145,18 +145,23 @@ class SourceMap(Shaped):
     which : uint8 array, shape (H, W), optional
         Number of the exemplar; ``HOLE`` (255) in holes. None: exemplar 0 everywhere.
     pose : uint8 array, shape (H, W), optional
-        Isometry 0..7 around the pixel. None: upright everywhere.
+        Number 0..7 of the isometry of the copy (`foundation.geometry.ISOMETRIES`). None: 0, the identity, everywhere.
     sources : sequence of Source
         The exemplars, in the order of their numbers.
-    wrap : Wrap
-        Along which axes the map is periodic.
+    wrap : {"none", "x", "y", "both"}
+        Along which axes the map is periodic, default "none".
     blend : Blend
-        The blend that the method proposes.
+        The default blend of the method, default no blending.
     frame : float32 array, shape (H, W, 2, 2), optional
-        Instead of ``pose`` if pieces are scaled, rotated or warped: the Jacobian from steps in the output to steps in
-        the exemplar, rows (y, x). Scales areas by at most 64, at least 1/64.
+        Instead of ``pose`` if pieces are scaled, rotated or warped: the Jacobian from steps (y, x) in the output to
+        steps in the exemplar. It scales areas by at most 64, at least 1/64.
     sub : float32 array, shape (H, W, 2), optional
-        Fraction of a px from the exemplar pixel, -0.5 to 0.5 mostly. None: 0 everywhere.
+        Offset (y, x) from the exemplar pixel, -1 to 1 px, mostly -0.5 to 0.5. None: 0 everywhere.
+
+    Raises
+    ------
+    InputError
+        if shapes do not fit, both ``pose`` and ``frame`` are given, or frames or offsets are out of range.
     """
 
     yx: Int32
@@ -209,7 +214,10 @@ class SourceMap(Shaped):
         return tuple(int(p) for p in np.unique(self.pose[~self.holes]))
 
     def window(self, box: Box) -> SourceMap:
-        """Return the map of a box; along periodic axes it may cross the border, or lie anywhere."""
+        """Return the map of a box; along periodic axes it may cross the border, or lie anywhere.
+
+        Raises ParameterError for a box that is empty, or lies outside of the map along another axis.
+        """
         expect(box, Box, "the window", "a Box")
         rows = _positions(box.y0, box.y1, self.height, self.wrap.y, "rows")
         columns = _positions(box.x0, box.x1, self.width, self.wrap.x, "columns")
@@ -229,7 +237,7 @@ class SourceMap(Shaped):
         return label_pieces(self.yx, self.numbers, self.turns)[0]
 
     def usage(self) -> list[Int64]:
-        """Return for each exemplar (height, width) how often every pixel is used.
+        """Return how often every pixel of each exemplar is used: int64 (height, width) for each.
 
         Raises InputError if the map points outside its exemplars, ResourceError if memory is short.
         """
@@ -332,7 +340,7 @@ class SourceMap(Shaped):
 
 
 def identity(sources: Sequence[Source], number: int) -> SourceMap:
-    """Return the identity map of one exemplar: the start of extending or healing it."""
+    """Return the identity map of one exemplar, the start map of extending or healing it."""
     source = sources[number]
     yx = np.moveaxis(np.indices(source.shape, dtype=np.int32), 0, 2)
     return SourceMap(yx, np.full(yx.shape[:2], number, np.uint8), sources=tuple(sources))

@@ -35,11 +35,14 @@ BESIDE = {
     "heal": "a mask of holes", "guide": "labels", "start": "a map to continue", "origin": "a loom",
     "advected": "a flow",
 }  # fmt: skip
-"""Inputs besides exemplars by their key in a recipe, which holds only hashes of them."""
+"""Key in a recipe -> the input besides the exemplars that it names, of which the recipe holds only a hash."""
 
 
 def small_of(size: Pair, times: int) -> Pair:
-    """Return the size of the map of a picture that is magnified `times`; ParameterError if it is no multiple."""
+    """Return (width, height) of the map of a picture of `size` that is magnified `times`.
+
+    Raises ParameterError if a side is no multiple of `times`.
+    """
     width, height = size
     if width % times or height % times:
         raise ParameterError(f"--size {width}x{height} is no multiple of --magnify {times}; give multiples of {times}.")
@@ -49,7 +52,10 @@ def small_of(size: Pair, times: int) -> Pair:
 def scene_of(
     request: Request, exemplars: Exemplars, hole: ArrayLike | None = None, guide: Guide | None = None
 ) -> Scene:
-    """Return the scene of a request: its exemplars, and the canvas with start map and guide."""
+    """Return the scene of a request: its exemplars, and the canvas with start map and guide.
+
+    `hole` (H, W): the pixels to replace, for the command heal only.
+    """
     exemplars, size, wrap = as_exemplars(list(exemplars)), request.size, Wrap(request.wrap_axes)
     if not request.begun:
         small = None if size is None or guide is not None else small_of(size, exemplars[0].times)[::-1]
@@ -88,7 +94,7 @@ def with_joins(plan: Plan, request: Request) -> Plan:
 
 
 def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
-    """Carry out the plan of a request."""
+    """Carry out the plan of a request; `run` gives threads, progress and cancelling."""
     if request.verb == "tile":
         return tileable.tiled(plan, seed, run)
     if request.verb == "heal":
@@ -99,8 +105,8 @@ def made_of(request: Request, plan: Plan, seed: int, run: Run) -> Synthesis:
 def replayed(recipe: Mapping[str, Any], exemplars: Exemplars, run: Run | None = None) -> Synthesis:
     """Recompute a synthesis, extension or tiling from its recipe and its exemplars; the map is the same.
 
-    Raises InputError if the recipe is damaged or of other exemplars, or if inputs besides exemplars were used: masks of
-    holes, labels, start maps.
+    Raises InputError if the recipe is damaged or of other exemplars, or if it needs an input that it does not hold
+    (BESIDE): a mask of holes, labels or a target, a start map, the origin of a window, a flow.
     """
     run, begun = run_of(run), "extend" in recipe or "tile" in recipe
     for word, what in BESIDE.items():

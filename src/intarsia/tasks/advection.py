@@ -31,9 +31,9 @@ from ..methods.parallel_controllable import ParallelControllable
 from ..model.canvas import Canvas
 from ..synthesis import Synthesis
 
-FARTHEST = 1 << 24  # px
-MOST_FRAMES = 1 << 40
-STEPS = (1, 2, 4, 8, 16)
+FARTHEST = 1 << 24  # px: largest displacement from the first frame; a limit of arithmetic
+MOST_FRAMES = 1 << 40  # largest number of a frame; a limit of arithmetic
+STEPS = (1, 2, 4, 8, 16)  # px: allowed spacings of the coarsest level of corrections
 
 Flow = ArrayLike | Callable[[Floats, Floats], Any]
 
@@ -47,35 +47,41 @@ def advect(
     method: ParallelControllable | None = None,
     run: Run | None = None,
 ) -> Synthesis:
-    """Return the next frame of an animation: the texture moved along a flow, and corrected where the flow tore it.
+    """Texture advection: move a texture along a flow by one frame, and correct it where the flow tore it apart.
 
     Parameters
     ----------
     made : Synthesis
-        Of any method, from one exemplar, without mirrored or rotated pieces; best of `ParallelControllable`.
+        Of any method, from one exemplar, without holes and without mirrored or rotated pieces; best of
+        `ParallelControllable`.
     flow : array (H, W, 2), or a function of (y, x)
         Displacement in px (dy, dx), backward: pixel p shows what was at p - flow(p). A function gets arrays of rows and
-        columns (H, W), and returns such an array or a pair of (H, W).
+        columns (H, W), and returns such an array or a pair (dy, dx) of arrays (H, W).
     frame : int, optional
-        For a steady flow in px a frame, if `made` is frame - 1: move by round(frame * flow) - round((frame - 1) *
-        flow), so that rounding does not accumulate. Otherwise by round(flow).
+        The number of the frame that is returned, from 1, for a steady flow in px per frame, where `made` is frame - 1:
+        move by round(frame * flow) - round((frame - 1) * flow), so that rounding does not accumulate. Default: move
+        by round(flow).
     coarsest : {1, 2, 4, 8, 16}
-        Spacing, in px, of the coarsest level on which torn places are corrected. Large values keep elements intact
-        through many frames, small ones change less from frame to frame; 1 if each frame is made from the first one.
+        Spacing, in px, of the coarsest level on which torn places are corrected; default 8. Large values keep elements
+        intact through many frames, small ones change less from frame to frame; 1 if each frame is made from the first
+        one.
     method : ParallelControllable, optional
-        Settings of the corrections; by default those of the method that made it, else the defaults.
+        Settings of the corrections; default: the method of `made` if it is one, else ``ParallelControllable()``.
     run : Run, optional
-        Threads; never changes a pixel.
+        Threads, which never change a pixel, and cancelling.
 
     Returns
     -------
     Synthesis
-        With the new map. Its recipe holds only a hash of the displacements, so `replay` refuses it.
+        With the new map of the same size. Its recipe holds only a hash of the displacements, so it cannot be replayed.
 
     Raises
     ------
     ParameterError
-        for flows of another size, or that are not finite; for maps with holes, turned pieces or several exemplars.
+        for a flow of another size, that holds no finite numbers, or that leads farther than 2**24 px; for a map with
+        holes, mirrored or rotated pieces, or of several exemplars.
+    InputError
+        if `made` is no Synthesis, its map points outside the exemplar, or the function raises an error.
     """
     expect(made, Synthesis, "what is to flow", "what synthesize or advect returned", InputError)
     expect(method, (ParallelControllable, NoneType), "method", "a ParallelControllable")
@@ -101,7 +107,7 @@ def advect(
 
 
 def displacements(flow: Flow, height: int, width: int, frame: int | None = None) -> Int64:
-    """Return the displacement of each pixel, (H, W, 2) in whole px, from the previous frame to this one."""
+    """Return the displacement (dy, dx) of each pixel, (H, W, 2) in whole px, from the previous frame to this one."""
     given: Any = flow
     if callable(flow):
         y, x = np.indices((height, width), np.float64)

@@ -1,4 +1,6 @@
-"""Extension and hole filling (inpainting) of pictures: a start map with holes, filled by any method that supports one.
+"""Image completion: extension (outpainting) and hole filling (inpainting) of pictures by texture synthesis.
+
+The picture is a start map with holes, which is filled by any method that can continue one.
 
     wide = ia.extend("wall.png", right=200, top=50)
     whole = ia.heal("wall.png", mask)                      # mask: True where the picture is to be replaced
@@ -45,15 +47,26 @@ from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, check_between, filled, named
 from .repair import refined
 
-LEAST_PATCH = 12
-ROOM = 2  # times the thickness of a hole: least side of a patch that covers it with its surroundings
-SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes tried on a hole that one covers, relative to the automatic one
-PIXELWISE = "efros-leung"
+LEAST_PATCH = 12  # px: least side of the patches that fill holes
+ROOM = 2  # times the thickness of a hole: least side of a patch that covers it together with its surroundings
+SIZES = (1.0, 0.75, 0.5, 0.375)  # patch sizes, relative to the automatic one, tried on holes that one patch covers
+PIXELWISE = "efros-leung"  # the method that synthesises the edge of a hole again pixel by pixel
 
 
 @dataclass(frozen=True)
 class Margins:
-    """Widths of the margins by which a picture is extended, px."""
+    """Widths of the margins by which :func:`extend` enlarges a picture.
+
+    Parameters
+    ----------
+    left, right, top, bottom : int
+        px, at least 0, default 0.
+
+    Raises
+    ------
+    ParameterError
+        if a width is no whole number of at least 0, or all are 0.
+    """
 
     left: int = 0
     right: int = 0
@@ -79,7 +92,7 @@ def extended(sources: Sequence[Source], number: int, margins: Margins) -> Source
 
 
 def with_hole(smap: SourceMap, hole: ArrayLike) -> SourceMap:
-    """Return a map with holes where `hole` (H, W) is True."""
+    """Return a map with holes where `hole` (H, W) is True; InputError if its size is not that of the map."""
     holes = marks(hole, "the hole's mask")
     if holes.shape != smap.shape:
         raise InputError(
@@ -162,20 +175,40 @@ def extend(
     blend: Blend | None = None,
     run: Run | None = None,
 ) -> Synthesis:
-    """Extend a picture beyond its borders.
+    """Outpainting: extend a picture beyond its borders by texture synthesis.
 
     Parameters
     ----------
     picture : as for :func:`synthesize`
-        It is unchanged except within the method's overlap of its border.
+        It is unchanged except within the method's overlap of the borders that are extended.
     margins : Margins, optional
-        Widths in px; 100 px to the right if left out.
-    sources : pictures, optional
+        Widths in px; default: 100 px to the right.
+    method : Method, Auto or str
+        A method with the ability ``start``; default ``"auto"``, which chooses one.
+    sources : sequence of pictures, optional
         Exemplars of the new pixels, instead of the picture itself.
+    seed : int
+        0 to 2**64 - 1, default 0; the same seed gives the same bytes.
+    wrap : {"none", "x", "y", "both"}
+        Along which axes the result is periodic, default "none".
+    blend : Blend, optional
+        How pieces are blended; default: that of the method.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    Synthesis
+        Of the size of the picture and its margins.
 
     Raises
     ------
-    ParameterError, InputError, MethodError
+    ParameterError
+        for arguments out of range, or a method that cannot continue a start map.
+    InputError
+        if a picture cannot be read, or has no usable pixels.
+    MethodError
+        if the method cannot serve this exemplar.
     """
     expect(margins, (Margins, NoneType), "margins", "Margins, such as Margins(right=100)")
     first, donors = as_exemplars([picture])[0], donors_of(sources)
@@ -194,24 +227,42 @@ def heal(
     wrap: Wrap | str = Wrap.NONE,
     run: Run | None = None,
 ) -> Synthesis:
-    """Fill holes of a picture; all other pixels stay, byte for byte.
+    """Image completion (inpainting) by texture synthesis: fill holes; all other pixels stay, byte for byte.
 
     Parameters
     ----------
     picture : as for :func:`synthesize`
+        Pixels in the hole may be NaN.
     hole : bool array, shape (H, W), or a gray or RGB picture of any depth
         True for pixels to replace; any number of holes. In numbers and pictures all that is not black (nor wholly
         transparent) is hole. Nothing is sampled from there.
-    sources : pictures, optional
+    method : Method, Auto or str
+        A method with the ability ``start``; default ``"auto"``, which chooses one. A method that is chosen or given by
+        name always takes the best patch (tolerance 0).
+    sources : sequence of pictures, optional
         Exemplars of the new pixels, instead of the picture itself.
     grow : int, optional
         Enlarge the hole by so many px first. Default: as far as a rim of the defect is detected outside of it.
+    seed : int
+        0 to 2**64 - 1, default 0; the same seed gives the same bytes.
+    wrap : {"none", "x", "y", "both"}
+        Along which axes the picture is periodic, default "none".
+    run : Run, optional
+        Threads, progress, cancelling; gets a note if a rim of the defect remains outside of the hole.
+
+    Returns
+    -------
+    Synthesis
+        Of the size of the picture, without feathering.
 
     Raises
     ------
     InputError
-        if the hole is empty, covers the whole picture, or has another size.
-    ParameterError, MethodError
+        if the hole is empty, covers the whole picture, or has another size; if nothing usable is left.
+    ParameterError
+        for arguments out of range, or a method that cannot continue a start map.
+    MethodError
+        if the method cannot serve this exemplar.
     """
     around = chosen(Wrap, "wrap", wrap)
     first, donors = _pictured(picture, hole, grow, around), donors_of(sources)
@@ -230,8 +281,8 @@ def donors_of(sources: Sequence[ExemplarLike]) -> tuple[Exemplar, ...]:
 def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Plan:
     """Return the plan to fill the holes of a scene by exact copies; an automatic patch size is left undecided.
 
-    An automatically chosen method always takes the best patch (tolerance 0), unless given otherwise. `edge` px are
-    filled pixel by pixel.
+    An automatically chosen method takes the best patch (tolerance 0), unless a tolerance is given. `edge`: px along
+    the edge of the holes that are synthesised again pixel by pixel; only checked here.
     """
     whole_within("edge", edge, 0)
     if edge and PIXELWISE not in METHODS:
@@ -249,9 +300,9 @@ def planned_for_holes(scene: Scene, method: Method | Auto, edge: int = 0) -> Pla
 def fill_holes(plan: Plan, seed: int, run: Run, edge: int = 0) -> Synthesis:
     """Fill the holes of a scene with patches, then `edge` px along their edge again, pixel by pixel.
 
-    If one patch covers a hole and no size is given, several sizes are tried, and the result with the least seam energy
-    is kept. If several patches are needed, the worst seams between them are refined in smaller windows, with expansion
-    moves of the pieces.
+    If no patch size is given and one patch covers the thickest hole, several sizes are tried, and the result with the
+    least seam energy is kept. If the patches are smaller than ROOM times the thickest hole, the worst seams between
+    them are refined in smaller windows, then by expansion moves.
     """
     scene = plan.scene
     if more := rim_around(scene):
@@ -289,7 +340,7 @@ def least_energy(scene: Scene, methods: Sequence[Method], seed: int, run: Run) -
 def healed_scene(
     picture: Exemplar, hole: ArrayLike, donors: Exemplars, wrap: Wrap, grow: int | None
 ) -> Scene:
-    """Return the scene to heal a picture; `grow` None: enlarge the hole by the rim of the defect detected around it."""
+    """Return the scene to heal a picture; `grow` None: enlarge the hole by the detected rim of the defect."""
     scene = scene_to_heal(picture, hole, donors, wrap, 0 if grow is None else grow)
     more = grow is None and rim_around(scene)
     return scene_to_heal(picture, hole, donors, wrap, more) if more else scene
@@ -298,7 +349,7 @@ def healed_scene(
 def rim_around(scene: Scene) -> int:
     """Return by how many px the hole must grow to cover a rim of the defect; 0 if none is detected."""
     holes, feats = holes_of(scene), features(scene.exemplars)
-    asked = "rim", np.packbits(holes).tobytes()  # asked again when they are filled
+    asked = "rim", np.packbits(holes).tobytes()  # key of the cached result, which is needed again when they are filled
     return feats.memo(asked, lambda: defect_rim(feats.pictures[0], holes, scene.exemplars[0].usable))
 
 
@@ -319,9 +370,10 @@ def methods_to_try(scene: Scene, method: Method) -> list[Method]:
 
 
 def patch_for(scene: Scene) -> int:
-    """Return the largest patch for the holes: twice as large as the thickest, so that it holds its surroundings.
+    """Return the largest side of patches for the holes, px: ROOM times the thickness of the thickest hole.
 
-    At most the automatic patch size of the texture, and such that there are enough places for it in the exemplars.
+    So a patch holds the hole and its surroundings. It is at most the automatic patch size of the texture and the
+    shorter side of the canvas, and small enough that the exemplars hold enough places for it.
     """
     thick = thickness(scene)
     side = max(min(max(ROOM * thick, thick + 16), element_patch(scene.exemplars)), LEAST_PATCH)

@@ -30,26 +30,26 @@ def colours(words: str) -> Pixels:
     return np.frombuffer(bytes.fromhex(words), np.uint8).reshape(-1, 3)
 
 
-PAPER = 128  # gray under transparent pixels, and between exemplars
+PAPER = 128  # gray value, of 255, under transparent pixels and between exemplars
 YELLOW, CYAN, MAGENTA, WHITE = colours("ffe100 00e1ff ff5ae6 ffffff")
 
-CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a line, of its dark outline, and radius of a point
+CORE, EDGE, POINT = 0.6, 1.7, 2.2  # px: half the width of a lattice line, of its dark outline; radius of a point
 SHADE = 0.6  # opacity of the outline of a line
 
 GROUPS = colours("56b4e9 009e73 cc79a7 0072b2 e69f00 785ef0 808080")
 CHOSEN, LINE, FAINT_LINE = colours("d55e00 ffff5a 141414")
-GROUND = 40  # gray of unusable pixels
+GROUND = 40  # gray value, of 255, of unusable pixels
 
-THUMBNAIL, GAP, SHEET = 256, 8, 64  # side and gap of the pictures of a contact sheet, px; and its gray
+THUMBNAIL, GAP, SHEET = 256, 8, 64  # contact sheet: side of its pictures and gap between them, px; its gray value
 
 LARGE, BESIDE = 1024, 768  # px: longest side of the output in a report, and of its other pictures
 SMALL = 256  # px: outputs up to this size are repeated three times along each closed axis, others twice
 APART = 12  # px between exemplars
 RINGS = YELLOW, CYAN, MAGENTA
 RING, RIM = 1.6, 3.2  # px: half the width of a ring, and of its dark outline
-FULL = 2.0  # times the bad anchor of joins: shown as fully red
-MANY = 6.0  # times the mean: shown as brightest
-PALE = 0.45  # contrast of the picture under joins
+FULL = 2.0  # cost of joins that is drawn fully red, relative to the bad anchor of the part joins
+MANY = 6.0  # use of a pixel, relative to the mean, that is drawn white
+PALE = 0.45  # contrast, 0 to 1, of the gray picture under the cost of joins
 
 HEAT = (0.0, 0.5, 1.0), colours("ffd666 f06e28 b00020")
 USES = (0.0, 0.2, 0.36, 0.6, 0.85, 1.0), colours("12142c 422668 9e3c68 ec743e fcc85a ffffd6")
@@ -70,7 +70,7 @@ def to_rgb(plane: Plane) -> Pixels:
 
 
 def thumbnail(plane: Plane, most: int) -> Pixels:
-    """Return a plane as 8-bit RGB of at most `most` px a side, averaged in blocks."""
+    """Return a plane as 8-bit RGB (h, w, 3) of at most `most` px a side, averaged in square blocks."""
     seen = files.preview(plane)
     n = min(-(-max(seen.shape) // most), *seen.shape)
     if n > 1:
@@ -88,7 +88,10 @@ def borders(numbers: Array) -> Mask:
 
 
 def ramp(scale: tuple[Sequence[float], Pixels], value: Array) -> Array:
-    """Return numbers from 0 to 1 mapped to a colour scale: one more axis, RGB as floats."""
+    """Return numbers from 0 to 1 mapped to a colour scale: float32, with one more axis for RGB of 0 to 255.
+
+    `scale`: positions from 0 to 1, ascending, and the colour at each.
+    """
     at, ends = scale
     table = np.stack([np.interp(np.linspace(0, 1, 256), at, c) for c in ends.T], axis=1).astype(np.float32)
     return np.asarray(table[(value * 255).astype(np.int64)])
@@ -120,9 +123,10 @@ def _lined(picture: Array, distance: Array, colour: Array, core: float, rim: flo
 
 
 def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
-    """Return the exemplar with the lines of a lattice, where blocks are cut, and its points.
+    """Return the exemplar with the lines of a lattice and, as white points, its lattice points, 8-bit RGB.
 
-    Yellow lines run along the second vector, cyan ones along the first; 1-D lattices have yellow lines only.
+    The lines run where methods cut blocks of whole periods. Yellow lines run along the second vector, cyan ones along
+    the first; the lines of a 1-D lattice, all yellow, are perpendicular to its vector.
     """
     picture: Array = to_rgb(exemplar.base)
     cell = (lattice.vectors[0], lattice.vectors[1] if len(lattice.vectors) == 2 else None)
@@ -134,7 +138,10 @@ def lattice_lines(exemplar: Exemplar, lattice: Lattice) -> Plane:
 
 
 def _marks(y: Array, x: Array, cell: tuple[Any, Any]) -> Iterator[tuple[Array, Array]]:
-    """Yield the distances of places to the lines and to the points of a lattice, px, with their colours."""
+    """Yield the distance of every place (y, x), in px, to each set of lines and to the points of a lattice; its colour.
+
+    `cell`: the lattice vectors (rows, columns) in 1/256 px, the second None for a 1-D lattice.
+    """
     p, q = np.array(cell[0]) / UNIT
     if cell[1] is None:
         yield _off((y * p + x * q) / np.hypot(p, q) ** 2) * np.hypot(p, q), YELLOW
@@ -158,8 +165,7 @@ def segment_overlay(exemplar: Exemplar, found: Segments | None = None) -> Pixels
     """Return the segments of an exemplar drawn over it: (H, W, 3), 8 bit.
 
     The chosen group keeps its brightness under a tint of orange and has yellow borders; the others are dimmed, each
-    group with its own tint and dark borders. Unusable pixels are dark gray. A picture without segments is returned as
-    it is.
+    group with its own tint and dark borders. Unusable pixels are dark gray.
 
     Parameters
     ----------
@@ -202,7 +208,7 @@ def contact_sheet(pictures: Sequence[Pixels]) -> Plane:
 
 
 class ReportPicture(NamedTuple):
-    """A picture with its name, its title, and a caption."""
+    """A picture (H, W, 3), 8 bit, with its name, its title and a caption (``says``)."""
 
     name: str
     title: str
@@ -257,7 +263,10 @@ def _repeated(picture: Pixels, wrap: Wrap, size: Pair) -> ReportPicture:
 
 
 def heat(outcome: Outcome, size: Pair, shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """Return the local cost of joins of an output as position on HEAT and as opacity, both 0 to 1, in `shape`."""
+    """Return the local cost of joins of an output of `size`, enlarged to `shape`: position on HEAT, and opacity.
+
+    Both are 0 to 1; FULL times the bad anchor of the part joins is 1.
+    """
     cost, worst = local_join_costs(outcome.judged, size), outcome.score.parts["joins"]
     over = np.clip(stretched(cost, shape) * 100 / (FULL * worst.bad), 0, 1)
     return over, over**0.6
@@ -282,7 +291,7 @@ def _too_often(picture: Pixels, size: Pair, often: Sequence[Overused]) -> Report
 
 
 def _ringed(picture: Pixels, width: int, rings: Sequence[tuple[Array, Sequence[Circle]]]) -> Pixels:
-    """Return a picture with rings around spots, whose coordinates refer to a width of `width` px."""
+    """Return a picture with rings around circles, which are given in px of a picture of `width` px."""
     out, scale = picture.copy(), picture.shape[1] / width
     for colour, spots in reversed(rings):
         for spot in spots:
@@ -319,7 +328,7 @@ def _usage(outcome: Outcome, shown: Sequence[Pixels]) -> ReportPicture:
 
 
 def usage_colours(times: Array) -> Array:
-    """Return the colours of use counts relative to the mean: white for MANY times the mean or more."""
+    """Return the colours of use counts relative to the mean, on a logarithmic scale: white for MANY or more."""
     return ramp(USES, np.log1p(np.minimum(times, MANY)) / np.log1p(MANY))
 
 

@@ -36,15 +36,25 @@ from ..rendering.render import render
 from ..segments import Segments, segments
 from ..synthesis import ExemplarLike, as_exemplars
 
-CELLS = 8  # most periods in a rectangular tile
+CELLS = 8  # most periods in a rectangular tile; if it needs more, the tile is one parallelogram
 
 
 @dataclass(frozen=True)
 class Suggestion:
     """A suggested method for an exemplar, with the reasons.
 
-    ``parameters`` are those of the method named ``method``; vectors are x before y. ``flatten``: whether to remove an
-    illumination gradient first. ``rule``: the name of the rule that chose it.
+    Attributes
+    ----------
+    method : str
+        Name of the method.
+    parameters : dict
+        Its parameters that differ from the defaults; vectors are (x, y) in px.
+    flatten : bool
+        Whether uneven illumination should be removed first (:func:`flattened`).
+    why : tuple of str
+        Reasons and warnings, in sentences.
+    rule : str
+        Name of the rule of the automatic choice that decided.
     """
 
     method: str
@@ -56,7 +66,7 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class TilePicture:
-    """The best tile as pictures: a rectangle that tiles the plane, or a parallelogram on a transparent ground.
+    """The best tile as pictures: a rectangle of whole periods that tiles the plane, or one period, a parallelogram.
 
     Attributes
     ----------
@@ -65,9 +75,9 @@ class TilePicture:
     cost : int
         Sum of squared differences between its opposite borders, in feature units.
     rectangular : bool
-        True if the pictures can be repeated side by side; else opacity is 0 around the parallelogram.
+        True if the pictures can be repeated side by side; else colours are transparent around the parallelogram.
     planes : dict of str to Plane
-        One picture for every plane of the exemplar.
+        One picture for every plane of the exemplar, packed maps as one.
     """
 
     corner: Pair
@@ -83,15 +93,17 @@ class Analysis:
     Attributes
     ----------
     exemplar : Exemplar
+        The exemplar that was analysed.
     lattices : Lattices
         The accepted lattice, if there is one, and all candidates.
     elements : ElementSize
-        The size of its elements.
-    light : Slope
-        Its illumination gradient.
+        The size of its elements, px.
+    light : Illumination
+        The strength of its uneven illumination.
     suggested : Suggestion
-    straight : (Straight, Lattice) or None
-        The rectification of its courses and the lattice after it, if its confidence is much higher.
+        The method and parameters that the automatic choice would take.
+    straight : (Rectification, Lattice) or None
+        The rectification of its courses and the lattice after it, if the confidence of that lattice is much higher.
     """
 
     exemplar: Exemplar
@@ -107,7 +119,7 @@ class Analysis:
 
     @property
     def segments(self) -> Segments:
-        """Its segments, the groups of similar ones, and patch size and boundary zone for the chosen group."""
+        """Its segments and the groups of similar ones, with patch size and overlap region for the chosen group."""
         return segments(self.exemplar)
 
     @property
@@ -116,7 +128,10 @@ class Analysis:
         return self.lattices.accepted
 
     def overlay(self, kind: str = "lattice") -> Plane:
-        """Return the exemplar with the lattice or the segments drawn over it, 8 bits; MethodError without a lattice."""
+        """Return the exemplar with its lattice or its segments drawn over it, as an 8-bit RGB plane.
+
+        `kind`: "lattice" (default) or "segments"; ParameterError for others, MethodError if it has no lattice.
+        """
         if not isinstance(kind, str) or kind not in OVERLAYS:
             raise ParameterError(f"overlay={said(kind)} is unknown; choose one of {', '.join(OVERLAYS)}.")
         from .drawings import lattice_lines, segment_overlay
@@ -126,7 +141,7 @@ class Analysis:
         return lattice_lines(self.exemplar, self.found_lattice("overlay"))
 
     def found_lattice(self, wanted: str) -> Lattice:
-        """Return the lattice; MethodError, which says what to do instead, if there is none."""
+        """Return the lattice; MethodError, naming what is `wanted` and a method that needs none, if there is none."""
         if self.lattice is not None:
             return self.lattice
         best = max((one.confidence for one in self.lattices.ranked), default=0.0)
@@ -136,7 +151,10 @@ class Analysis:
         )
 
     def best_tile(self, band: int = BAND) -> TilePicture:
-        """Return the period whose opposite borders, `band` px wide, differ least; MethodError without a lattice."""
+        """Return the period whose opposite borders, `band` px wide, differ least.
+
+        Raises MethodError if there is no lattice, ParameterError if `band` is not 1 to 256.
+        """
         lattice = vectors_of(self.found_lattice("best tile"))
         make("best-tile", {"lattice": lattice, "band": band})  # raises if they are out of range
         tiling = Tiling.of(lattice, None, band, self.exemplar)
@@ -152,7 +170,7 @@ class Analysis:
         return TilePicture((x, y), tiling.tile.cost, False, {n: _cut_out(p, inside) for n, p in planes.items()})
 
     def as_dict(self) -> Record:
-        """Return the results for JSON, x before y."""
+        """Return the results for JSON: sizes and vectors x before y, in px."""
         e = self.exemplar
         return {
             "exemplar": {"name": e.name, "size": [e.width, e.height], "sha256": e.digest},
@@ -182,12 +200,17 @@ class Analysis:
 
 
 def analyze(exemplar: ExemplarLike) -> Analysis:
-    """Analyse an exemplar: lattice, element size, illumination gradient, and a suggested method.
+    """Analyse an exemplar: lattice, element (texel) size, uneven illumination, segments, and a suggested method.
 
     Parameters
     ----------
     exemplar : as for :func:`synthesize`
-        One picture or set of planes; all planes are used together.
+        One picture or one set of planes; all planes are used together.
+
+    Returns
+    -------
+    Analysis
+        Segments are computed when they are asked for.
 
     Raises
     ------
@@ -221,7 +244,7 @@ def _bent(straight: Rectification, lattice: Lattice) -> Record:
 
 
 def _grouped(found: Segments) -> Record:
-    """Return segments, groups with their shares of the area, and patch and zone of the chosen group, for JSON."""
+    """Return segments, groups with shares of the area, patch size and overlap of the chosen group, px, for JSON."""
     areas = np.bincount(found.group_map[found.group_map >= 0], minlength=int(found.groups.max(initial=-1)) + 1)
     counts = np.bincount(found.groups, minlength=len(areas))
     whole = max(int(areas.sum()), 1)
@@ -249,7 +272,7 @@ def _suggested(facts: Facts) -> Suggestion:
 
 
 def _rectangle(tiling: Tiling, exemplar: Exemplar) -> Pair | None:
-    """Return the least (height, width) of whole periods; None if that holds more than CELLS."""
+    """Return the least (height, width), px, of a rectangle of whole periods; None if it holds more than CELLS."""
     sides = exemplar.shape
     found = [periods_along(tiling.vectors, axis, side) for axis, side in enumerate(sides)]
     if not (found[0] and found[1]):

@@ -21,7 +21,7 @@ from .tileable import tile
 Work = Callable[[Run], object]
 
 CHOSEN = ("stones", "brick", "tiles", "pebbles", "gravel")
-"""Built-in exemplars that together trigger all common rules."""
+"""Built-in exemplars for which the automatic choice takes, together, all its common methods."""
 
 PERIODIC = ("near-regular", "gap-filling", "best-tile", "repeat")
 """Methods that need an exemplar with periods."""
@@ -29,16 +29,34 @@ PERIODIC = ("near-regular", "gap-filling", "best-tile", "repeat")
 PIXEL_BY_PIXEL = ("efros-leung", "wei-levoy", "ashikhmin")
 """Methods that are slow for each pixel."""
 
-LARGE, SMALL = 400, 48  # px: enough windows for every pass over a map, and the side for slow methods
+LARGE, SMALL = 400, 48  # px: side of the outputs, so that every pass over a map has work to do; and for slow methods
 
 
 def warm(*methods: str, run: Run | None = None) -> int:
-    """Load or compile the kernels of methods, named as in ``intarsia methods``; return the number of runs.
+    """Precompile: load or compile the kernels of methods, so that the next synthesis starts without delay.
 
-    Each method synthesises a small texture, which is discarded; compiling takes up to half a minute. Servers call it
-    before the first request. ``"auto"``, or no name, stands for the automatic choice and the methods that it chooses
-    most often. Raises ParameterError for an unknown name, and CancelledError when the run is cancelled; kernels
-    compiled until then are kept.
+    Each method synthesises small textures, which are discarded. Compiling takes up to half a minute and is cached on
+    disk; servers call this before the first request.
+
+    Parameters
+    ----------
+    *methods : str
+        Names as ``intarsia methods`` lists them. ``"auto"``, or no name, stands for the automatic choice and the
+        methods that it chooses most often.
+    run : Run, optional
+        Threads, progress, cancelling.
+
+    Returns
+    -------
+    int
+        The number of textures that were synthesised.
+
+    Raises
+    ------
+    ParameterError
+        for an unknown name.
+    CancelledError
+        when the run is cancelled; kernels compiled until then are kept.
     """
     works: list[Work] = []
     for slug in methods or (AUTO_METHOD,):

@@ -23,35 +23,39 @@ if TYPE_CHECKING:
 else:
     repairs = lazy("intarsia.seams.repair")
 
-LEAST_PATCH = 8
-LEAST_WINDOW = 12  # px
-FINER = 0.375  # of the patches' sides: sides of the windows in which filled holes are refined,
-COVERED, GROWN = 4, 2  # in so many passes, followed by so many rounds of expansion moves
+LEAST_PATCH = 8  # px: least side of the patches of a repair
+LEAST_WINDOW = 12  # px: least side of the windows in which filled holes are refined
+FINER = 0.375  # of the sides of the patches that filled a hole: sides of the windows in which it is refined
+COVERED, GROWN = 4, 2  # passes of refinement over a filled hole, and rounds of expansion moves after them
 
 
 def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> Synthesis:
-    """Place new patches over the worst seams of a synthesis wherever that lowers the total seam energy.
+    """Refine the worst seams of a synthesis: place new patches over them wherever that lowers the seam energy.
+
+    Each patch is cut in along a minimum cut over the existing seams (Kwatra et al. 2003, section 3).
 
     Parameters
     ----------
     made : Synthesis
-        Of any method that keeps no lattice. Its start map, labels and minimum distance of repeats stay in force.
+        Of any method that copies pixels exactly and keeps no lattice. Its start map, labels and minimum distance of
+        repeats stay in force.
     passes : int
-        Number of searches for the worst places, 0 to 1000; each pass refines many of them.
+        Number of searches for the worst places, 0 to 1000, default 4; each pass refines many of them.
     run : Run, optional
         Threads, progress, cancelling.
 
     Returns
     -------
     Synthesis
-        With a map of equal or lower energy.
+        With a map of equal or lower energy; its recipe holds the number of passes.
 
     Raises
     ------
     ParameterError
-        if the method keeps a lattice, or `made` was repaired before.
+        if the method keeps a lattice, or rotates or scales pieces; if `passes` is out of range; if `made` was repaired
+        before.
     InputError
-        if the map has holes, or belongs to other exemplars.
+        if `made` is no Synthesis, or its map has holes or belongs to other exemplars.
     """
     return repaired_with_statistics(made, passes, run)[0]
 
@@ -59,7 +63,7 @@ def repair(made: Synthesis, passes: int = PASSES, *, run: Run | None = None) -> 
 def repaired_with_statistics(
     made: Synthesis, passes: int, run: Run | None = None
 ) -> tuple[Synthesis, repairs.Repaired]:
-    """Repair a synthesis; return it with the statistics of the repair."""
+    """Repair a synthesis as :func:`repair` does; return it with the statistics of the repair."""
     expect(made, Synthesis, "what is to be repaired", "what synthesize, extend or heal returned", InputError)
     run = run_of(run)
     check_repair(made.method, passes)
@@ -75,9 +79,10 @@ def repaired_with_statistics(
 
 
 def refined(made: Synthesis, run: Run) -> Synthesis:
-    """Refine the worst seams of filled holes in smaller windows, with expansion moves; unchanged without patches.
+    """Refine the worst seams of filled holes in windows of FINER of the patch size, then by expansion moves.
 
-    One fill with this has cheaper seams than the best of four fills with patches of four sizes.
+    Returned unchanged if the method places no patches, does not copy exactly, or keeps a lattice. One fill refined so
+    has a lower seam energy than the best of four fills with patches of four sizes.
     """
     rows, columns = traits(made.method).footprint or (0, 0)
     if not min(rows, columns) or not traits(made.method).exact or keeps_lattice(made.method):
@@ -101,7 +106,10 @@ def check_repair(method: Method, passes: int) -> None:
 
 
 def repair_of(method: Method, exemplars: tuple[Exemplar, ...], passes: int) -> repairs.Repair:
-    """Return the settings of a repair: patch size and poses of the method, or an automatic size without patches."""
+    """Return the settings of a repair: patch size and isometries of the method.
+
+    For methods without patches the automatic size is taken, halved until the exemplars hold a usable patch.
+    """
     its = traits(method)
     rows, columns = its.footprint or (0, 0)
     if not rows or not columns:

@@ -71,24 +71,31 @@ _DIGEST = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
 RULES = f"default-src 'none'; img-src data:; style-src 'sha256-{_DIGEST}'; base-uri 'none'; form-action 'none'"
 """The content security policy: only embedded pictures and this style are allowed."""
 
-PIXELATED = 256  # px: pictures up to this size are enlarged without interpolation
-SMALL = 384  # px: side of the pictures of an index
+PIXELATED = 256  # px: pictures whose sides are at most this long are enlarged without interpolation
+SMALL = 384  # px: longest side of the thumbnails of an index
 
 
 def report(made: Synthesis, name: str = "the output") -> str:
-    """Return an HTML page on the quality of a synthesis: its sources, its score, and where it loses.
+    """Return a quality report on a synthesis as one HTML page: its sources, its score by parts, and local losses.
 
     Parameters
     ----------
     made : Synthesis
-        As :func:`synthesize` and other tasks return.
+        What :func:`synthesize` or another task returned.
     name : str
-        Its name on the page.
+        Its name on the page, default "the output".
 
     Returns
     -------
     str
         The whole page with embedded pictures; write it to a file that ends in ``.html``, as UTF-8.
+
+    Raises
+    ------
+    InputError
+        if `made` is no Synthesis.
+    ParameterError
+        if `name` is no text.
 
     Notes
     -----
@@ -171,7 +178,7 @@ def _image(pixels: Pixels, name: str) -> str:
 
 
 def quality(one: PartScore) -> str:
-    """Return a word for the normalised score of a part."""
+    """Return a word for the normalised score of a part: "good" from 0.8 on, "fair" from 0.4 on, else "bad"."""
     return "good" if one.normalised >= 0.8 else "fair" if one.normalised >= 0.4 else "bad"
 
 
@@ -226,6 +233,6 @@ def _again(outcome: Outcome) -> str:
 
 
 def thumbnailed(outcome: Outcome) -> tuple[Outcome, Pixels]:
-    """Return an outcome without large data, for an index, and its thumbnail."""
+    """Return an outcome without large data (pixels, exemplars, map, sources), for an index; and its thumbnail."""
     corner, alone = outcome.output.like(outcome.output.samples[:1, :1]), replace(outcome.judged, looks=())
     return replace(outcome, output=corner, exemplars=(), map=None, judged=alone), thumbnail(outcome.output, SMALL)

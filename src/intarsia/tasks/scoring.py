@@ -1,4 +1,4 @@
-"""Scoring an output against its exemplars: :func:`score`, the data of a report, and quality gates."""
+"""Quality of an output against its exemplars: :func:`score`, the data of a report, and quality gates."""
 
 from __future__ import annotations
 
@@ -23,9 +23,29 @@ from ..synthesis import ExemplarLike, Synthesis, as_exemplars
 class Outcome:
     """An output with its score and everything that a report shows.
 
-    ``output`` is its base plane, ``exemplars`` are those used for judging. ``map`` points into them, reduced ``times``
-    if they are magnified; ``energy``: its seam energy. ``command`` reproduces the output; ``missed``: the gates that it
-    misses.
+    Attributes
+    ----------
+    name : str
+        Name of the output in the report and in messages.
+    output : Plane
+        Its base plane.
+    exemplars : tuple of Exemplar
+        The exemplars that it was judged against, at full size if they are magnified.
+    judged : Judged
+        The score, and the sources of its windows.
+    wrap : Wrap
+        Along which axes it should be periodic.
+    map : SourceMap or None
+        Its source map, in px of the exemplars reduced ``times``.
+    times : int
+        Magnification of the output relative to its map.
+    recipe : dict
+    command : str
+        The command that makes the output again; empty if unknown.
+    missed : tuple of str
+        The gates that it misses.
+    energy : int or None
+        Seam energy of the map, in thresholds of the truncated quadratic per million px.
     """
 
     name: str
@@ -80,14 +100,15 @@ def score(
     *,
     wrap: Wrap | str | None = None,
 ) -> Score:
-    """Return the quality of an output, as people would judge it: 0 to 100, and by parts.
+    """Return the quality of a synthesised texture against its exemplars: 0 to 100, in total and by perceptual parts.
 
     Parameters
     ----------
     exemplar : as for :func:`synthesize`
         The exemplars that it was made from.
     output : as an exemplar, or a Synthesis
-        The picture, of any size and depth; its base plane is judged, and its channels must be those of the exemplar.
+        The picture, (H, W) or (H, W, C), of any size and depth; its base plane is judged. Its kind and number of
+        channels must be those of the exemplar.
     wrap : {"none", "x", "y", "both"}, optional
         Along which axes the picture should be periodic. Default: those of a Synthesis, else none.
 
@@ -99,7 +120,9 @@ def score(
     Raises
     ------
     InputError
-        if one cannot be read, or channels differ.
+        if a picture cannot be read, channels differ, or the map of a Synthesis has holes.
+    ParameterError
+        for an unknown `wrap`.
 
     Notes
     -----
@@ -138,11 +161,11 @@ def outcome_of(
 
 
 Gates = Sequence[tuple[str, float]]
-"""Names of parts with the least normalised score that each must have, 0 to 1; ``total`` from 0 to 100."""
+"""Pairs (name of a part, least normalised score that it must have, up to 1); for ``total`` the least total, of 100."""
 
 
 def check_gates(gates: Gates) -> None:
-    """Raise ParameterError for a gate of an unknown part, or out of range."""
+    """Raise ParameterError for a gate of an unknown part, or of more than 1 for a part."""
     known = ("total", *(part.name for part in PARTS))
     for name, least in gates:
         if name not in known:

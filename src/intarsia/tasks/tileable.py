@@ -35,24 +35,28 @@ from ..search import element_patch, patch_with_supply
 from ..synthesis import ExemplarLike, Plan, Scene, Synthesis, as_exemplars, named
 from .completion import donors_of, exemplars_of, holes_of, least_energy, planned_for_holes, with_hole
 
-LEAST_SIDE = 16  # px of an image
-LEAST_BAND = 4  # px: a hole of two, and a rim of one on either side
-ELEMENTS = 1.5  # elements: width of an automatic band
-WIDEST = 0.4  # of the side: largest automatic band
-STAYS = 3  # at least 1/STAYS of either side must be kept
-# 1/SLIT of the band is the hole, the rest the rim. Tiles, courses, ripples and clouds keep their lines so; at 3 there
-# are rows of half tiles. Single stones and leaves need 1/GAP: along a slit cuts run straight.
+LEAST_SIDE = 16  # px: least side of a picture along a periodic axis
+LEAST_BAND = 4  # px: least width of the band: a hole of two, and a rim of one on either side
+ELEMENTS = 1.5  # width of an automatic band, in elements (texels)
+WIDEST = 0.4  # width of an automatic band at most, relative to the shorter side
+STAYS = 3  # at least 1/STAYS of either side is outside of the band
+# Width of the hole: 1/SLIT of the band, or 1/GAP for textures of single elements; the rest of the band is the rim.
+# With 1/8 tiles, courses, ripples and clouds keep their lines; with 1/3 they get rows of half tiles. Stones and leaves
+# need 1/3, as cuts along a narrow hole run straight through them.
 SLIT, GAP = 8, 3
-# The outer half of the rim beside a slit is kept for tone correction within the band: clouds and planks show an edge
-# without it, and still at a quarter. Single elements would glow at cuts, except those of a grain so fine that squares
-# of it differ less: in jeans and leather patches show without. If a lattice closes, no correction is needed.
-LEVELLED, MOST_LEVELLED = 0.5, 64  # of either side, and px
-SQUARE, GRAIN = 4, 0.75  # px, and share of the spread of pixels that squares keep: grass 0.7, stones and leaves 0.8
-# Sides of the windows that are tried, relative to the band, for slit and gap.
-NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)
-ENDS = 10  # of 12 directions in which an element size is found, for a texture of single elements
+# Share of the rim on either side of the hole, at most MOST_LEVELLED px: its outer part, which is not cut but kept for
+# gradient-domain tone correction within the band. Without it, and still with a quarter, clouds and planks show an
+# edge. Textures of
+# single elements get none, as elements would glow at cuts, unless their grain is fine: without correction patches are
+# seen in jeans and leather. A lattice that is continuous across the borders needs no correction.
+LEVELLED, MOST_LEVELLED = 0.5, 64
+# A grain is fine if means of squares of SQUARE px keep at most GRAIN of the standard deviation of pixels: grass keeps
+# 0.7, stones and leaves 0.8.
+SQUARE, GRAIN = 4, 0.75
+NARROW, WIDE = (1.0, 0.75, 0.5), (1.25, 1.0, 0.75)  # sides of windows tried, relative to the band: 1/SLIT and 1/GAP
+ENDS = 10  # in at least so many of 12 directions an element size is found if a texture consists of single elements
 DIRECTED = 0.3  # coherence of edges above which a texture is directional; ripples and walls have more, stones less
-LEAST_WINDOW = 12  # px
+LEAST_WINDOW = 12  # px: least side of the windows that are tried
 
 
 def tile(
@@ -71,29 +75,38 @@ def tile(
     Parameters
     ----------
     image : as for :func:`synthesize`
-        A picture, or planes of one surface, which all follow one map. At least 16 px a side.
+        A picture, or planes of one surface, which all follow one map. At least 16 px along each axis that becomes
+        periodic.
+    method : Method, Auto or str
+        A method with the abilities ``start`` and ``wrap``; default ``"auto"``, which chooses one.
     axes : {"x", "y", "both"}
-        Along which axes it becomes periodic.
+        Along which axes it becomes periodic, default "both".
     band : int, optional
         Width of the band that is synthesised, px: half of it at each of two borders that meet. Default: one and a half
         elements of the texture, at most 0.4 of the shorter side.
     size : int or (height, width), optional
         Crop the picture to this size first, from its middle; pixels outside are still sources. Default: the largest
         size of whole periods, if the picture has a sure lattice or courses; else its own size.
-    sources : pictures, optional
+    sources : sequence of pictures, optional
         Exemplars of the new pixels, instead of the picture itself.
+    seed : int
+        0 to 2**64 - 1, default 0; the same seed gives the same bytes.
+    run : Run, optional
+        Threads, progress, cancelling; gets a note if the picture is cropped by default, or looks periodic already.
 
     Returns
     -------
     Synthesis
-        Of the size of the picture or of the crop; `run.notes` says which. Beyond the band its pixels are those of the
-        picture, bit for bit.
+        Of the size of the picture or of the crop. Beyond the band its pixels are those of the picture, bit for bit.
 
     Raises
     ------
     InputError
-        if the picture is too small, or is periodic already (toroidal).
-    ParameterError, MethodError
+        if the picture is too small, or is marked as periodic already (toroidal).
+    ParameterError
+        for arguments out of range, or a method that cannot continue a start map on a periodic canvas.
+    MethodError
+        if the method cannot serve this exemplar.
     """
     (first,) = as_exemplars([image])[:1]
     run = run_of(run)
@@ -140,9 +153,9 @@ def scene_to_tile(
 
 
 def periodic_size(picture: Exemplar, axes: Wrap) -> Pair:
-    """Return the default (height, width): the largest of whole periods of a sure lattice, or of whole courses.
+    """Return the default (height, width), px: the largest of whole periods of a sure lattice, or of whole courses.
 
-    All of the picture if it has neither, or is periodic already.
+    That of the picture if it has neither a lattice nor courses, or looks periodic already.
     """
     seen = _seen(picture)
     whole = height, width = picture.shape
@@ -160,9 +173,10 @@ def periodic_size(picture: Exemplar, axes: Wrap) -> Pair:
 
 
 def _whole_courses(facts: Facts, whole: Pair, axes: Wrap, unit: int) -> Pair:
-    """Return the size from the first bed joint to the last, wherever it is cut out; all of it if that closes, too.
+    """Return the size (height, width) with the distance from the first bed joint to the last across the courses.
 
-    It does if the parts beyond both joints together are as high as one of the courses.
+    That of the whole picture if what lies beyond both joints is together as high as one of the courses, as then it is
+    periodic, too; or if it has no courses along a periodic axis, or they cover less than half of it.
     """
     lines = facts.courses
     if lines is None or not axes.closed[lines.axis]:
@@ -195,18 +209,18 @@ def _cut(picture: Exemplar, size: Pair) -> tuple[int, int, int, int]:
 
 
 def _unit(picture: Exemplar) -> int:
-    """Return the size of one px of the smallest plane, in px of the base."""
+    """Return how many px of the base one px of the smallest plane covers along an axis."""
     return max(1, *(picture.width // max(p.width, 1) for p in picture.planes.values()))
 
 
 def _of_single_elements(facts: Facts) -> bool:
-    """Whether a texture consists of single elements: bounded in all directions, without lattice, rows or direction."""
+    """Whether a texture consists of single elements: bounded in all directions, no lattice, rows or direction."""
     alone = facts.lattice is None and facts.element.found >= ENDS and not facts.ordered
     return alone and facts.structure.coherence <= DIRECTED
 
 
 def _fine_grained(picture: Int16) -> bool:
-    """Whether averaging over small squares removes much of the variance of features (H, W, C)."""
+    """Whether means of SQUARE px squares keep at most GRAIN of the standard deviation of features (H, W, C)."""
     squares = block_sums(picture, SQUARE)
     kept, all_of_it = (
         sum(scaled_variances(p.reshape(-1, p.shape[2]))) / p[..., 0].size ** 2 for p in (squares, picture)
@@ -224,7 +238,7 @@ def _closes(facts: Facts) -> bool:
 
 
 def _along_borders(size: Pair, axes: Wrap, wide: int) -> Mask:
-    """Return a hole of `wide` px along each line where borders meet."""
+    """Return a mask (H, W), True within a hole of `wide` px along each line where opposite borders meet."""
     near = [np.zeros(n, bool) for n in size]
     for line, closed in zip(near, axes.closed, strict=True):
         if closed:
@@ -249,7 +263,7 @@ def _empty(scene: Scene) -> int:
 
 
 def tiled(plan: Plan, seed: int, run: Run) -> Synthesis:
-    """Fill the band; if no side of windows is given, several are tried, and the least seam energy is kept."""
+    """Fill the band; if no patch size is given, several are tried, and the result of least seam energy is kept."""
     made = least_energy(plan.scene, windows_to_try(plan), seed, run)
     return replace(made, blend=plan.joined, recipe=made.recipe | {"blend": plan.joined.as_recipe})
 
@@ -280,7 +294,7 @@ def remarks(scene: Scene) -> list[str]:
 
 
 def _seen(picture: Exemplar) -> Exemplar:
-    """Return the picture for measurements: if none of it is usable, as with other sources, without its mask."""
+    """Return the picture for measurements: without its mask if that leaves no usable pixel, as with other sources."""
     nothing = picture.usable is not None and not picture.usable.any()
     return replace(picture, usable=None) if nothing else picture
 
