@@ -65,8 +65,8 @@ CLOSE = 0.1  # relative distance of a lattice from a bound reported as one: its 
 # Thresholds of the rules. Set by eye on 27 photographs without a lattice and 21 with one. Each was halved and doubled
 # on 92 textures, 44 of which were not used when it was set (docs/design/012).
 ONE_PICTURE = 0.15  # periods whose `variation` is less count as equal; half: not those of a roof, double: three more
-# Least `outlines` of a texture of outlined elements. Of 30 photographs those with more looked better with hard cuts (9)
-# than with feathered patches (4), those with less did not (4 and 11).
+# Least `outlines` of a texture of outlined elements. Of 30 photographs with more, graph cuts looked better in 9 and
+# corrections pixel by pixel (a rule that is gone) in 4; with less in 4 and 11.
 OUTLINED = 0.88
 JOINTED = 0.6  # largest `joints` of clear joints; 0.3: two walls of tiles are graph-cut, 0.7: three more are blocks
 # Evenness of graph cuts with a lattice, where threads and joints must meet; of 24 outputs with 0.25 people preferred 7,
