@@ -1,7 +1,7 @@
 """Contrast masking: the visibility of a step at every pixel, by the local contrast that hides it.
 
-The threshold of a contrast rises with the contrast around it (Legge and Foley, "Contrast masking in human vision", J.
-Opt. Soc. Am. 70, 1980). A seam that gravel hides is visible in a cloud, or on a smooth stone.
+The detection threshold of a contrast rises with the contrast around it (Legge and Foley, "Contrast masking in human
+vision", J. Opt. Soc. Am. 70, 1980). A seam that is invisible in gravel is visible in a cloud, or on a smooth stone.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ import numpy as np
 from ..foundation.arrays import Int16, Mask
 from ..foundation.filters import moving_sums
 
-FULL = 128  # the factor is 1 where neighbours differ by the threshold (knee) of seam costs on average,
-MOST = 2  # factors are limited to this and its inverse; they follow the root of that difference
-RADIUS = 2  # px around every pixel in which contrast hides a step
+FULL = 128  # the weight 1, where neighbours differ on average by the threshold (knee) of seam costs
+MOST = 2  # weights are the root of the threshold over that difference, limited to 1 / MOST .. MOST
+RADIUS = 2  # px: the mean is taken over squares of 2 * RADIUS + 1 px around every pixel
 
 
 def visibility(picture: Int16, knee: int, usable: Mask | None = None, toroidal: bool = False) -> Int16:
-    """Return the weight of a difference at every pixel of an exemplar, from the differences of neighbours around it.
+    """Return the weight of a feature difference at every pixel of an exemplar: less where local contrast is high.
 
     `knee`: threshold of the truncated quadratic seam cost, in units of the features. Other arguments as for
     :func:`intarsia.analysis.saliency.saliency_map`.

@@ -1,8 +1,8 @@
 """Detection of remains of a defect at the edge of the hole that should remove it, as outliers of pixel values.
 
-A mask drawn a little too small leaves a rim: pixels at the edge of the hole whose values are rare elsewhere in the
-picture. They are found by their values alone (channels, their differences, and their range within 3x3
-px), so a rim that looks like other parts of the picture is not found.
+A mask drawn a little too small leaves a rim of the defect: pixels at the edge of the hole whose values are rare in the
+rest of the picture. They are found by their values alone (channels, differences of channels, and the range of their sum
+within 3x3 px), so a rim that looks like other parts of the picture is not found.
 """
 
 from __future__ import annotations
@@ -12,24 +12,26 @@ import numpy as np
 from ..foundation import ndimage
 from ..foundation.arrays import Array, Int16, Mask
 
-# Halved and doubled on 24 textures with painted and darkened discs: of 288 rims of 2 to 9 px 167 are seen and covered,
-# by 6 px too many, and none is reported at 96 holes without a defect.
-REACH = 24  # px around holes where a rim may lie; what goes on beyond is part of the picture; halved: 117, doubled: 170
-RARE = 0.0002  # share of the pixels elsewhere beyond these values, at either end; a tenth: 160, tenfold: 184
-UNUSUAL = 0.002  # and beyond these, so near; halved: 172, by 5 px too many, doubled: 154, by 9, tenfold: 7
-LEAST = 30  # px of a rim; halved: 171, doubled: 164
-TIMES = 2  # as many px as in the largest spot of rare values elsewhere; 0: 171, doubled: 164
-TOUCHING = 4  # px of a rim that lie at the hole; 1: 168, 16: 163
-ELSEWHERE = 0.2  # of the picture must lie beyond the reach: what is usual must be known; 0 to 0.4: the same, 0.8: 156
-GAP = 2  # px: what lies so close to a rim belongs to it: soft edges; 0: 172, by 3 px too many, 4: 143
-MARGIN = 2  # px that are covered besides; halved: 166, doubled: 167, by 8 px too many
+# Measured on 24 textures with painted and darkened discs: of 288 rims of 2 to 9 px width 167 are found and covered, on
+# average by 6 px more than needed, and none is reported at 96 holes without a defect. Numbers of rims covered with
+# other values, and the excess where it differs:
+REACH = 24  # px around holes within which a rim is searched; what extends farther is no rim; halved: 117, doubled: 170
+RARE = 0.0002  # share of the other pixels beyond a rare value, at either end; a tenth: 160, tenfold: 184
+UNUSUAL = 0.002  # the same of pixels that count if they adjoin a rim; halved: 172, 5 px, doubled: 154, 9 px; x10: 7
+LEAST = 30  # px: smallest area of a rim; halved: 171, doubled: 164
+TIMES = 2  # smallest area relative to the largest spot of rare values not at the hole; 0: 171, doubled: 164
+TOUCHING = 4  # pixels of a rim that must adjoin the hole; 1: 168, 16: 163
+ELSEWHERE = 0.2  # share of the picture beyond REACH that is needed to know common values; 0 to 0.4: same, 0.8: 156
+GAP = 2  # px: unusual pixels this near to a rim belong to it, as at soft edges; 0: 172, 3 px, 4: 143
+MARGIN = 2  # px added to the depth of the rim; halved: 166, doubled: 167, 8 px
 FAR_UP = 1 << 20  # above any feature
 
 
 def defect_rim(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
     """Return by how many px a hole must grow to cover a rim of the defect; 0 if none is found.
 
-    `picture` (H, W, C) features; `hole` (H, W), True where it is filled; `usable` (H, W): pixels to compare with.
+    `picture` (H, W, C): features; `hole` (H, W): True where pixels are to be filled; `usable` (H, W): pixels whose
+    values count as common.
     """
     depth = ndimage.distance_transform_cdt(~hole, metric="chessboard")
     rest = depth > REACH
@@ -54,7 +56,7 @@ def defect_rim(picture: Int16, hole: Mask, usable: Mask | None = None) -> int:
 
 
 def _measures(picture: Int16, hole: Mask) -> list[Array]:
-    """Return the measures of pixels: channels, differences of the first three, range of the sum in 3x3 px."""
+    """Return measures of pixels, (H, W) each: channels, differences of the first three, range of the sum in 3x3 px."""
     channels = [picture[:, :, c].astype(np.int32) for c in range(picture.shape[2])]
     total = np.sum(channels, axis=0, dtype=np.int32)
     high = ndimage.maximum_filter(np.where(hole, -FAR_UP, total), 3)
@@ -64,7 +66,7 @@ def _measures(picture: Int16, hole: Mask) -> list[Array]:
 
 
 def _beyond(measures: list[Array], rest: Mask, share: float) -> Mask:
-    """Return which pixels have values beyond all but a `share` of those elsewhere."""
+    """Return which pixels lie outside the quantiles `share` and 1 - `share` of the pixels in `rest`, by any measure."""
     out = np.zeros(rest.shape, bool)
     for values in measures:
         there = values[rest]

@@ -1,16 +1,16 @@
 """Size of the elements (texels) of a texture, from the first minima of its autocorrelation; the autocorrelation itself.
 
-A patch smaller than one element cuts all of them, so the size of an element is the number that
-patch methods need most. It is read from the autocorrelation of the exemplar: the correlation is lowest at the offset
-where bright elements lie on dark gaps, which is half an element.
+A patch smaller than one element cuts all of them, so patch methods choose their patches by the size of the elements. It
+is measured in the autocorrelation of the exemplar: the first minimum along a direction is at the offset that puts
+bright elements on the dark gaps between them, about half an element.
 
-The autocorrelation is normalised at every offset over the overlap of the picture with itself. Its peaks are the lattice
-of a near-regular texture.
+The function :func:`autocorrelation` normalises at every offset over the overlap of the picture with itself; its peaks
+form the lattice of a near-regular texture.
 
-Source of the autocorrelation: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13; of
-sizes none, but our own rule, chosen by eye and by measuring 12 photographs. Departures: only one picture and itself
-are compared, so the misprint of eq. 3.8, which matters where sizes differ, cannot occur. Every sum is that of the
-overlap, whose ends are kept inside the picture, so sums beyond the last row cannot either.
+Source of the autocorrelation: Lopez Recas 2011 (near-regular textures), sections 3.1 and 3.2, eq. 3.3 and 3.13. The
+rule for sizes is our own, chosen by eye and by measuring 12 photographs. Departures: a picture is compared with itself
+only, so eq. 3.8, in which sizes are misprinted if they differ, is not needed. All sums are those of the overlap, whose
+ends are limited to the picture.
 """
 
 from __future__ import annotations
@@ -28,20 +28,21 @@ from ..foundation.filters import blurred, fast_length, widely_blurred
 from . import factor_for, principal_axes, reduced, running_sums
 
 DIRECTIONS = 12  # of a half circle, 15 degrees each
-LEAST_SIDE = 8  # a smaller one has too few lags; halved and doubled: the same on 92 textures
-CONTRAST = 4096  # steps per standard deviation of the component that is measured: a unit; 256: all sizes as they are
-GRAIN = 100_000  # correlation steps per 1, above rounding errors of FFTs; halved or doubled: a size differs, 1000: 39
-LEAST_SHARE = 1 / 32  # of all pairs of px, that a lag of a masked exemplar must compare; 0 to 1/16: the same on 92
+LEAST_SIDE = 8  # px: smallest short side that has enough lags; halved and doubled: the same on 92 textures
+CONTRAST = 4096  # steps per standard deviation of the component that is measured; 256: no size differs
+GRAIN = 100_000  # steps of correlation per 1, above FFT rounding errors; halved or doubled: 1 size differs, 1000: 39
+LEAST_SHARE = 1 / 32  # least share of all pixel pairs for a lag of a masked exemplar; 0 to 1/16: the same on 92
 
 
-# How the size is read. Halved and doubled on 92 textures: sizes that differ by a tenth, and other rules.
-LOW = 0.1  # a dip counts below this; halved: 10 sizes and 2 rules, doubled: 8 and 1; at 0 34 and 6
-LIMIT = 0.4  # of the short side, so that patches can vary their choice; halved: 59 and 12, doubled: 12 and 0
-LARGE = 0.75  # quantile of directions, so that long stones count; halved: 68 and 3, 1: 55 and 2
-LIGHT = 0.25  # of the short side, sigma: wider is light; halved: 14 and 5, doubled: 3 and 2
-SMOOTH = 1.5  # px, sigma over lags; halved: 13 and 4, doubled: 27 and 2
-UNSEEN = 0.5  # of the short side: what shows no dip is as large; halved: 8 and 0, doubled: the same
-NOISE = 0.1  # of the largest deviation: a channel of less is not lifted; 0 to 0.2: one size, 0.5: 14
+# After each value: on how many of 92 textures another value changes the size by a tenth or more, and on how many the
+# automatic choice then follows another rule.
+LOW = 0.1  # a minimum of the correlation counts below this; halved: 10 sizes and 2 rules, doubled: 8 and 1, 0: 34 and 6
+LIMIT = 0.4  # largest size, of the short side, to leave a choice of patches; halved: 59 and 12, doubled: 12 and 0
+LARGE = 0.75  # quantile over directions, so that long stones count by their length; halved: 68 and 3, 1: 55 and 2
+LIGHT = 0.25  # sigma, of the short side, above which variation is removed as illumination; halved: 14, 5, doubled: 3, 2
+SMOOTH = 1.5  # px: sigma of the smoothing over lags; halved: 13 and 4, doubled: 27 and 2
+UNSEEN = 0.5  # size, of the short side, for directions without a minimum; halved: 8 and 0, doubled: the same
+NOISE = 0.1  # channels of less than this share of the largest deviation are not fully amplified; 0 to 0.2: 1, 0.5: 14
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def _guess(short: int) -> ElementSize:
 
 
 def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | None]:
-    """Return features and mask without border rows and columns that hold no usable pixel."""
+    """Return features and mask cropped to the bounding box of the usable pixels; no rows if there are none."""
     if usable is None or bool(usable.all()):
         return features, None
     rows, columns = np.flatnonzero(usable.any(axis=1)), np.flatnonzero(usable.any(axis=0))
@@ -132,8 +133,8 @@ def _usable_box(features: Int16, usable: Mask | None) -> tuple[Int16, Mask | Non
 def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
     """Return colours projected on their first principal axis, as whole numbers; None if all are equal.
 
-    Channels count by their own contrast, not by the weights that features give to colours (green most): in a
-    field the leaves differ in green, plants and soil in all channels.
+    Channels are normalised to equal contrast (see NOISE) first, which undoes the weights that features give to colours
+    (green most): in a field leaves differ from one another in green, but plants from soil in all channels.
     """
     chosen = colours.reshape(-1, colours.shape[2]) if weight is None else colours[weight > 0]
     n = len(chosen)
@@ -144,7 +145,7 @@ def _first_component(colours: Array, weight: Floats | None) -> Floats | None:
     mean = x.sum(axis=0) / n
     covariance = x.T @ x / n - np.outer(mean, mean)
     deviation = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
-    if deviation.max() ** 2 < 0.25 / n:  # less than one px that differs by 1
+    if deviation.max() ** 2 < 0.25 / n:  # less variance than one pixel that differs by 1
         return None
     deviation = np.maximum(deviation, NOISE * deviation.max())
     correlation = covariance / np.outer(deviation, deviation)
@@ -198,7 +199,7 @@ def _first_minima(correlation: Floats) -> list[int]:
     angle = np.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS
     lag = np.arange(reach + 1)
     profile = np.rint(GRAIN * _between(correlation, reach + np.sin(angle) * lag, reach + np.cos(angle) * lag))
-    # A profile starts high: its first low minimum is where it first rises again from a low value.
+    # A profile starts at 1, so its first low minimum is where it first rises again from a low value.
     dip = (profile[:, :-1] < LOW * GRAIN) & (profile[:, 1:] > profile[:, :-1])
     dip[:, 0] = False  # lag 0 is no minimum: the smoothing lowers it for one-pixel patterns
     return [int(np.argmax(row)) for row in dip]
@@ -206,7 +207,7 @@ def _first_minima(correlation: Floats) -> list[int]:
 
 Spans = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-FLAT = 1e-9  # of the largest variance: less is rounding
+FLAT = 1e-9  # variances below this share of the largest are rounding errors
 
 
 def autocorrelation(
@@ -214,7 +215,7 @@ def autocorrelation(
 ) -> tuple[Floats, Floats]:
     """Return the normalised correlation of a picture with itself at every offset, and how many pixels overlap.
 
-    A channel is weighted by its contrast in the overlap, so a constant one counts nothing.
+    Channels are weighted by their variance in the overlap, so a constant one has no weight (eq. 3.13).
 
     Parameters
     ----------
@@ -227,13 +228,13 @@ def autocorrelation(
     Returns
     -------
     correlation, pairs : float64 arrays, shape (2 rows + 1, 2 columns + 1)
-        Offset 0 is in the middle, where the correlation is 1 unless the picture is constant. Both are the
-        same at opposite offsets. `pairs` holds whole numbers.
+        Offset 0 is in the middle, where the correlation is 1 unless the picture is constant. Both are equal at opposite
+        offsets. `pairs` holds whole numbers: the pixels that overlap at each offset, and are usable in both.
     """
     rows, columns = (min(n - 1, r) for n, r in zip(picture.shape[:2], reach or picture.shape[:2], strict=True))
     down, right = np.arange(rows + 1), np.arange(-columns, columns + 1)
     size = _padded(picture.shape, down, right)
-    f = picture.reshape(*picture.shape[:2], -1).astype(np.float64)  # less the mean: rounding errors shrink
+    f = picture.reshape(*picture.shape[:2], -1).astype(np.float64)  # less the mean below: rounding errors shrink
     if usable is None:
         f = f - f.mean(axis=(0, 1))
         here, there = (
@@ -257,7 +258,7 @@ def autocorrelation(
 
         pairs = np.rint(both_ways(mask)[0])
     half = _correlation(f, pairs, both_ways, (down, right), size)
-    half[0, :columns] = half[0, :columns:-1]  # opposite offsets agree to the last bit
+    half[0, :columns] = half[0, :columns:-1]  # opposite offsets are equal to the last bit
     return _mirrored(half), _mirrored(pairs)
 
 
@@ -308,7 +309,7 @@ def _at_lags(sums: Floats, down: Array, right: Array) -> Floats:
 
 
 def _span(lag: Array, length: int) -> Spans:
-    """Return first and last + 1 of `length` rows that overlap with themselves moved by `lag`."""
+    """Return the first and one past the last of `length` rows that overlap with themselves moved by `lag`."""
     return np.maximum(lag, 0), np.minimum(lag + length, length)
 
 

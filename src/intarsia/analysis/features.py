@@ -1,10 +1,10 @@
 """Feature vectors for matching: every exemplar as an int16 picture, normalised to the range of all exemplars.
 
-Matching does not use the pixels themselves: 8-bit, 16-bit and float planes of equal content give the same
-features, and so the same map (law 13). All steps are integer arithmetic, or single IEEE operations.
+Matching does not use pixel values themselves: 8-bit, 16-bit and float planes of equal content give the same features
+and the same map. All steps are integer arithmetic, or single IEEE operations, so equal on every machine.
 
-Numbers have one unit for all exemplars, and outliers are clipped: heights may be metres, millimetres or shares, and
-hold a hole of -1e30, and the contrast of the rest must remain. No 8-bit picture is ever clipped.
+Float planes are counted in a unit that is common to all exemplars, and outliers are clipped: heights may be in metres,
+millimetres or shares of 1, and mark holes by -1e30, without loss of contrast elsewhere. No 8-bit picture is clipped.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 else:  # imported where outlines and courses are used
     oriented_energy = lazy("intarsia.analysis.oriented_energy")
 
-MOST_SPREAD = 256  # the range of all values over that of 998 of 1000, at most; 8 bits resolve no more
+MOST_SPREAD = 256  # largest ratio of the full range to the inner range, of 998 of 1000 values, without clipping
 
 
 def as_integers(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple[list[Int32], int]:
@@ -58,8 +58,8 @@ def as_integers(planes: Sequence[Plane], usable: Sequence[Mask | None]) -> tuple
 def robust_range(values: Sequence[Array]) -> Pair:
     """Return least and greatest of whole numbers, clipped if there are far outliers.
 
-    If they span over 256 times the range without one of a thousand at either end, that range is returned,
-    widened by itself on both sides.
+    The inner range leaves out one of a thousand values at either end. If the full range is more than MOST_SPREAD times
+    as large, the inner range is returned, extended by its own length on both sides.
     """
     low, high = _extremes(values)
     if high - low <= MOST_SPREAD:
@@ -75,14 +75,14 @@ def _extremes(values: Sequence[Array]) -> Pair:
     return min(int(v.min()) for v in values), max(int(v.max()) for v in values)
 
 
-RANGE = 1023
+RANGE = 1023  # largest feature of the base plane: 10 bits
 LUMINANCE = (0.30, 0.59, 0.11)  # weights of red, green and blue (Robinson 2004)
-MAX_LABELS = 16
-FARTHEST = 256 * RANGE  # distance of black from the exemplar's own range, at most: sums of its squares stay exact
+MAX_LABELS = 16  # labels of a plane that get a channel each; more are compared as numbers
+FARTHEST = 256 * RANGE  # largest absolute feature of the value 0, so that sums of its squares stay exact
 
 
 def labels_of(planes: list[Plane]) -> Int32 | None:
-    """Return the labels that occur; None for other planes, or if they are too many for a channel each."""
+    """Return the labels that occur in planes; None for other kinds, or if there are more than MAX_LABELS."""
     if planes[0].kind is not Kind.LABEL or planes[0].channels > 1:
         return None
     names = np.unique(np.concatenate([np.unique(code_values(p)) for p in planes]))
@@ -101,6 +101,7 @@ def values_of(codes: Int32, plane: Plane, labels: Int32 | None = None) -> Int32:
 
 
 def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
+    """Return values of a plane at the size of the base plane: averaged over blocks, or enlarged."""
     s = values.shape[0] // exemplar.height
     if s > 1:
         return np.asarray(block_sums(values, s) // (s * s), np.int32)
@@ -110,9 +111,9 @@ def at_base_size(values: Int32, exemplar: Exemplar) -> Int32:
 def normalised(
     values: list[Int32], exemplars: Exemplars, plane: Plane, zero: int
 ) -> tuple[list[Int32], Int32, bool]:
-    """Normalise to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
+    """Return pictures normalised to 0 .. RANGE over all exemplars; normal maps to -RANGE/2 .. RANGE/2 around flat.
 
-    Return the pictures, the result for a pixel of value 0, counted as `zero` (1, 1, C), and True for a normal map.
+    Also returns what becomes of a pixel of value 0, whose code is `zero`, (1, 1, C), and True for a normal map.
     """
     black = np.zeros((1, 1, values[0].shape[2]), np.int32)
     usable = [v for v in _usable(values, exemplars) if v.size]
@@ -161,7 +162,7 @@ def multiplied(values: Int32, factor: float) -> Int32:
 
 
 def _usable(values: Sequence[Array], exemplars: Exemplars) -> list[Array]:
-    """Return the usable pixels of each picture, (n, C); without indexing if all are."""
+    """Return the usable pixels of each picture, (n, C), without a copy if all are usable."""
     both = zip(values, exemplars, strict=True)
     return [v.reshape(-1, v.shape[2]) if e.usable is None else v[e.usable] for v, e in both]
 
@@ -173,8 +174,8 @@ def variance_of(values: Sequence[Array], exemplars: Exemplars) -> float:
 
 
 OTHER_PLANES = 0.5  # variance of every further plane of weight 1, relative to the base plane
-OUTLINES, SLOW = 0.5, 0.3  # weight of outlines: their deviation over that of colour; factor of slow colour
-SLOW_REACH = 20  # slow colour is averaged over three squares of twice this part of the shorter side
+OUTLINES, SLOW = 0.5, 0.3  # at weight 1: deviation of outlines over that of colour; factor of slow colour
+SLOW_REACH = 20  # slow colour is averaged three times over squares of radius 1/20 of the shorter side
 
 T = TypeVar("T")
 
@@ -196,7 +197,7 @@ class Features:
     _memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def brightness(self, feats: Int16, known: UInt8) -> int:
-        """Return the sum of a window's squared features where it is known, relative to black."""
+        """Return the sum of a window's squared differences from black over known pixels, in the base channels."""
         above = (feats[:, :, : self.base].astype(np.int64) - self.black[: self.base]) * known[:, :, None]
         return int((above * above).sum())
 
@@ -209,7 +210,7 @@ class Features:
 
     @property
     def level(self) -> Int16:
-        """The first picture without the slopes of normals, which differ in sign on the two sides of a joint."""
+        """The first picture without the x and y of normals, which differ in sign on the two sides of a joint."""
         return np.delete(self.pictures[0], [k + axis for k in self.normals for axis in (0, 1)], axis=2)
 
     def posed(self, number: int, pose: int) -> Int16:
@@ -218,7 +219,7 @@ class Features:
 
 
 def in_isometry(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Array:
-    """Return features (H, W, ..., C) in an isometry; `normals` as in :class:`Features`."""
+    """Return features (H, W, ..., C) transformed by isometry `pose`; `normals` as in :class:`Features`."""
     picture = transformed(picture, pose)
     if pose and normals:
         picture = picture.copy()
@@ -231,7 +232,7 @@ def in_isometry(picture: Array, pose: int, normals: tuple[int, ...] = ()) -> Arr
 
 
 def transformed(array: Array, pose: int) -> Array:
-    """Return an array (H, W, ...) in one of the eight isometries (Multrus 2003, 4.1.1)."""
+    """Return a view of an array (H, W, ...) in isometry `pose`, 0 to 7 (Multrus 2003, 4.1.1)."""
     (a, b), (c, d) = ISOMETRIES[pose].j
     return (np.swapaxes(array, 0, 1) if b else array)[:: a + c, :: b + d]
 
@@ -239,10 +240,12 @@ def transformed(array: Array, pose: int) -> Array:
 def features(
     exemplars: Exemplars, weights: tuple[float, ...] | None = None, structure: float = 0.0
 ) -> Features:
-    """Return the features of the exemplars; `weights` are those of channels of the base plane; planes have their own.
+    """Return the features of the exemplars, cached.
 
-    `structure` appends the distance of each pixel to outlines, and the colours of the base plane averaged
-    over a tenth of the exemplar: 1 gives outlines half of the deviation of colour, and multiplies slow colours by 0.3.
+    `weights` are those of the channels of the base plane (:func:`channel_shares`); weights of planes are properties of
+    the exemplars. A positive `structure` appends, for the search only, the distance of each pixel to outlines, and the
+    colours of the base plane averaged over about a tenth of the exemplar ("slow colour"): 1 gives the distance half
+    the standard deviation of colour, and multiplies slow colours by 0.3.
 
     Raises
     ------
@@ -316,7 +319,7 @@ def _features(exemplars: Exemplars, weights: tuple[float, ...] | None) -> Featur
                 "make-up."
             )
     weights_of = {name: math.sqrt(exemplars[0].weight(name)) for name in layout}
-    most = max(1.0, *weights_of.values())  # so that no plane exceeds the range
+    most = max(1.0, *weights_of.values())  # weights are relative to the largest, so that no plane exceeds the range
     stacks: list[list[Int32]] = []  # planes, of every exemplar
     normals, black = list[int](), list[int]()
     base_variance, channels, base = 0.0, 0, 0
@@ -343,7 +346,7 @@ def _features(exemplars: Exemplars, weights: tuple[float, ...] | None) -> Featur
     pictures = []
     for e, *stack in zip(exemplars, *stacks, strict=True):
         picture = np.concatenate(stack, axis=2).astype(np.int16)
-        if e.usable is not None and e.usable.any():  # a wholly unusable one lies under a start map: it is matched
+        if e.usable is not None and e.usable.any():  # if none is usable, a start map is matched
             picture[~e.usable] = 0
         pictures.append(picture)
     return Features(tuple(pictures), tuple(normals), tuple(black), base)
@@ -355,5 +358,5 @@ def _layout(exemplar: Exemplar) -> dict[str, tuple[Kind, int, float]]:
 
 
 def contrast(feats: Features, exemplars: Exemplars) -> float:
-    """Return the sum of the variances of all channels."""
+    """Return the sum of the variances of all channels of features."""
     return variance_of(feats.pictures, exemplars)

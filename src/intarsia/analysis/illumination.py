@@ -1,6 +1,6 @@
 """Uneven illumination of an exemplar: a low-order polynomial is fitted to log luminance, measured and divided out.
 
-In a photograph that is brighter on one side patches become visible. The mean luminance stays.
+If a photograph is brighter on one side, its patches become visible in the result. The gain divided out is 1 on average.
 
 Source: no paper of its own; Lopez Recas 2011 names uneven light as future work (chapter 6). Departures: none.
 """
@@ -19,18 +19,18 @@ from ..model.image import Kind, Plane
 from ..rendering import from_linear, to_linear
 from .features import LUMINANCE
 
-PARTS = 8  # along each side: parts are averaged, so that what is measured is slow
-ORDER = 2  # of the polynomial: a gradient and a vignette; higher orders are texture
-TERMS = 5  # of such a polynomial, but for its mean
+PARTS = 8  # parts along each side, over which luminance is averaged, so that only slow variation is measured
+ORDER = 2  # of the polynomial, for a gradient and a vignette; higher orders fit the texture
+TERMS = 5  # coefficients of such a polynomial, without the constant
 # Of 92 textures one is reported: with half the share four, with double none; with a factor of 1.2 two, with 1.8 none.
-LEAST_SHARE = 0.3  # of the differences between parts that must be illumination,
-LEAST_FACTOR = 1.4  # and how many times brighter it must be on one side than on the other: half a stop
-EXTREMES = (2, 98)  # percent: the corners of the polynomial are left out
-DARK = 1e-3  # of the largest luminance: darker px count as this dark
-COARSE = 1 << 20  # factors of the polynomial are whole multiples of 1 / COARSE: solvers differ in the last bits,
-EVEN = 1e-12  # variance of log luminance: what rounding leaves of a constant
-ALIKE = 1e-10  # terms that so few parts cannot separate count as one; products of doubles are exact to 1e-15
-GAIN_STEPS = 1 << 20  # gains are whole multiples of 1 / GAIN_STEPS: logarithms differ by a bit between machines
+LEAST_SHARE = 0.3  # share of the variance of parts from which illumination is reported as uneven,
+LEAST_FACTOR = 1.4  # if the brightest parts are also this many times as bright as the darkest: half a stop
+EXTREMES = (2, 98)  # percentiles that stand for darkest and brightest, which leaves out corners of the polynomial
+DARK = 1e-3  # relative to the largest luminance: smaller means are raised to this before the logarithm
+COARSE = 1 << 20  # coefficients are rounded to multiples of 1 / COARSE, as solvers differ in the last bits
+EVEN = 1e-12  # variance of log luminance below which a picture is constant but for rounding
+ALIKE = 1e-10  # relative size of singular values taken as 0, of terms that few parts cannot separate; rounding: 1e-15
+GAIN_STEPS = 1 << 20  # gains are rounded to multiples of 1 / GAIN_STEPS, as logarithms differ between machines
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Illumination:
     Attributes
     ----------
     share : float
-        0 to 1: R^2 of the surface for the mean luminance of parts, adjusted for the number of elements.
+        0 to 1: R^2 of the surface for the log mean luminance of parts, adjusted for the number of elements.
     factor : float
         Ratio of the brightest to the darkest parts of the surface, in linear light.
     """
@@ -55,11 +55,11 @@ class Illumination:
 
 
 def illumination_of(exemplar: Exemplar, element: float) -> Illumination:
-    """Return the illumination of an exemplar with elements of `element` px; none if it has no colours."""
+    """Return the illumination of an exemplar with elements of `element` px; even if it lacks colours or elements."""
     if exemplar.base.kind is not Kind.COLOUR:
         return Illumination(0.0, 1.0)
     light, visible = _visible_light(exemplar)
-    apart = min(PARTS * PARTS, visible.sum() / max(element, 1.0) ** 2)  # elements, or parts, that are lit apart
+    apart = min(PARTS * PARTS, visible.sum() / max(element, 1.0) ** 2)  # independent samples: elements or parts
     if apart <= TERMS + 1:
         return Illumination(0.0, 1.0)
     found = fit_illumination(light, visible)
@@ -122,18 +122,18 @@ def _visible_light(exemplar: Exemplar) -> tuple[Floats, Mask]:
 
 
 class FittedIllumination(NamedTuple):
-    """Illumination: divided by the gain, a picture is even; multiplied by it, it is as it was."""
+    """Illumination as a gain: a picture divided by it is evenly lit."""
 
     gain: Floats  # (H, W), 1 on average
-    strength: float  # R^2, 0 to 1: share of the variance of log luminance; below 0.1 negligible
+    strength: float  # R^2, 0 to 1: share of the variance of the parts' log luminance; below 0.1 negligible
 
 
 def fit_illumination(light: Floats, visible: Mask) -> FittedIllumination:
     """Return the illumination of scene-linear colours (H, W, 1 or 3), which are 0 where not visible.
 
-    The surface is fitted to the mean luminance of PARTS parts along each side, at most one a px: so the dark px of
-    joints and shadows, which illumination hardly changes in most photographs, have little weight. The gain is
-    extrapolated where nothing is visible.
+    The surface is fitted to the mean luminance of PARTS parts along each side, fewer if it has fewer px. In these means
+    the dark pixels of joints and shadows, which illumination hardly changes in most photographs, have little weight.
+    The gain is extrapolated where nothing is visible.
     """
     luminance = light @ np.array(LUMINANCE if light.shape[2] == 3 else (1.0,))
     if luminance.max() <= 0:
@@ -146,9 +146,9 @@ def fit_illumination(light: Floats, visible: Mask) -> FittedIllumination:
 
 
 def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
-    """Return a polynomial of x and y fitted to log luminance, less its mean, and R^2.
+    """Return a polynomial of x and y without constant fitted to the log luminance of parts, and its R^2.
 
-    Legendre polynomials keep the normal equations well behaved on sides of any length.
+    Legendre polynomials keep the normal equations well conditioned on sides of any length.
     """
     rows, columns = (
         np.polynomial.legendre.legvander((2 * np.arange(n) + 1.0) / n - 1, ORDER) for n in luminance.shape
@@ -166,7 +166,7 @@ def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
         return np.zeros(luminance.shape), 0.0
     factors = np.linalg.lstsq(centred @ centred.T, centred @ target, rcond=ALIKE)[0]
     left = target - factors @ centred
-    # Terms are added one by one, in whole multiples of 1 / COARSE: sums of products differ between machines.
+    # Terms are added one by one, with rounded coefficients, as sums of products differ between machines.
     surface = np.zeros(luminance.shape)
     for factor, term, mean in zip(np.rint(factors * COARSE) / COARSE, basis, middle[:, 0], strict=True):
         surface += factor * (term - np.rint(mean * COARSE) / COARSE)
@@ -174,7 +174,7 @@ def _surface(luminance: Floats, visible: Mask) -> tuple[Floats, float]:
 
 
 def _averaged(layers: Floats, known: Mask) -> tuple[Floats, Floats]:
-    """Return the means over parts that are mostly known: of all layers but the last (n, parts), and of the last."""
+    """Return the means of layers over parts of which more than half is known: all but the last (n, parts), the last."""
     height, width = known.shape
     down, across = min(PARTS, height), min(PARTS, width)
     means = []

@@ -1,18 +1,19 @@
 """Oriented energy of exemplars: distance to outlines (joints, cracks, edges), and the lines between courses.
 
-Along an outline the picture changes across one direction and not along it, over some length. So long even and
-odd filters are applied in many directions, and of the strongest response only the excess over the mean of all
-directions counts: grain responds equally to all. The distance to an outline is larger where the outline is less
-sure; there is no threshold for outlines.
+At an outline the picture changes across one direction and is constant along it, over some length. Elongated even and
+odd filters are therefore applied in 12 directions; the response of a direction is the root of the sum of their squared
+outputs over all channels (oriented energy). The measure of an outline is the excess of the strongest response over the
+mean of all directions, as grain responds equally to all. Its sureness is the excess relative to a high quantile of the
+picture, 0 to 1. The distance to outlines used for matching starts from higher values at less sure ones, so there is no
+threshold for outlines.
 
 Source: our own, after oriented energy (Morrone and Owens 1987; Freeman and Adelson 1991) and the distance to features
 as a channel to compare (Wu and Yu 2004; Lefebvre and Hoppe 2006, section 3). All decisions are in whole numbers.
 
-Lines run across an exemplar from side to side: joints between courses of stones, boards or tiles. One by one the path
-with the highest sum of outlines in its direction is found; it bends where courses do, and has a least distance to the
-others. They are courses if such lines cover the whole exemplar, and outlines in their direction lie on
-them rather than between: wood, bark and cloth have lines anywhere. Paths are found by dynamic programming, as seams are
-(Efros and Freeman 2001).
+Lines between courses (of stones, boards or tiles) run from one side of an exemplar to the other. The path with the
+highest sum of sureness of outlines close to its direction is found by dynamic programming, like seams (Efros and
+Freeman 2001), then the next at a least distance from the first, and so on. The exemplar has courses if such lines cover
+all of it, and outlines of their direction lie on them rather than between them: those of wood, bark and cloth do not.
 """
 
 from __future__ import annotations
@@ -29,32 +30,32 @@ from ..foundation.filters import fast_length, lowest
 from ..kernels import shortest_paths
 from . import block_sums, enlarged, factor_for
 
-DIRECTIONS = 12
-ACROSS, ALONG = 1.8, 6.0  # px of a filter, in an exemplar of USUAL px
-USUAL, LEAST = 256, 0.75  # filters grow with the exemplar, and never below three quarters
-TAPS = 4096  # sum of what a filter multiplies by
-SURE = 256  # sureness of outlines whose excess is at the quantile RANKED
-RANKED = 0.93  # of all pixels, or more
+DIRECTIONS = 12  # of a half circle, 15 degrees each
+ACROSS, ALONG = 1.8, 6.0  # px: sigmas of a filter across and along its direction, in an exemplar of USUAL px
+USUAL, LEAST = 256, 0.75  # px of the shorter side at which the scale of filters is 1; smallest scale
+TAPS = 4096  # sum of the absolute values of a filter, about
+SURE = 256  # sureness 1, of outlines whose excess is at the quantile RANKED or above
+RANKED = 0.93  # quantile of the excess over all pixels
 AXES = ((11, 0, 1), (5, 6, 7))  # directions within 15 degrees of rows, and of columns
-REACH = 0.07  # of the shorter side: greatest distance
-STRAIGHT, SLANTED = 5, 7  # a step of a px, and one to a corner, in fifths of a px
+REACH = 0.07  # greatest distance to an outline, relative to the shorter side
+STRAIGHT, SLANTED = 5, 7  # fifths of a px: length of a step along an axis, and of a diagonal one
 
 
 class Outlines(NamedTuple):
-    """Responses of the filters in every pixel (H, W) of a picture, reduced `factor` times."""
+    """Responses of the filters in every pixel (H, W) of a picture, reduced by `factor`."""
 
-    excess: Int64  # of the strongest direction over the mean of all
-    mean: Int64
-    along: Int64  # (2, H, W): the same of the directions close to rows, and to columns
+    excess: Int64  # of the strongest response over the mean of all directions, at least 0
+    mean: Int64  # response, over all directions
+    along: Int64  # (2, H, W): the excess of the strongest direction close to rows, and close to columns
     factor: int
 
     @property
     def share(self) -> float:
-        """How much of all changes are outlines: the mean excess over the mean response."""
+        """The share of outlines in all changes: the sum of the excess over the sum of the mean response."""
         return int(self.excess.sum()) / max(int(self.mean.sum()), 1)
 
     def sure(self, excess: Int64) -> Int64:
-        """Return the sureness of outlines of such an excess: 0 to SURE."""
+        """Return the sureness, 0 to SURE, for values of the excess, relative to the quantile RANKED of this picture."""
         ranked = np.sort(self.excess, axis=None)
         return np.minimum(SURE * excess // max(int(ranked[int(RANKED * (len(ranked) - 1))]), 1), SURE)
 
@@ -75,7 +76,8 @@ def outlines_of(picture: Int16, usable: Mask | None, toroidal: bool) -> Outlines
 def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> Int32:
     """Return the distance of the pixels of a picture of this shape to its outlines: (H, W), in fifths of a px.
 
-    0 on the surest outlines, at most 7 % of the shorter side.
+    At most 7 % of the shorter side. Each pixel starts with that, less its share by sureness (0 at sureness SURE); then
+    the distance transform takes the minimum over pixels of the start value there plus the distance.
     """
     reach = max(1, round(REACH * min(found.excess.shape)))
     far = _nearest(STRAIGHT * reach * (SURE - found.sure(found.excess)) // SURE, reach, toroidal)
@@ -83,7 +85,7 @@ def outline_distance(found: Outlines, shape: tuple[int, ...], toroidal: bool) ->
 
 
 def _filter_responses(picture: Int16, toroidal: bool) -> tuple[Array, Array, Array]:
-    """Return the responses of the filters in every pixel: the most, those along axes, and the mean of all; int64."""
+    """Return the responses of the filters: the greatest, that close to each axis, and the mean of all; int64."""
     scale = max(min(picture.shape[:2]) / USUAL, LEAST)
     filters = [_filter(k, scale) for k in range(DIRECTIONS)]
     radius = filters[0].shape[0] // 2
@@ -129,7 +131,7 @@ def _filter(number: int, scale: float) -> NDArray[np.complex128]:
 
 
 def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
-    """Return the distance transform of `far` by steps to the eight neighbours, at most `steps` of them."""
+    """Return the chamfer distance transform of `far`: the least value plus path length, over at most `steps` steps."""
     most, far = int(far.max(initial=0)), far.astype(np.int32)
     (h, w), sides = far.shape, (0, 1, 2)
     for _ in range(steps):
@@ -145,20 +147,20 @@ def _nearest(far: Array, steps: int, toroidal: bool) -> Array:
     return far
 
 
-BEND = SURE  # a step aside by one px costs as much as one px of the surest outline gains
-CLOSE = 24, 6  # least distance of lines: this part of the shorter side, and so many px
-LEAST_LINE = 0.5  # sureness of a line, bends subtracted. Of all that are found in 80 photographs a third has more
-ENDS = 4, 0.125  # a line needs this sureness in each of so many parts; of lines of eleven walls 0.16 and more
-FEWEST = 3  # lines
-WIDEST = 3  # no course is higher than this part of the exemplar
-CLEAR = 4.3  # times as sure on lines as halfway between. Of seven walls 4.7 to 21; of ripples 4.0, bark 2.8, cloth 2.3
+BEND = SURE  # cost of a step of a line to the next row: what 1 px of the surest outline gains
+CLOSE = 24, 6  # least distance of lines: 1/24 of the shorter side, at least 6 px
+LEAST_LINE = 0.5  # least mean sureness of a line, bends subtracted; a third of the lines in 80 photographs has more
+ENDS = 4, 0.125  # least mean sureness in each quarter of a line; the lines of eleven walls have 0.16 and more
+FEWEST = 3  # lines of an exemplar with courses, at least
+WIDEST = 3  # no course may be higher than 1 / WIDEST of the exemplar
+CLEAR = 4.3  # least ratio of sureness on lines to between; seven walls 4.7 to 21, ripples 4.0, bark 2.8, cloth 2.3
 
 
 class CourseLines(NamedTuple):
-    """Lines between courses, in order.
+    """The K lines between the courses of an exemplar, from the top or the left.
 
     ``axis``: 0 where they run along rows, 1 where along columns; ``at`` (K, n) int32: of every line the row in each
-    column, or the column in each row, px; ``clear``: ratio of the sureness on them to that between them.
+    column, or the column in each row, px; ``clear``: ratio of the mean sureness on lines to that between them.
     """
 
     axis: int
@@ -167,12 +169,12 @@ class CourseLines(NamedTuple):
 
     @property
     def heights(self) -> list[int]:
-        """Mean heights of the courses between them, px."""
+        """Mean heights of the courses between neighbouring lines, px."""
         return [round(int(gap.sum()) / gap.size) for gap in np.diff(self.at, axis=0)]
 
     @property
     def told(self) -> str:
-        """The courses between them, in words."""
+        """The number of lines and the sizes of the courses between them, in words."""
         low, high = min(self.heights), max(self.heights)
         size = f"{low} to {high}" if low < high else f"{low}"
         return f"{len(self.at)} lines run across it between courses {size} px {('high', 'wide')[self.axis]}"
@@ -190,7 +192,10 @@ def course_lines_of(found: Outlines, shape: tuple[int, ...], toroidal: bool) -> 
 
 
 def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:
-    """Return the lines above and below every pixel of a picture n px high, (n, W) each."""
+    """Return the rows of the lines above and below every pixel of a picture n px high, (n, W) each.
+
+    Beyond the first and last line, lines are repeated at the mean height of courses; on a torus they wrap.
+    """
     if toroidal:
         at = np.concatenate([at[-1:] - n, at, at[:1] + n])
     else:
@@ -206,8 +211,8 @@ def _around(at: Array, n: int, toroidal: bool) -> tuple[Array, Array]:
 def surest_line(sure: Array, bend: int) -> tuple[Array, int]:
     """Return the path from left to right with the highest sum of `sure` (H, W): its row in every column (W,), its sum.
 
-    From column to column it keeps its row, or goes one up or down, which costs `bend`. Of equal
-    paths it is the one that ends uppermost, and keeps its row longest before its end.
+    From column to column it keeps its row, or moves to the next row up or down, which costs `bend`. Of equal paths it
+    is the one that ends uppermost, and that keeps its row longest before its end.
     """
     total = shortest_paths.accumulate(np.ascontiguousarray(-sure.T), bend)
     end = int(total[-1].argmin())
@@ -218,7 +223,7 @@ def _along(axis: int, sure: Array, toroidal: bool) -> CourseLines | None:
     """Return the lines between courses along one axis, found in the order of their sureness; None if there are none."""
     sure = np.ascontiguousarray(sure if axis == 0 else sure.T)
     (h, w), close, y = sure.shape, max(min(sure.shape) // CLOSE[0], CLOSE[1]), np.arange(sure.shape[0])[:, None]
-    left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # on a torus lines end as they begin
+    left = np.concatenate([sure] * 2, axis=1) if toroidal else sure.copy()  # two periods: lines close on a torus
     found, length = list[Array](), left.shape[1]
     while (best := surest_line(left, BEND))[1] >= LEAST_LINE * SURE * length:
         line = np.roll(best[0][w // 2 : w // 2 + w], w // 2) if toroidal else best[0]
@@ -239,13 +244,13 @@ def _along(axis: int, sure: Array, toroidal: bool) -> CourseLines | None:
 
 
 def _goes_through(sure: Array) -> bool:
-    """Return whether a line with such sureness along it has no gap."""
+    """Return whether the mean sureness `sure` (W,) of a line is large enough in each of its ENDS[0] parts."""
     parts = np.array_split(sure, ENDS[0])
     return all(int(part.sum()) >= ENDS[1] * SURE * len(part) for part in parts)
 
 
 def _clear(sure: Array, at: Array, toroidal: bool) -> float:
-    """Return the ratio of the sureness on lines to that about halfway between two of them."""
+    """Return the ratio of the mean sureness within 1 px of lines to that in the middle four tenths between them."""
     h = len(sure)
     above, below = _around(at.astype(np.int64), h, toroidal)
     up, down = np.arange(h)[:, None] - above, below - np.arange(h)[:, None]

@@ -1,14 +1,14 @@
 """Saliency of exemplar pixels and rarity of patches: nearest-neighbour distance of local statistics, at several scales.
 
-A brown leaf on a lawn is salient, and so is each repetition of it. The mean colour and the local deviation around a
-spot are compared with those of spots elsewhere, after whitening: the saliency is the distance to the nearest
-neighbours. Rosenholtz ("A simple saliency model predicts a number of motion popout phenomena", Vision Research 1999)
-likewise measures the distance of a feature to the distribution of features.
+A brown leaf on a lawn is salient, and so is each repetition of it. Local statistics of spots (mean features and
+deviation in a neighbourhood) are whitened, and compared with those of spots elsewhere: the saliency is the distance to
+one of the nearest neighbours in this space. Rosenholtz ("A simple saliency model predicts a number of motion popout
+phenomena", Vision Research 1999) likewise measures the distance of a feature to the distribution of features.
 
-Whole patches are compared, too, by their mean colours on a coarse grid: a patch with a brown leaf, a knot or a door is
-rare if nothing else in the exemplar is similar. That is our remedy for the failing repetition control of Multrus 2003
-on exemplars with one salient element (patch-based sampling, prevention of repetitions); in it blades of grass hide
-the leaf.
+The rarity of whole patches is measured by their mean colours on a coarse grid: a patch with a brown leaf, a knot or a
+door is rare if nothing else in the exemplar is similar. It replaces the repetition control of Multrus 2003 (patch-based
+sampling, prevention of repetitions), which fails on exemplars with one salient element: in its measure the variation of
+the blades of grass hides the leaf.
 
 The distance to the k-th nearest neighbour as a measure of being an outlier: Ramaswamy, Rastogi and Shim, "Efficient
 algorithms for mining outliers from large data sets", SIGMOD 2000.
@@ -28,18 +28,18 @@ from . import FINE, block_sums, enlarged, factor_for, reduced, running_sums
 
 MEDIAN = 256  # saliency of the median spot
 FAR = 1 << 12  # beyond all features
-MOST = 16 * MEDIAN  # and no spot more
+MOST = 16 * MEDIAN  # largest saliency
 WORK_SIDE = 192  # px: larger exemplars are measured on reduced copies
-RADII = 2, 5, 9  # px: three times averaged over 2 r + 1 px, a Gaussian of about so many px
-ROOM = 8  # a scale needs an exemplar so many times as large
-ROWS = 1024  # spots that are compared at a time
-REFERENCES = 500  # spots with which all are compared
-NEIGHBOUR_RANK = 3, 200  # the rank of the neighbour whose distance counts: three in two hundred,
-LEAST_RANK = 3  # but no lower
-FLAT, SEEN = 3, 16  # px of a square that is uniform if colours vary by less, of 2046
-APART = 3  # radii: least distance of compared spots, which otherwise overlap
-LEAST_VARIANCE = 50  # directions with less than 1 / 50 of the total variance are amplified no further
-FIXED = 64  # distances are kept in 1/64 of a spread
+RADII = 2, 5, 9  # px r of the scales: three averages over 2 r + 1 px, about a Gaussian of sigma r
+ROOM = 8  # a scale is used if the shorter side is at least this many radii
+ROWS = 1024  # spots that are compared at a time, which limits memory
+REFERENCES = 500  # randomly chosen spots with which all spots are compared, at most
+NEIGHBOUR_RANK = 3, 200  # rank, from 0, of the neighbour whose distance counts: 3/200 of the references,
+LEAST_RANK = 3  # at least this
+FLAT, SEEN = 3, 16  # side, px, of the squares that are uniform if every channel varies by less than SEEN units
+APART = 3  # radii: least distance in the picture of spots that are compared; nearer ones overlap
+LEAST_VARIANCE = 50  # 1/50 of the total variance is added to each variance before whitening, against noise
+FIXED = 64  # whitened statistics are kept in 1/64 of a standard deviation
 NOWHERE = 1 << 30  # distance of spots that are not compared
 STAGE = 1999  # of the random numbers that choose the references
 
@@ -76,16 +76,16 @@ def saliency_map(
     return enlarged(out, picture.shape, factor)
 
 
-SALIENT = 2.0  # times the median: more is salient,
-RARE = 0.9  # if such a share of pixels is below; 0: of 48 sheets one preferred, six not (docs/design/passes.md)
+SALIENT = 2.0  # least saliency, relative to the median, of salient pixels
+RARE = 0.9  # share of all pixels that must be less salient; with 0, of 48 judged pairs 1 better, 6 worse (passes.md)
 MAX_WEIGHT = 64  # greatest weight (docs/design/passes.md)
 
 
 def saliency_weights(strikes: Sequence[Array], plain: float) -> Array:
     """Return the weights of all pixels of exemplars, end to end, from their :func:`saliency_map`.
 
-    1 and more where they are salient, growing with the square of the relative excess over the threshold, at most
-    MAX_WEIGHT; `plain` where they are not; 0 in uniform areas.
+    With e the relative excess of the saliency over the threshold (the greater of SALIENT and the quantile RARE), the
+    weight is 1 + (4 e)**2, at most MAX_WEIGHT, for e >= 0, and `plain` for e < 0; 0 in uniform areas.
     """
     far = np.concatenate([s.ravel() for s in strikes]) / MEDIAN
     bar = max(np.quantile(far, RARE, method="lower"), SALIENT)
@@ -105,7 +105,7 @@ def _uniform(picture: Array, usable: Mask | None, toroidal: bool) -> Mask:
 
 
 def local_statistics(picture: Array, usable: Mask | None, radius: int, toroidal: bool) -> tuple[Array, Array]:
-    """Return mean features and deviation around every pixel (H, W, C + 1), and the usable share of it, of 4096.
+    """Return mean features and deviation around every pixel, (H, W, C + 1), and the usable share in 1/4096, (H, W).
 
     Whole numbers below 2**53, in float64.
     """
@@ -158,9 +158,10 @@ def _at_scale(picture: Array, usable: Mask | None, radius: int, toroidal: bool) 
 
 
 def _whitened(spots: Array) -> Array:
-    """Return spots (n, C) whitened, in 1/FIXED, rounded.
+    """Return the statistics of spots (n, C) whitened, in 1/FIXED standard deviations, rounded.
 
-    By the Cholesky factor of their covariance, in single IEEE operations: equal on every machine.
+    By the Cholesky factor of their covariance plus a constant diagonal, computed in an order that is equal on every
+    machine.
     """
     n, count = len(spots), spots.shape[1]
     around = spots - spots.sum(axis=0) // n
@@ -186,8 +187,8 @@ def _relative_distance(
 ) -> Array:
     """Return the distance of every spot (n, C) to its neighbour of a rank, from 0, among `others`, 256 = the median.
 
-    Neighbours lie at least `apart` px away (on a torus of `size`), distances are at least `least`, and all are 256 if
-    fewer than `few` have a neighbour.
+    `at` (n, 2): places of spots in the picture, px. Neighbours lie at least `apart` px away in it along an axis, modulo
+    `size` if it is not 0. Distances are raised to `least`; all are 256 if fewer than `few` spots have a neighbour.
     """
     far = neighbour_distance(spots, at, others, apart, size, rank)
     known = far >= 0
@@ -216,7 +217,7 @@ def neighbour_distance(spots: Array, at: Array, others: Array, apart: int, size:
         for axis in range(2):
             away = np.abs(places[part, axis][:, None] - places[others, axis])
             beside &= (np.minimum(away, size[axis] - away) if size[axis] else away) < apart
-        if far.max() < NOWHERE:  # 32-bit integers are partitioned five times as fast
+        if far.max() < NOWHERE:  # partitioning is five times as fast in 32-bit integers
             far = far.astype(np.int32)
         far[beside] = none = np.inf if far.dtype.kind == "f" else NOWHERE
         best = np.partition(far, rank, axis=1)[:, rank]
@@ -225,13 +226,13 @@ def neighbour_distance(spots: Array, at: Array, others: Array, apart: int, size:
     return out
 
 
-MOST_RARE = 4 * MEDIAN  # greatest rarity: 4 times the median is unique
-NEIGHBOURS = 3  # k: the copy beside a repeat, or a pair of knots, must not make either common
+MOST_RARE = 4 * MEDIAN  # greatest rarity: patches at 4 times the median distance are unique
+NEIGHBOURS = 3  # k of the k-th nearest neighbour: a salient element that occurs two or three times is still rare
 CELLS = 4  # a patch is described by 4 x 4 mean colours
 PATCH_SIDE = 512  # px: patches of larger exemplars are measured on reduced copies
 SAMPLES = 1000  # patches compared: n * n distances take time
-FEW = 16  # fewer patches have no meaningful median
-VISIBLE = 1  # mean colours that differ less, in feature units, are equal: a thousandth of the range
+FEW = 16  # patches, at least, for a meaningful median
+VISIBLE = 1  # feature units, a thousandth of the range: smaller differences of mean colours count as this
 
 
 def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
@@ -249,7 +250,8 @@ def rarity(features: Int16, patch: int) -> tuple[Int32, int]:
     grid : int32 array, shape (ceil((H - patch + 1) / step), ceil((W - patch + 1) / step))
         ``grid[i, j]`` is the rarity of the patch whose upper left px is (i * step, j * step), in 1/256: 256
         is the median, 512 twice as far from similar patches, 1024 the most. All are 256 if
-        fewer than 16 patches exist, or all are equal; so is a patch that overlaps too many others.
+        fewer than 16 patches exist, or all are equal; so is a patch with
+        fewer than 3 others at least half a patch away.
     step : int
         The step of the grid, px: the smallest that gives at most 1000 patches.
     """

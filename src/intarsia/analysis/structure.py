@@ -9,7 +9,7 @@ import numpy as np
 
 from ..foundation.arrays import Array, Int16, Mask
 
-SEAMLESS = 1.3  # largest step over the border, relative to that between neighbours inside
+SEAMLESS = 1.3  # largest mean difference across a border, relative to that of neighbours inside, that counts as none
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Structure:
     Attributes
     ----------
     coherence : float
-        0 to 1: how much all edges run in one direction.
+        0 to 1: how far all edges have one direction, from the eigenvalues l1 >= l2 as (l1 - l2) / (l1 + l2).
     angle : float
         That direction, degrees: 0 to the right, 90 downwards.
     """
@@ -30,19 +30,19 @@ class Structure:
 
 @dataclass(frozen=True)
 class Border:
-    """The step over the borders, relative to that between neighbours inside; `rows`: over top and bottom."""
+    """The mean difference across the borders, relative to that of neighbours inside; inf if it is not known."""
 
-    rows: float
-    columns: float
+    rows: float  # from the bottom row to the top row
+    columns: float  # from the last column to the first
 
     @property
     def closed(self) -> bool:
-        """Whether the exemplar can be tiled."""
+        """Whether the exemplar can be tiled without visible seams, along both axes."""
         return max(self.rows, self.columns) <= SEAMLESS
 
 
 def structure_of(picture: Int16, usable: Mask | None) -> Structure:
-    """Return the orientation of edges, from the structure tensor of the sum of all channels."""
+    """Return the orientation of edges, from the structure tensor of the sum of all channels of a picture (H, W, C)."""
     total = picture.sum(axis=2, dtype=np.int64)
     if min(total.shape) < 3:
         return Structure(0.0, 0.0)
@@ -54,12 +54,15 @@ def structure_of(picture: Int16, usable: Mask | None) -> Structure:
     if yy + xx == 0:
         return Structure(0.0, 0.0)
     coherence = math.hypot(xx - yy, 2 * xy) / (xx + yy)
-    across = 0.5 * math.atan2(2 * xy, xx - yy)  # where the gradient points; edges run across it
+    across = 0.5 * math.atan2(2 * xy, xx - yy)  # direction of the gradient; edges are perpendicular to it
     return Structure(coherence, round(math.degrees(across) + 90, 1) % 180)
 
 
 def border_of(picture: Int16, usable: Mask | None) -> Border:
-    """Return the step over each pair of opposite borders relative to the mean step along that axis."""
+    """Return the mean difference across each pair of opposite borders, relative to that of neighbours along the axis.
+
+    A difference is summed over channels. `picture` (H, W, C); `usable` (H, W): pixels to compare.
+    """
     shares = []
     for axis in (0, 1):
         p = np.moveaxis(picture, axis, 0).astype(np.int64)

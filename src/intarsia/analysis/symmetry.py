@@ -1,10 +1,10 @@
 """Isometries under which a texture keeps its statistics: which mirrored and rotated patches may be used.
 
-Light from one side, grass that grows upwards or wood grain forbid some or all of the isometries; gravel allows
-all. The exemplar is divided into two halves like the colours of a checkerboard. The statistics of a transformed half
-and of the other half are compared with those of the two halves as they are: an isometry is allowed
-if it hardly increases their distance. All decisions are in whole numbers, and the same for the mirrored exemplar: it is
-first oriented with its darker sides at the top and at the left.
+Light from one side, grass that grows upwards or wood grain exclude some or all of the isometries; gravel allows all.
+The exemplar is divided into two halves, the light and the dark squares of a checkerboard. An isometry is allowed if the
+distance between the statistics of one transformed half and those of the other half is hardly larger than the distance
+of the two halves as they are. All decisions are in whole numbers, and the same for the mirrored exemplar: the exemplar
+is first oriented with its darker sides at the top and at the left.
 
 Source: Multrus 2003 leaves the choice of isometries to the user (4.1); the measurement is this project's own.
 """
@@ -22,29 +22,30 @@ from ..model import Exemplar, Exemplars, sampled
 from . import block_sums, blocks, valid_windows
 from .features import Features, features, in_isometry, transformed
 
-STAGE = 93  # of these random numbers
-# Halved and doubled on 29 textures without a lattice: on how many other isometries are allowed (docs/design/012).
-SIDE = 5  # of the patches compared, cells; 3: four, 9: eight
-SCALES = (1, 2, 4)  # px of a cell; without the last three allow more, with 8 none differs
-BLOCKS = (3, 4, 5)  # squares along an axis of the checkerboards; 3 alone: four, 3 to 8: three, 6 to 10: eight
-STATISTICS = 1 + len(SCALES)  # gradients, and patches of each scale
+STAGE = 93  # keeps these random numbers apart from others
+# After each value: on how many of 29 textures without a lattice other isometries are allowed with other values.
+SIDE = 5  # cells: side of the patches compared; 3: four, 9: eight
+SCALES = (1, 2, 4)  # px: sides of a cell; without 4 three textures allow more, with 8 in addition none differs
+BLOCKS = (3, 4, 5)  # squares along an axis of each checkerboard; 3 alone: four, 3 to 8: three, 6 to 10: eight
+STATISTICS = 1 + len(SCALES)  # numbers compared: gradients, and patches of each scale
 SAMPLES = 3000  # patches of each half at most; halved: one, doubled: five
-LOTS = 4  # of other patches by which gradients are compared; 1: two of four crops of granite are turnable, it is not
-LEAST_SAMPLES = 50  # fewer have no statistics; 1 to 400: the same, it matters for small exemplars
-DIRECTIONS = 28  # random projections, beside four ramps; halved: three, doubled: one
-TOLERANCE = (4, 3)  # so many times farther apart is still alike; 7 / 6: 13, 5 / 3: seven; 1.2 refuses noise
+LOTS = 4  # disjoint samples whose gradient distances are added; with 1 two of four crops of granite may be rotated
+LEAST_SAMPLES = 50  # patches of each half at least; 1 to 400: the same, as it matters for small exemplars only
+DIRECTIONS = 28  # random projections, in addition to four ramps; halved: three, doubled: one
+TOLERANCE = (4, 3)  # largest ratio of distances, 4 / 3; 7 / 6: 13, 5 / 3: seven; 1.2 excludes isometries of noise
 SUBGROUPS: tuple[tuple[int, ...], ...] = (
     (0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 6), (0, 3, 4, 6), (0, 5, 6, 7), (0, 1), (0, 2), (0, 3), (0, 4), (0, 6), (0,),
 )  # fmt: skip
 """The subgroups of the eight isometries."""
 MIRRORED = (0, 1, 2, 4, 3, 7, 6, 5)
-"""The isometry that corresponds to each one in the mirrored picture."""
+"""For each isometry p the one that acts on the mirrored picture as p does on the picture."""
 
 
 def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, ...]:
-    """Return the isometries that keep the statistics of all the exemplars, with the identity.
+    """Return the largest subgroup of isometries that keep the statistics of all exemplars; it contains the identity, 0.
 
-    `square`: False leaves out those that turn rows into columns, for patches that are not square.
+    Of equally large ones that of the least sum of distances. `square` False excludes isometries that exchange rows and
+    columns, for patches that are not square.
     """
     far = np.stack([e.memo("symmetry", partial(pose_distances, e)) for e in sampled(exemplars)])
     groups = [
@@ -56,9 +57,9 @@ def allowed_isometries(exemplars: Exemplars, square: bool = True) -> tuple[int, 
 
 
 def pose_distances(exemplar: Exemplar) -> Int64:
-    """Return the distances of one half to the other in each isometry: (STATISTICS, 8).
+    """Return the distances between the two halves of an exemplar with one of them in each isometry: (STATISTICS, 8).
 
-    By the directions of gradients, and by the patches at each of the scales.
+    Row 0: of histograms of gradients; the other rows: of patches at each of SCALES. Summed over the checkerboards.
     """
     feats, out = features([exemplar]), np.zeros((STATISTICS, 8), np.int64)
     vectors = {k + i for k in feats.normals for i in (0, 1)}
@@ -87,9 +88,9 @@ def _upright(bright: Array) -> int:
 
 
 def _halves(usable: Array, squares: int) -> tuple[Array, Array]:
-    """Return first cells (n, 2) of the usable patches in the light and in the dark squares of a checkerboard.
+    """Return the first cells (n, 2) of usable patches that lie wholly in light, and in dark squares of a checkerboard.
 
-    A patch lies in one square with all its cells.
+    `usable`: which cells are; `squares`: along each axis.
     """
     h, w = usable.shape
     free = valid_windows(usable.shape, usable, False, (SIDE, SIDE))
@@ -101,7 +102,7 @@ def _halves(usable: Array, squares: int) -> tuple[Array, Array]:
 
 
 def _subset(halves: tuple[Array, Array], number: int) -> list[Array]:
-    """Return equally many of both halves, evenly spaced, at most SAMPLES; lots of other numbers hold those between."""
+    """Return equally many evenly spaced patches of both halves, at most SAMPLES; other numbers give others."""
     count = min(*(len(half) for half in halves), SAMPLES)
     return [half[(LOTS * np.arange(count) + number) * len(half) // max(LOTS * count, 1)] for half in halves]
 
@@ -113,7 +114,10 @@ def _patches(picture: Array, at: Array) -> Array:
 
 
 def _of_patches(patches: list[Array], feats: Features) -> Array:
-    """Return the sliced Wasserstein distance of two sets of patches, one of them in each isometry: (8,)."""
+    """Return the sliced Wasserstein distance of two sets of patches, with one of them in each isometry: (8,).
+
+    Symmetrised: the sum of transforming the one and of transforming the other.
+    """
     axes = _directions(patches[0].shape[3], feats.normals)
     # Whole numbers below 2**53: exact in any order of summation.
     flat = [p.transpose(0, 1, 3, 2).reshape(-1, p.shape[2]).astype(np.float64) for p in patches]
@@ -127,9 +131,10 @@ def _of_patches(patches: list[Array], feats: Features) -> Array:
 
 @cache
 def _directions(channels: int, normals: tuple[int, ...]) -> Array:
-    """Return projections, ramps and random weights of sum 0: (8 * n, SIDE * SIDE * channels).
+    """Return the weights of projections of patches, of sum 0: four ramps and DIRECTIONS random ones.
 
-    In all isometries, one after the other: projecting a transformed patch is projecting with the inverse's weights.
+    (8 * n, SIDE * SIDE * channels): all n in isometry 0, then in 1 and so on. As projecting a transformed patch equals
+    projecting the patch with inversely transformed weights, the weights are transformed.
     """
     i = np.arange(SIDE) - SIDE // 2
     ramps = [np.add.outer(a * i, b * i) * 4 for a, b in ((1, 0), (0, 1), (1, 1), (1, -1))]
@@ -153,7 +158,7 @@ def _gradients(tone: Array, at: Array) -> tuple[Array, Array]:
 
 
 def _of_gradients(grads: list[tuple[Array, Array]]) -> Array:
-    """Return the difference of the two histograms of gradient directions, one of them in each isometry: (8,)."""
+    """Return the L1 distance of two histograms of gradients, with one of them in each isometry, symmetrised: (8,)."""
     strength = np.sort(np.concatenate([d * d + r * r for d, r in grads]))
     steps = strength[[len(strength) // 3, 2 * len(strength) // 3]]
     other = [_histogram(d, r, steps) for d, r in grads[::-1]]
@@ -167,7 +172,7 @@ def _of_gradients(grads: list[tuple[Array, Array]]) -> Array:
 
 
 def _histogram(down: Array, right: Array, steps: Array) -> Array:
-    """Return the histogram of gradients by signs, larger component, slope, and strength."""
+    """Return the histogram of gradients by signs, larger component, slope, and strength (limits `steps`, squared)."""
     v, h = np.abs(down), np.abs(right)
     small, large = np.minimum(v, h), np.maximum(v, h)
     cells = (np.sign(down) + 1) * 3 + np.sign(right) + 1

@@ -1,10 +1,11 @@
 """Patch-based synthesis: the map under synthesis, the order in which windows are filled, and start maps.
 
-A start map is continued in one of two ways. Methods that lay out an endless texture by a lattice, by courses or by
-tiles align it with the start map, and cut it against that along the cheapest seam (Kwatra et al. 2003, eq. 1), at most
-as deep as the rim. All others fill windows outward from the known part: windows begin an overlap inside it, lie centred
-on small holes, and are filled ring by ring, those with most known pixels first. A grid from the corner of the canvas
-would meet the edge of the known part anywhere: some windows had few pixels to fill, others hardly one to match.
+A start map is continued in one of two ways. Methods that construct an endless texture (by a lattice, courses or tiles)
+align it with the start map, and cut it against that along the cheapest seam (Kwatra et al. 2003, eq. 1), at most `rim`
+px deep. All others fill windows outward from the known part: windows overlap it by one overlap, are centred on small
+holes, and are filled ring by ring, those with the most known pixels first. A regular grid from the corner of the canvas
+would be out of phase with the edge of the known part: some windows would have few pixels to fill, others hardly any
+known ones to match.
 
 Source of the order: no paper; our own rule (Multrus 2003, 5.1, extends to one side, from the left). Departures: none.
 """
@@ -35,7 +36,7 @@ from ..model.canvas import Canvas
 from ..model.sourcemap import HOLE, Source, SourceMap
 from ..search import Candidates, PosedExemplars, WindowGrid, Wraps
 
-EDGE = 2  # a ring takes windows in which at least 1/EDGE of one seam is known
+EDGE = 2  # a ring consists of the windows in which at least 1/EDGE of the area of one overlap region is known
 
 
 class Axis(NamedTuple):
@@ -47,7 +48,7 @@ class Axis(NamedTuple):
     wrap: bool
 
     def kept(self, at: int) -> int:
-        """Return the first pixel of a window moved onto the canvas, or round it where it wraps."""
+        """Return the first pixel of a window moved onto the canvas, or modulo its length where it wraps."""
         return at % self.length if self.wrap else min(max(at, 0), self.length - self.patch)
 
     def cover(self, begin: int, end: int) -> list[int]:
@@ -59,7 +60,7 @@ class Axis(NamedTuple):
         return [self.kept(begin + s) for s in spread(end - begin, self.patch, self.overlap, False)[0]]
 
     def beside(self, begin: int, end: int) -> list[int]:
-        """Return the first pixels of windows before the known part, over it, and behind it, an overlap shared."""
+        """Return the first pixels of windows before, over and after the known span, which overlap it by one overlap."""
         if (begin, end) == (0, self.length):
             return spread(self.length, self.patch, self.overlap, self.wrap)[0]
         found = self.cover(begin, end)
@@ -71,7 +72,7 @@ class Axis(NamedTuple):
         return sorted(set(found))
 
     def over(self, begin: int, end: int) -> list[int]:
-        """Return the first pixels of windows over a hole: centred if it is small, else from an overlap before it."""
+        """Return the first pixels of windows over a hole: centred if it is small, else from one overlap before it."""
         rim = self.overlap if end - begin + 2 * (self.overlap // 2) > self.patch else 0
         return self.cover(begin - rim, end + rim)
 
@@ -85,12 +86,18 @@ class Axis(NamedTuple):
 def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pair]:
     """Return the first pixels of the windows that fill all that is not known, in the order of filling.
 
-    `known` (H, W): what is on the canvas; some of it, or nothing is to be continued. `patch`, `overlap`: rows and
-    columns of a window, not larger than the canvas; `wraps`: whether rows and columns continue in themselves.
+    Parameters
+    ----------
+    known : (H, W) bool
+        Which pixels of the canvas are known; at least one.
+    patch, overlap : (rows, columns)
+        Of a window and of the overlap of neighbours, px; a window is not larger than the canvas.
+    wraps : (rows, columns)
+        Whether the canvas is toroidal along each axis.
     """
     axes = [Axis(*each) for each in zip(known.shape, patch, overlap, wraps, strict=True)]
     left, found, spans = ~known, list[Pair](), _spans(known)
-    if spans != [(0, length) for length in known.shape]:  # first what lies outside the rectangle around all
+    if spans != [(0, length) for length in known.shape]:  # first what lies outside the bounding box of the known pixels
         lines = [axis.beside(*span) for axis, span in zip(axes, spans, strict=True)]
         found = [(y, x) for y, x in product(*lines) if not known[index_of(y, x, patch, known.shape)].all()]
     for y, x in found:
@@ -110,13 +117,16 @@ def fill_order(known: Mask, patch: Pair, overlap: Pair, wraps: Wraps) -> list[Pa
 
 
 def _spans(mask: Mask) -> list[Pair]:
-    """Return the first row that holds anything and one past the last, and the same for columns."""
+    """Return the first row with a True and one past the last, and the same for columns."""
     some = [np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0)]
     return [(int(s[0]), int(s[-1]) + 1) for s in some]
 
 
 def _ordered(known: Mask, found: list[Pair], axes: list[Axis]) -> list[Pair]:
-    """Order windows ring by ring outward from what is known; centre those with little unknown on it."""
+    """Order windows ring by ring outward from the known pixels; centre windows on small unknown parts.
+
+    A ring is filled in raster order. `known` is overwritten.
+    """
     size, patch, overlap, wraps = zip(*axes, strict=True)
     least = min(overlap[0] * patch[1], overlap[1] * patch[0]) // EDGE
     near = neighbour_query(found, patch, size, wraps)
@@ -145,7 +155,7 @@ def _ordered(known: Mask, found: list[Pair], axes: list[Axis]) -> list[Pair]:
 
 
 def neighbour_query(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps) -> Callable[[Sequence[Pair]], Any]:
-    """Return a query: for each of some places, the numbers of the windows that overlap or touch one there."""
+    """Return a query: for each of some first pixels, the numbers of the windows that overlap or touch one there."""
     from scipy.spatial import cKDTree  # it is slow to import
 
     scale = np.array(patch[::-1])  # windows become squares
@@ -154,7 +164,7 @@ def neighbour_query(found: Sequence[Pair], patch: Pair, size: Pair, wraps: Wraps
 
 
 def batch_numbers(near: Iterable[Iterable[int]]) -> list[int]:
-    """Return the batch of every window: one after the last batch of the earlier windows `near` it."""
+    """Return the batch number of every window: one more than the highest of the earlier windows `near` it, or 0."""
     out = list[int]()
     for k, others in enumerate(near):
         out.append(1 + max((out[j] for j in others if j < k), default=-1))
@@ -162,14 +172,17 @@ def batch_numbers(near: Iterable[Iterable[int]]) -> list[int]:
 
 
 def index_of(y: int, x: int, patch: Pair, size: Sequence[int]) -> Any:
-    """Return the index of a window of a canvas: slices where it does not reach over a border."""
+    """Return the NumPy index of a window of a canvas: slices, or index arrays where it extends over a border."""
     if 0 <= y <= size[0] - patch[0] and 0 <= x <= size[1] - patch[1]:
         return slice(y, y + patch[0]), slice(x, x + patch[1])
     return np.ix_((np.arange(patch[0]) + y) % size[0], (np.arange(patch[1]) + x) % size[1])
 
 
 def depth_of(known: Mask, wrap: Wrap, most: int) -> Array:
-    """Return the depth of known pixels, px from the nearest hole, 1 beside it; across wrapping borders up to `most`."""
+    """Return the depth of known pixels: chessboard distance from the nearest hole, px, so 1 next to it; 0 in holes.
+
+    Exact up to `most`, also across borders that wrap; `most` + 1 everywhere if there is no hole.
+    """
     if known.all():
         return np.full(known.shape, most + 1, np.int32)
     pad = [(most + 1, most + 1) if around else (0, 0) for around in (wrap.y, wrap.x)]
@@ -179,7 +192,7 @@ def depth_of(known: Mask, wrap: Wrap, most: int) -> Array:
 
 
 def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> SourceMap:
-    """Return the map of a canvas as far as it is synthesized: the start map, what is placed, and holes."""
+    """Return the unfinished map of a canvas: the start map, in its holes what is placed already, and holes."""
     yx, pose, there = laid
     if start is not None:
         yx, pose, there = np.where(start.holes[:, :, None], yx, start.yx), None, there | ~start.holes
@@ -190,16 +203,19 @@ def drafted(laid: Laid, start: SourceMap | None, source: Source, wrap: Wrap) -> 
 class Continuation:
     """The start map of a canvas, for methods that align an endless texture with it."""
 
-    start: SourceMap  # what is there
-    depth: Array  # (H, W): how deep its pixels lie, 0 in holes
-    rim: int  # how deep they may be replaced, px
-    # The exemplar pixel that canvas pixel (0, 0) shows, or would show if the piece of most pixels reached so far.
+    start: SourceMap
+    depth: Array  # (H, W): chessboard distance of known pixels from the nearest hole, px; 0 in holes
+    rim: int  # start pixels of at most this depth may be replaced, px
+    # The exemplar pixel that canvas pixel (0, 0) shows, or would show if the largest piece were continued that far.
     anchor: Pair
-    band: Mask  # (H, W): the pixels of that piece near holes: what is added must go on from there
+    band: Mask  # (H, W): the pixels of that piece near holes, with which the texture added is aligned
 
     @classmethod
     def of(cls, canvas: Canvas, rim: int) -> Continuation | None:
-        """Read the start map of a canvas; None where it is empty. `rim`: the default if the canvas has none."""
+        """Return the continuation of a canvas's start map; None if there is none, or only holes.
+
+        `rim`: how deep start pixels may be replaced, px, if the canvas does not set it; and the width of the band.
+        """
         if canvas.start is None or bool(canvas.start.holes.all()):
             return None
         start, deepest = canvas.start, rim if canvas.rim is None else canvas.rim
@@ -219,7 +235,10 @@ class Continuation:
         return not bool(self.start.holes.any())
 
     def zone(self, at: Pair, window: Mask, side: int) -> Int64:
-        """Return the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`."""
+        """Return the band's pixels in a window at `at` of the endless texture: (n, 3) row, column, `side`.
+
+        Rows and columns are those of the window, where `window` is True; `side` is copied into the last column.
+        """
         ok, index = [], []
         for axis, around in enumerate((self.start.wrap.y, self.start.wrap.x)):
             n, length = np.arange(window.shape[axis]) + at[axis] - self.anchor[axis], self.band.shape[axis]
@@ -239,7 +258,7 @@ class Continuation:
         return np.where(taken[:, :, None], yx, self.start.yx), pose
 
     def _taken(self, yx: Int32, picture: Int16) -> Mask:
-        """Return where the new map is taken: in holes, beside them if the rim allows, and up to the cut."""
+        """Return where the new map is taken: in holes, next to them if the rim allows, and from there up to the cut."""
         state = np.where(self.depth > self.rim, OLD, FREE).astype(np.uint8)
         state[self.depth <= min(self.rim, 1)] = NEW
         taken: Mask = state == NEW
@@ -255,9 +274,9 @@ class Continuation:
         return taken
 
 
-Window = Pair  # row and column of the grid, or its number and 0
-Pick = tuple[int, int, int]  # variant, and row and column in it
-STRIP = 256  # rows of a start map that are read together: nothing larger is held besides the map
+Window = Pair  # row and column in the grid of windows; (number, 0) for windows that lie freely
+Pick = tuple[int, int, int]  # a patch: variant, row and column of its first pixel in it
+STRIP = 256  # rows of a start map that are converted at a time, which limits memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,9 +284,9 @@ class MapBuilder:
     """The map under synthesis: the variant and its pixel at every place, and the locked pixels."""
 
     variants: PosedExemplars
-    variant: UInt8
-    yx: Int32
-    locked: Mask
+    variant: UInt8  # (H, W): HOLE where nothing is known
+    yx: Int32  # (H, W, 2): row and column in the variant
+    locked: Mask  # (H, W): pixels that must not change
     wraps: Wraps
 
     @classmethod
@@ -292,7 +311,7 @@ class MapBuilder:
         return PartialMap(self.variant, self.yx, self.wraps)
 
     def open_windows(self, layout: WindowGrid, wanted: Mask | None = None) -> Mask:
-        """Return which windows hold an unknown pixel, or one that is `wanted`."""
+        """Return which windows hold an unknown pixel or, if given, a `wanted` one; all of those that lie freely."""
         if layout.places is not None or (wanted is None and not (self.variant != HOLE).any()):
             return np.ones(layout.shape, bool)
         holes = self.variant == HOLE if wanted is None else wanted
@@ -303,11 +322,11 @@ class MapBuilder:
         maps.paste(self.grown, self.locked, self.variants.posed, *at, *pick, found.feats, found.known, price)
 
     def lay_over(self, at: Pair, pick: Pick, known: Array, seam: Pair) -> None:
-        """Place a patch into the window at `at`, cut straight in the middle of seams of `seam` px."""
+        """Place a patch into the window at `at`, cut straight in the middle of overlap regions of `seam` px."""
         maps.overlay(self.grown, self.locked, self.variants.posed, *at, *pick, known, seam)
 
     def map(self, exemplars: Exemplars, canvas: Canvas, blend: Blend) -> SourceMap:
-        """Return the source map as it is; it shares memory with this one where possible."""
+        """Return the source map as it is now; it may share memory with this map."""
         yx, which, pose = self.variants.to_exemplars(self.yx, self.variant)
         return SourceMap(
             yx,
@@ -320,13 +339,13 @@ class MapBuilder:
 
 
 def window_batches(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[list[Window]]:
-    """Order the wanted windows in batches of disjoint windows that may run in parallel.
+    """Return the wanted windows in batches of windows that do not overlap, and so may be filled in parallel.
 
-    Windows of a batch are at least `around` px apart.
+    Windows of a batch are at least `around` px from one another.
 
-    The order is that of a raster scan as far as overlapping windows can tell: a window comes after those above
-    and to the left of it, and after the one above to the right. Windows that lie freely keep the order of their
-    numbers: outward from what is known.
+    For windows that overlap, batches keep the order of a raster scan: a window comes in a later batch than those above
+    and to the left of it, and than the one above to the right. Windows that lie freely keep the order of their numbers
+    (outward from the known part); all of them are wanted.
     """
     high, wide = layout.patch[0] + around, layout.patch[1] + around
     if layout.places is not None:
@@ -340,7 +359,7 @@ def window_batches(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[li
         half = len(columns) // 2 if layout.wraps[1] else len(columns)
         slope = 1 + max((b - a for a, others in enumerate(columns) for b in others if b - a <= half), default=0)
         order = sorted(((r, c) for r, c in np.argwhere(wanted).tolist()), key=lambda w: (w[1] + slope * w[0], w[0]))
-        if not any(layout.wraps) and wanted.all():  # what lies on one diagonal
+        if not any(layout.wraps) and wanted.all():  # windows on one slanted diagonal
             return [list(wave) for _, wave in groupby(order, key=lambda w: w[1] + slope * w[0])]
         number = {window: k for k, window in enumerate(order)}
         near = ([number[w] for w in product(rows[r], columns[c]) if w in number] for r, c in order)
@@ -352,7 +371,7 @@ def window_batches(layout: WindowGrid, wanted: Mask, around: int = 0) -> list[li
 
 
 def _overlapping(starts: Sequence[int], patch: int, length: int, wrap: bool) -> list[list[int]]:
-    """Return for every window along an axis the windows that overlap it, itself included."""
+    """Return for every window along an axis the numbers of those less than `patch` px away, its own included."""
     return [[k for k, b in enumerate(starts) if apart(a, b, length, wrap) < patch] for a in starts]
 
 
@@ -363,7 +382,7 @@ def picked(found: Candidates, k: int) -> Pick:
 
 
 def random_patch(valid: Sequence[Array], bits: int) -> Pick:
-    """Draw any patch of those that are `valid`, variant by variant: (variant, row, column)."""
+    """Draw one of the `valid` first pixels of all variants, uniformly: (variant, row, column)."""
     counts = [int(np.count_nonzero(v)) for v in valid]
     k = below(sum(counts), bits)
     for v, n in enumerate(counts):

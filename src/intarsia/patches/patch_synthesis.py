@@ -1,6 +1,6 @@
-"""Patch-by-patch synthesis: the loop of all methods that fill windows in raster order.
+"""Patch-by-patch synthesis: the loop of all methods that fill windows of a canvas in batches.
 
-A method supplies how one of the candidates is chosen, and how the chosen patch is joined to those placed before.
+Overlapping windows keep raster order. A method supplies how one of the candidates is chosen, and how it is joined.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ if TYPE_CHECKING:
 else:  # where labels, or maps of distances, are asked for
     distance_map, guiding = lazy("intarsia.search.distance_map"), lazy("intarsia.search.guide")
 
-SLACK = 2  # strays may lie as far as this part of a patch on the wrong side
+SLACK = 2  # by default labels may stray 1 / SLACK of a patch along boundaries into another region, at least 2 px
 
 
 class Repeats(NamedTuple):
-    """Control of repeats: the rule, the price, and the least distance of two occurrences, px (0: any)."""
+    """Control of repeats: the class, the price in usual distances, the least distance of occurrences, px (0: any)."""
 
     rule: type[Repetition] = Repetition
     usage: float = 0.0
@@ -61,7 +61,7 @@ class Repeats(NamedTuple):
 class Boundaries(NamedTuple):
     """Parameters of patches along the boundaries of a guide's labels.
 
-    ``patch``: their side, px; 0: as large as the others. ``isometries``: poses that may be used there besides.
+    ``patch``: their side, px; 0: as large as the others. ``isometries``: those that are allowed only there.
     ``slack``: how far one label's pixels may lie in another's region, px, before they are replaced; None: any distance.
     """
 
@@ -71,7 +71,10 @@ class Boundaries(NamedTuple):
 
     @classmethod
     def of(cls, patch: Pair, side: int | None, isometries: Poses | None, slack: int | None) -> Boundaries:
-        """Decide for patches of (rows, columns) what is None: half a patch, all poses of its shape, half of that."""
+        """Return the parameters for patches of (rows, columns), with defaults for those that are None.
+
+        Defaults: half a patch, all isometries that keep its shape, and 1 / SLACK of the side, at least 2 px.
+        """
         side = min(patch) // 2 if side is None else side
         poses = isometries if isometries is not None else "both" if patch[0] == patch[1] else "180"
         return cls(side, poses, max(2, (side or min(patch)) // SLACK) if slack is None else slack)
@@ -86,19 +89,19 @@ class PatchSettings:
 
     patch: Pair  # rows and columns of a window, px
     overlap: Pair  # that neighbours share, px
-    # Windows keep their pitch, hang over the border, and begin so many overlaps before it; None: they end at it.
+    # Windows at their exact pitch, of which the first begins so many overlaps before the border; None: spread evenly.
     hangs: int | None = None
     weights: Weights = None
     structure: float = 0.0  # weight of outlines and slow colour
     isometries: Poses = "none"
     search: str = "fast"
-    listed: int = SHORT_LIST  # candidates kept of every search
-    repeats: Repeats = field(default=Repeats())  # what a repeat costs
+    listed: int = SHORT_LIST  # number of candidates that a search returns for each window
+    repeats: Repeats = field(default=Repeats())  # control of repeats
     rim: int = 0  # how deep start pixels may be replaced, px
     boundaries: Boundaries = field(default=Boundaries())  # how patches lie along the boundaries of a guide's labels
-    # Makes the search of a method that has one of its own, from variants, size of the windows, and how many it lists;
+    # Makes a method's own search from these settings, the variants, the size of a window and the number of candidates.
     finder: Callable[[PatchSettings, PosedExemplars, Pair, int], Search] | None = None
-    # and from that, under a guide, what the guide says and the unit of seams, the search under the guide.
+    # Makes the search under a guide from that search, the guide of windows, and the unit of seam distances.
     guided: Callable[[Any, guiding.WindowGuide, int], guiding.GuidedSearch] | None = None
 
     def poses(self, guide: Guide | None) -> tuple[int, ...]:
@@ -121,7 +124,7 @@ class PatchSettings:
         return replace(self, patch=(rows, columns), overlap=(high, wide), boundaries=bounds, rim=max(high, wide))
 
     def layout(self, canvas: Canvas) -> WindowGrid:
-        """Return the windows of a canvas: a grid, or around its start map; under a guide always a grid."""
+        """Return the windows of a canvas: around its start map if it has one and no guide, else a grid."""
         size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
         if canvas.guide is None and canvas.start is not None and not canvas.start.holes.all():
             patch = (min(self.patch[0], canvas.height), min(self.patch[1], canvas.width))
@@ -134,14 +137,14 @@ class PatchSettings:
         return WindowGrid(tuple(rows), tuple(columns), (height, width), size, wraps)
 
 
-PASS = 1 << 20  # draws of the second pass are apart from those of the first
+PASS = 1 << 20  # offset of the stage of random numbers of the second pass; of later ones 2 PASS and more
 
 
 class Stages:
-    """The passes that make a map: one, or several under labels.
+    """The passes that make a map: one, or several under a guide of labels.
 
-    Iterate and fill each growth, then take the `map`. Under labels the inside of the regions comes first, then the rest
-    with smaller patches, then what strayed too far over a boundary, region by region.
+    Iterate, fill each :class:`PatchSynthesis` yielded, then take the `map`. Under labels windows inside the regions
+    come first, then the rest with smaller patches; last, pixels too deep in another label's region are replaced.
     """
 
     map: SourceMap
@@ -169,10 +172,10 @@ class Stages:
         self.map = growth.map(self.blend)
 
     def _without_strays(self, guide: Guide, slack: int) -> Iterator[PatchSynthesis]:
-        """Replace what strayed too far over a boundary, region by region, up to the boundary of the target.
+        """Replace pixels that lie too deep in the region of another label, one region of the target after the other.
 
-        Happens where the exemplars show no boundary of that shape, or none at all between two labels. What other
-        regions hold is as if outside the canvas; pixels that a start map locks are not touched.
+        They occur where the exemplars have no boundary of that shape, or none at all between two labels. While a region
+        is filled, all pixels outside it are holes of the start map; pixels of a given start map are not replaced.
         """
         target = guiding.numbered_labels(guide.target, guide.names)
         found = shown_labels(self.map, guide)
@@ -195,7 +198,7 @@ class Stages:
 
 
 def shown_labels(smap: SourceMap, guide: Guide) -> Array:
-    """Return the number of the label that every output pixel has where it comes from; -1 in holes."""
+    """Return the number of the label that the exemplar pixel of every output pixel has; -1 in holes."""
     out = np.full(smap.yx.shape[:2], -1, np.int16)
     for n, source in enumerate(guide.sources):
         mine = smap.numbers == n
@@ -205,7 +208,7 @@ def shown_labels(smap: SourceMap, guide: Guide) -> Array:
 
 
 def neighbours(guide: Guide) -> Array:
-    """Return which pairs of labels are adjacent in the guide of the exemplars: (K + 1, K + 1), True on the diagonal."""
+    """Return which labels adjoin in the exemplars: (K + 1, K + 1), True on the diagonal; K: those not in the target."""
     size = len(guide.names) + 1
     out = np.eye(size, dtype=bool)
     for source in guide.sources:
@@ -216,9 +219,10 @@ def neighbours(guide: Guide) -> Array:
 
 
 def stray_pixels(found: Array, target: Array, slack: int, beside: Array) -> Array:
-    """Return the wrong pixels of every patch of them that reaches deeper than `slack` px into a region.
+    """Return which pixels have a wrong label and are to be replaced: (H, W) bool.
 
-    Where the exemplars never show two labels side by side (`beside`), there is no boundary to keep: all are strays.
+    These are the connected groups of wrong pixels that extend deeper than `slack` px into a region of `target`, and
+    all whose two labels do not adjoin in the exemplars (`beside`, from :func:`neighbours`).
     """
     wrong = np.asarray(found != target)
     groups, count = ndimage.label(wrong, np.ones((3, 3)))
@@ -248,18 +252,18 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
 Choose = Callable[[Window, Candidates, int], Pick | None]
 Join = Callable[[Window, Pick, Candidates], None]
 
-AROUND_HOLES = 64  # candidates kept where a patch must fit a hole
-# Of the spread of colours. Halved: pebbles have 1.8 strong steps for 1.2 in 1000 px; doubled: a pebble road 5.6 for 4.
+AROUND_HOLES = 64  # candidates kept of every search for windows around a start map whose rim is 0
+# Of the standard deviation. Strong steps per 1000 px: halved, pebbles 1.8 for 1.2; doubled, a pebble road 5.6 for 4.
 KNEE = 3, 8
 
 
 def seam_threshold(spread: int) -> int:
-    """Return the threshold of the truncated quadratic seam cost `sharp`, by the variance of the features."""
+    """Return the threshold of the truncated quadratic seam cost ``sharp``, from the variance of the features."""
     return max(math.isqrt(spread) * KNEE[0] // KNEE[1], 1)
 
 
 class PassNumber(NamedTuple):
-    """One of several passes over a map: its offset of the stage of random numbers, its number, and their count."""
+    """One of several passes over a map: its offset to the stage of random numbers, its number, how many there are."""
 
     stage: int = 0
     number: int = 0
@@ -332,8 +336,9 @@ class PatchSynthesis:
     def fill(self, seed: int, stage: int, run: Run, join: Join, choose: Choose | float) -> None:
         """Fill all windows in batches of disjoint windows, which run in parallel.
 
-        `choose` picks among the candidates of a window, in a fixed order; a number stands for the choice by
-        price within this tolerance. `join` places the patch in the window.
+        `seed`, `stage`: counters of the random numbers. `join` places the chosen patch in a window. `choose` picks
+        among the candidates of a window, in a fixed order; a number stands for a draw among those whose price is within
+        this tolerance of the best.
         """
         self._check = run.check
         before, total = self.turn.number * len(self.waves), self.turn.passes * len(self.waves)
@@ -356,18 +361,18 @@ class PatchSynthesis:
         run.tick(before + len(self.waves), total, self.draft)
 
     def cutting(self, seam: str = "difference") -> Join:
-        """Return the function that joins patches along the cheapest seam by the cost of this name."""
+        """Return the function that joins patches along the cheapest seam, by the seam cost of this name."""
         price = self.seam_price(seam)
         return lambda window, pick, found: self.growing.cut_in(self.at(window), pick, found, price)
 
     def seam_price(self, seam: str) -> SeamPrice:
-        """Return the seam cost of a name of the parameter `seam`."""
+        """Return the seam cost that the parameter `seam` names: ``difference``, ``gradient`` or ``sharp``."""
         return SeamPrice(seam == "gradient", seam_threshold(self.variance(seen=True)) if seam == "sharp" else 0)
 
     def variance(self, seen: bool = False) -> int:
         """Return the sum of the channels' variances over usable pixels, of the exemplar that varies most.
 
-        `seen`: without the channels of outlines.
+        `seen`: without the channels that are used in the search only (outlines and slow colour).
         """
         n = self.variants.channels - (self.features.structure if seen else 0)
         return max(variance(p[..., :n], e.usable) for p, e in zip(self.features.pictures, self.exemplars, strict=True))
@@ -377,7 +382,7 @@ class PatchSynthesis:
         return self.growing.map(self.exemplars, self.canvas, blend)
 
     def draft(self) -> SourceMap:
-        """Return a copy of the source map as it is."""
+        """Return a copy of the unfinished source map."""
         now = self.map(Blend())
         return replace(now, yx=now.yx.copy())
 
@@ -386,7 +391,7 @@ class PatchSynthesis:
         return self.layout.at(*window)
 
     def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
-        """Set the distance maps of the run's probe once its pixel is about to be filled."""
+        """Set the distance maps of the run's probe when the first window that holds its pixel is searched."""
         probe = run.probe
         if probe is None or probe.maps is not None or self.growing.variant[probe.y, probe.x] != HOLE:
             return
@@ -441,14 +446,14 @@ class PatchSynthesis:
     def _picks(
         self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
     ) -> list[Pick]:
-        """Choose for the windows of a batch, in their order."""
+        """Return the patches chosen for the windows of a batch, in their order; each choice is recorded as a use."""
         if callable(choose):
             return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
 
         def priced(window: Window, found: Candidates, bits: int) -> Pick | None:
             return self.repetition.pick(*window, found, choose, bits)
 
-        if self.layout.places is not None or len(self.repetition.started):  # not on the grid that a kernel goes by
+        if self.layout.places is not None or len(self.repetition.started):  # the kernel handles windows of a grid only
             return [self._choose(*each_of, priced) for each_of in zip(wave, found, bits, strict=True)]
         special: dict[int, Pick] = {}
         for stop, picks in self.repetition.pick_all(wave, found, choose, bits):
@@ -461,7 +466,7 @@ class PatchSynthesis:
         pick: Pick | None
         valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
         bare = self.guided is not None and not len(found.rows) and not found.known.any()
-        if (found.free or bare) and not self.settings.repeats.distance:  # nothing is known here yet: any patch will do
+        if (found.free or bare) and not self.settings.repeats.distance:  # nothing is known here yet: any patch fits
             pick = random_patch(valid, bits)
         else:
             pick = choose(window, found, bits) if len(found.rows) else None
@@ -477,7 +482,7 @@ class PatchSynthesis:
 
 
 def decided(method: Any, exemplars: Exemplars, guide: Guide | None, patch: Callable[[], int]) -> Any:
-    """Return a method with patch, overlap and isometries set; `patch`: the default side without a guide, px."""
+    """Return a method with patch, overlap and isometries set; `patch` returns the default side without a guide, px."""
     side = method.patch
     if side is AUTO:
         side = patch() if guide is None else guiding.guided_patch(exemplars, guide)

@@ -1,4 +1,7 @@
-"""Image quilting: patches chosen by distance and price of repeats, joined along the cheapest seam."""
+"""Image quilting: patches chosen by distance and price of repeats, joined along the cheapest seam.
+
+Source: Efros and Freeman, "Image Quilting for Texture Synthesis and Transfer", SIGGRAPH 2001.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ STAGE = 2002  # keeps this method's draws apart from those of others
 
 
 def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> ImageQuilting:
-    """Choose patch and overlap by the size of the texture's elements."""
+    """Return the method with patch, overlap and isometries set, where they are automatic."""
     made: ImageQuilting = decided(method, exemplars, canvas.guide, lambda: default_patch(exemplars))
     bounds = resolved_isometries(method.boundary_isometries, exemplars, made.footprint)
     return replace(made, boundary_isometries=bounds)
@@ -26,7 +29,7 @@ def resolved(method: ImageQuilting, exemplars: Exemplars, canvas: Canvas) -> Ima
 def synthesize(
     method: ImageQuilting, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Fill the windows one by one, choosing by price and joining along the cheapest seam."""
+    """Fill the windows in batches, choosing patches by price and joining them along the cheapest seam."""
     stages = Stages(settings_of(method), exemplars, canvas, method.blend)
     for growth in stages:
         growth.fill(seed, STAGE, run, choose=method.tolerance, join=growth.cutting(method.seam))
@@ -34,7 +37,7 @@ def synthesize(
 
 
 def settings_of(method: ImageQuilting) -> PatchSettings:
-    """Return the parameters of patches, once patch and overlap are known."""
+    """Return the parameters of patch-based synthesis; patch and overlap of the method must be set."""
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,

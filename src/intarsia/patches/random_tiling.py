@@ -17,11 +17,11 @@ from ..model.sourcemap import SourceMap
 from ..search import check_patch, default_patch, isometry_ids, posed_exemplars, resolved_isometries
 from . import MapBuilder, random_patch
 
-STAGE = 2000
+STAGE = 2000  # keeps this method's draws apart from those of others
 
 
 def resolved(method: RandomTiling, exemplars: Exemplars, canvas: Canvas) -> RandomTiling:
-    """Choose the patch by the size of the texture's elements."""
+    """Return the method with patch and isometries set, where they are automatic."""
     patch = default_patch(exemplars) if method.patch is AUTO else method.patch
     isometries = resolved_isometries(method.isometries, exemplars, extent(patch))
     check_patch(patch, exemplars, isometries)
@@ -29,7 +29,7 @@ def resolved(method: RandomTiling, exemplars: Exemplars, canvas: Canvas) -> Rand
 
 
 def synthesize(method: RandomTiling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Draw a patch for every cell of the grid."""
+    """Place a patch, drawn uniformly from the valid ones, in every cell of the grid, in raster order."""
     patch = method.footprint
     rows, height = spread(canvas.height, patch[0], 0, canvas.wrap.y)
     columns, width = spread(canvas.width, patch[1], 0, canvas.wrap.x)

@@ -1,17 +1,15 @@
 """Repetition control of patch-based methods: prices of repeats, and a least distance of occurrences.
 
-Every patch placed raises the price of its part of the exemplar, so that the whole exemplar is used, and a flat spot,
-which fits beside itself, does not spread. The price is higher close to where it was placed, and the more so the more
-salient it is. The price is added, in units of the usual distance: a factor would leave a perfect repeat free, for its
-distance is 0.
+Every patch placed raises the price of its part of the exemplar, so that the whole exemplar is used, and a flat area,
+which fits next to itself, does not spread. The price is higher near to where the patch was placed, and the higher the
+rarer the patch. It is added to the distance, in units of the usual distance; as a factor it would leave a perfect
+repeat free, whose distance is 0.
 
-The least distance of repeats: which patches may still be laid at a place, and the best of them.
-
-No exemplar pixel may occur twice within so many px of the output. Every patch placed forbids a few rectangles of the
-exemplar to the windows around it. Where all patches of a short-list are forbidden, these rectangles are marked in a
-picture of the exemplar, and the best patch outside them is found by the correlations that were computed already. What
-the windows of one wave forbid one another is known only once they are filled; such a window is searched again. Of small
-exemplars every patch that is still allowed is measured.
+With a least distance of repeats no exemplar pixel may occur twice within so many px of the output. Every patch placed
+then forbids rectangles of the exemplar to the windows around it. If all patches of a short-list are forbidden, these
+rectangles are excluded, and the best of the other patches is found from the correlations computed already. What the
+windows of one batch forbid one another is known only when they are filled; where that leaves no candidate the window is
+searched again. For small exemplars every patch that is still allowed is measured.
 """
 
 from __future__ import annotations
@@ -44,12 +42,15 @@ from ..search.fourier_kernels import FAR
 from . import Pick, picked, repetition_kernels
 from .repetition_kernels import Terms, Uses, Wave
 
-CHUNK = 4096  # patches measured between two looks at whether to go on
-LITTLE = 1 << 22  # so many px of patches are measured, rather than searched
+CHUNK = 4096  # patches measured between two tests for cancelling
+LITTLE = 1 << 22  # px: if all patches together have no more, all are measured, not searched
 
 
 class Table:
-    """The valid first pixels of patches, of all variants: a flat uint8 table, and where each variant begins in it."""
+    """The valid first pixels of patches of all variants: a flat uint8 table, and where each variant begins in it.
+
+    ``offsets`` (V, 3): of each variant the beginning in ``flat``, the number of rows and of columns.
+    """
 
     def __init__(self, valid: Sequence[Array]) -> None:
         self.flat, self.offsets = in_one_row(valid)
@@ -65,28 +66,28 @@ class Table:
 
 
 def is_little(mask: Array, patch: Pair) -> bool:
-    """Return whether the patches of a table are few and small enough to measure all."""
+    """Return whether the patches of a table are few and small enough that all are measured."""
     return mask.size * math.prod(patch) <= LITTLE
 
 
-REACH = 4  # blocks around a window in which nearness counts
-LEAST_STRIKING, MOST_STRIKING = 128, 1024  # of 256: even the plainest patch has a price
-MATCH = 0.25  # a perfect match counts as this share of the usual distance when the tolerance is applied
-DRIFT = 3.0  # used so many times more than its share, a part of the exemplar becomes dear
-MOST_EXCESS = 1 << 24
-STEADY = 0.3  # the price of a full repeat however far away; nearby it rises to 1.3
+REACH = 4  # windows around one in which a repeat costs more the nearer it is
+LEAST_STRIKING, MOST_STRIKING = 128, 1024  # limits of rarity, 256 = median: even the most common patch has a price
+MATCH = 0.25  # the tolerance is relative to the best price, or to this share of the usual distance if that is more
+DRIFT = 3.0  # a part of the exemplar that is used this many times as often as the mean becomes expensive
+MOST_EXCESS = 1 << 24  # limit of that addition, in 1/256 uses, so that it fits into int32
+STEADY = 0.3  # share of the price of a full repeat however far away; at the same place it is 1.3
 
 
 class Repetition:
     """The placements so far, and the prices of repeating them.
 
-    `search`: whose variants and coarse positions are meant; `strength`: price of a full repeat, relative to the usual
-    distance, 0 switches the prices off; `distance`: no exemplar pixel may return within this many output px, 0: no such
-    rule; `striking`: for every variant, how striking each coarse position is, 256 = usual.
+    `search`: the search whose variants and coarse positions are used; `strength`: price of a full repeat, relative to
+    the usual distance, 0: no prices; `distance`: no exemplar pixel may recur within this many output px, 0: no such
+    rule; `striking`: for every variant, the rarity of the patch at each coarse position, 256 = median.
     """
 
     in_turn: ClassVar[bool] = False
-    """Whether uses count immediately, so that windows are filled row by row."""
+    """Whether every window is a batch of its own, in raster order, so that each use counts for the next window."""
 
     def __init__(
         self, search: Search, layout: WindowGrid, strength: float, distance: int,
@@ -98,7 +99,7 @@ class Repetition:
         flat, self._offsets = in_one_row(search.valid)
         self._flat = np.zeros(len(flat), np.int32)
         self._flat_striking = np.concatenate([s.ravel() for s in self.striking])
-        self._priced = self._flat.copy()  # the uses, and what drift adds to them
+        self._priced = self._flat.copy()  # the uses, plus the excess that `account` adds
         self.laid = 0
         self._groups: Array | None = None
         counts = [self._priced[o : o + a * b].reshape(a, b) for o, a, b in self._offsets.tolist()]
@@ -118,14 +119,14 @@ class Repetition:
         self._radius = max(REACH * max(layout.patch) if self.reach else 0, distance + 2 * max(layout.patch))
 
     def apart(self, groups: Array) -> None:
-        """Compare uses within each group of coarse positions only, as of one label."""
+        """Compare uses within groups of coarse positions, such as those of one label; `groups`: the group of each."""
         self._groups = groups
 
     def account(self) -> None:
         """Update the prices by the uses so far; call between batches.
 
-        What was used far more often than the exemplar's share of it becomes dear quickly: a flat or dark spot,
-        once chosen, fits itself perfectly, and would fill the output.
+        A coarse position used more than DRIFT times as often as the mean gets an additional price, in proportion to the
+        excess: a flat or dark area, once chosen, fits itself perfectly, and would otherwise fill the output.
         """
         np.copyto(self._priced, self._flat)
         if not self.strength or not self.laid:
@@ -135,7 +136,7 @@ class Repetition:
         even: Any = self.laid * math.prod(self.search.cells) / max(self._flat.size, 1) + 1
         if self._groups is None and most <= DRIFT * even * LEAST_STRIKING:
             return
-        uses = self._flat / self._flat_striking  # what strikes was counted more
+        uses = self._flat / self._flat_striking  # uses were counted in proportion to rarity
         if self._groups is not None:
             even = (np.bincount(self._groups, uses) / np.maximum(np.bincount(self._groups), 1))[self._groups] + 1
         if most > DRIFT * float(np.min(even)) * LEAST_STRIKING:
@@ -143,7 +144,7 @@ class Repetition:
             self._priced += np.minimum(excess, MOST_EXCESS).astype(np.int32)
 
     def prices(self, row: int, column: int, found: Candidates) -> Array:
-        """Return for every candidate its distance with the price of repeating; -1 where it is forbidden."""
+        """Return for every candidate its distance plus the price of repeats; -1 where the least distance forbids it."""
         out = np.empty(len(found.rows), np.int64)
         steady, unit = round(self.strength * STEADY * found.usual), round(self.strength * found.usual)
         distance = 0 if found.permitted else self.distance
@@ -163,7 +164,7 @@ class Repetition:
 
     def note_start(self, variant: UInt8, yx: Int32) -> None:
         """Record a start map as placements, on a grid of half patches."""
-        if not self.reach:  # nobody asks
+        if not self.reach:  # placements are never read
             return
         h, w = self.layout.patch
         found = []
@@ -184,8 +185,8 @@ class Repetition:
     ) -> Pick | None:
         """Draw among the candidates whose price is within the tolerance of the best; None if all are forbidden.
 
-        The tolerance is relative to the best price, or to a quarter of the usual distance if that is more, so
-        that an exact continuation is not the only choice.
+        The tolerance is relative to the best price, or to a quarter of the usual distance if that is more, so that a
+        perfect match is not the only choice. The upper 32 of the 64 `bits` are used.
         """
         prices = self.prices(row, column, found)
         k = repetition_kernels.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32)
@@ -196,7 +197,8 @@ class Repetition:
     ) -> Candidates:
         """Return the best of all `valid` patches that keep the least distance, by a search or by measuring all.
 
-        `check` is called between parts of the work, and ends it by raising.
+        All of them, unmeasured, where nothing is known in the window. `check` is called between parts of the work, and
+        cancels it by raising.
         """
         table = self._table if valid is self.search.variants.valid else Table(valid)
         mask = self.permitted(row, column, table)
@@ -228,7 +230,10 @@ class Repetition:
         return mask
 
     def left(self, row: int, column: int, rows: Array, check: Callable[[], None]) -> Array | None:
-        """Return the patches :meth:`permitted` at a window if none of its candidates is, else None."""
+        """Return the patches :meth:`permitted` at a window if all its candidates are forbidden, else None.
+
+        None also if the exemplars are so small that :meth:`allowed` measures all patches.
+        """
         check()
         others, out = self._around(row, column), np.empty(len(rows), np.int64)
         at = self.layout.at(row, column)
@@ -238,7 +243,7 @@ class Repetition:
 
     @cached_property
     def _plain(self) -> PatchSearch:
-        """The search among permitted patches: the own one if it can be restricted, else another."""
+        """The search among permitted patches: the method's own one if it is a PatchSearch, else a new one."""
         if isinstance(self.search, PatchSearch):
             return self.search
         return PatchSearch(self.search.variants, self.layout.patch, min(self.layout.patch) // 4)
@@ -250,10 +255,10 @@ class Repetition:
     def pick_all(
         self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
     ) -> Iterator[tuple[int, list[Pick]]]:
-        """Pick for many windows in turn, recording each.
+        """Pick for many windows one after the other, recording each use.
 
-        Yields the number of every window for which there is no choice among its candidates, with the picks so
-        far; the caller notes a patch for it before going on. Last, yields the number of windows.
+        Yields the index of every window whose candidates are all forbidden, or that has none, with the picks so far;
+        the caller must record a patch for it (:meth:`add`) before continuing. Last, yields the number of windows.
         """
         n, size = len(windows), max(len(f.rows) for f in found)
         rows, picks = np.empty((n, max(size, 1), 4), np.int64), np.empty((n, 3), np.int64)
@@ -280,12 +285,12 @@ class Repetition:
 
 
 def patch_saliency(feats: Features, search: Search) -> list[Array]:
-    """Return the saliency of every coarse position of each variant, 256 = usual, as prices weigh it."""
+    """Return the rarity of the patch at every coarse position of each variant, 256 = median, within its limits."""
     patch, side, out = search.patch, max(1, sum(search.patch) // 2), []
     for valid, (number, *frame) in zip(search.valid, search.variants.frames.tolist(), strict=True):
         grid, step = feats.memo(("rarity", number, side), partial(rarity, feats.pictures[number], side))
         y, x = np.ix_(*(2 * search.factor * np.arange(n) + p - 1 for n, p in zip(valid.shape, patch, strict=True)))
-        at = []  # the middles of patches, twice
+        at = []  # indices in the grid of rarities of the patches that have the same middle
         for first, down, across, p, n in zip(frame[:2], frame[2:6:2], frame[3:6:2], patch, grid.shape, strict=True):
             at.append(np.clip((2 * first + down * y + across * x - p + 1) // (2 * step), 0, n - 1))
         out.append(np.clip(grid[at[0], at[1]], LEAST_STRIKING, MOST_STRIKING).astype(np.int32))

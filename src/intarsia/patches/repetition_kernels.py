@@ -1,9 +1,9 @@
 """Kernels of repetition control: placements, prices of candidates, the least distance, edges of holes.
 
-A placement is a row of int64: variant, row, column of the patch (in the variant), row, column of its window on
-the canvas, exemplar (-1: nothing placed), and twice the row and column of its centre in the upright exemplar.
+A placement is a row of int64: variant, row, column of the patch (in the variant), row, column of its window on the
+canvas, exemplar (-1: nothing placed), and twice the row and column of its centre in the exemplar as given.
 
-The least distance: where a patch may begin so that no pixel occurs too near to another occurrence.
+The least distance: no exemplar pixel may occur twice within so many px of the output.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def axis_distance(a: int, b: int, length: int, wrap: int) -> int:
     """Return the distance of two canvas coordinates along one axis, the short way round if it wraps."""
     d = abs(a - b)
     if wrap:
-        d %= length  # exemplar coordinates are in it, too: it may be longer than the canvas
+        d %= length  # the coordinates may differ by offsets in the exemplar, so by more than a canvas length
         return min(d, length - d)
     return d
 
@@ -34,8 +34,8 @@ def forbid(
     """Clear in `mask` the patches that, placed at (y, x), break the least distance to any of `others` (n, 8).
 
     `mask`: a flat uint8 table over the first pixels of all variants, that of variant v at ``offsets[v, 0]`` with
-    ``offsets[v, 1:3]`` rows and columns. Equals `returns_too_near`
-    of every patch and every other, painted as rectangles.
+    ``offsets[v, 1:3]`` rows and columns. The result is that of :func:`returns_too_near` for every patch and each of
+    `others`, computed as rectangles. `shape`: rows and columns of a patch; `canvas`, `frames`: as in :class:`Uses`.
     """
     h, w = shape[0], shape[1]
     reach = max(h, w)
@@ -70,10 +70,10 @@ def forbid(
 def forbid_alike(
     table: Any, b: Any, y: int, x: int, h: int, w: int, canvas: Any, tall: int, wide: int, distance: int
 ) -> None:
-    """Clear the patches of b's own variant that would repeat one of its pixels too near.
+    """Clear the patches of placement b's own variant that would repeat one of its pixels within the least distance.
 
-    A patch that begins (down, right) beside b shows b's pixels moved by its window's place less (down, right).
-    `tall`, `wide`: the size of a toroidal exemplar, else 0.
+    A patch that begins (down, right) px from b in the exemplar, placed at (y, x), shows the pixels that both share at
+    b's place plus (y, x) less b's window less (down, right). `tall`, `wide`: the size of a toroidal exemplar, else 0.
     """
     rows, columns = table.shape
     i0, i1 = (-(h // tall) - 2, h // tall + 2) if tall else (0, 0)
@@ -93,17 +93,17 @@ def forbid_alike(
                         table[u, s] = 0
 
 
-# Of ten photographs, what was healed departs in contrast from what was lost by 6 % with GRAIN, by 11 % without it.
-REACH = 3  # px from the hole in which old pixels are its edge
-CELL = 8  # px; a step of tone shows where the differences of a cell have one sign
-GRAIN = 4  # how much a step from rough to smooth counts: of two that fit badly the sum of squares likes the smoother
-TONE = 8  # how much such a step counts: grain hides it from the sum of squares, not from the eye
+# With GRAIN the contrast of healed parts of ten photographs differs from the original's by 6 %, without it by 11 %.
+REACH = 3  # px from a hole within which known pixels are its edge
+CELL = 8  # px: side of the cells of an edge in which mean difference (tone) and deviation (grain) are compared
+GRAIN = 4  # weight of the squared difference in deviation; without it the smoother of two bad fits has the lower sum
+TONE = 8  # weight of the squared mean difference of a cell, which is small in a sum of squares over grain, but visible
 
 
 def edge_cells(locked: Mask, known: UInt8) -> tuple[Int64, Int64]:
-    """Return the locked known pixels of a window near unknown ones, and where their cells end.
+    """Return the locked known pixels within REACH px of unknown ones in a window, and where their cells end.
 
-    (n, 2), cell by cell; `locked`, `known`: of the window, (h, w).
+    Pixels (n, 2) in the order of their cells, and one past the last pixel of each cell. `locked`, `known`: (h, w).
     """
     beside = sliding_window_view(np.pad(known == 0, REACH), (2 * REACH + 1, 2 * REACH + 1)).any(axis=(2, 3))
     spots = np.argwhere(locked & beside & (known > 0))
@@ -114,7 +114,7 @@ def edge_cells(locked: Mask, known: UInt8) -> tuple[Int64, Int64]:
 
 @kernel
 def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: Any) -> Any:
-    """Root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
+    """Return the root of the sum of squared deviations from the mean of each cell, over the edge pixels of a window.
 
     `flat` holds the window from `begin` on, `stride` pixels a row; `spots`, `ends` as :func:`edge_cells` returns them.
     """
@@ -132,10 +132,10 @@ def grain(flat: Any, begin: int, stride: int, channels: int, spots: Any, ends: A
 
 @kernel
 def weigh_edge(feats: Any, area: int, spots: Any, ends: Any, posed: Any, rows: Any) -> None:
-    """Add to the distances of candidates (n, 4) their difference at the edge, which counts as much as all the rest.
+    """Replace the distances of candidates (n, 4) by the mean of that and of the difference at the edge of holes.
 
-    Steps of tone and of grain count besides. `feats`: of the window, of which `area` px are known; `spots`, `ends`: its
-    edge, by :func:`edge_cells`.
+    The latter is the mean square over the edge pixels times `area`, plus terms for differences of tone and of grain.
+    `feats`: of the window, of which `area` px are known; `spots`, `ends`: its edge, by :func:`edge_cells`.
     """
     (flat, table), (_, w, channels) = posed, feats.shape
     own = grain(feats.ravel(), 0, w, channels, spots, ends)
@@ -157,7 +157,7 @@ def weigh_edge(feats: Any, area: int, spots: Any, ends: Any, posed: Any, rows: A
         rows[n, 0] = (rows[n, 0] + there // len(spots) * area) // 2
 
 
-ONE = 256  # a full overlap of two patches
+ONE = 256  # unit of overlaps: two patches coincide in the exemplar
 
 
 class Uses(NamedTuple):
@@ -166,18 +166,18 @@ class Uses(NamedTuple):
     Tables of positions are flat: cells of `factor` px of all variants, one variant after the other.
     """
 
-    frames: Int64  # (V, 9): exemplar, first row and column of it, J, height and width if toroidal, else 0
+    frames: Int64  # (V, 9): see ``PosedExemplars.frames``
     shape: Int64  # (2,): of a patch, px
     canvas: Int64  # (4,): height and width, px, and 1 where it wraps
     offsets: Int64  # (V, 3): where a variant's positions begin, their rows and columns
-    factor: int  # px
-    striking: Int32  # (positions,): how striking they are; 256 = usual
-    uses: Int32  # (positions,): how often they were laid; ONE = once
-    priced: Int32  # (positions,): the same, as it is paid for
+    factor: int  # px of a cell
+    striking: Int32  # (positions,): rarity of the patches there; 256 = median
+    uses: Int32  # (positions,): uses times rarity, overlaps in proportion; ONE = once at median rarity
+    priced: Int32  # (positions,): the uses that prices are computed from; see ``Repetition.account``
 
 
 class Wave(NamedTuple):
-    """Disjoint windows, and the candidates for each."""
+    """A batch of disjoint windows, and the candidates for each."""
 
     windows: Int64  # (n, 2): row and column of the grid
     at: Int64  # (n, 2): first pixel
@@ -190,12 +190,12 @@ class Wave(NamedTuple):
 class Terms(NamedTuple):
     """Parameters of the choice, and prices of repeats."""
 
-    tolerance: float  # share of the best price that another may cost more
-    match: float  # a perfect match counts as this share of the usual distance then
-    strength: float  # price of a full repeat at the same place, in usual distances
-    steady: float  # and of one however far away
-    distance: int  # no exemplar pixel returns within so many px
-    reach: int  # windows around one in which repeats are looked for
+    tolerance: float  # how much more than the best a patch may cost, relative to the best price
+    match: float  # the best price counts as at least this share of the usual distance for the tolerance
+    strength: float  # additional price of a full repeat at the same place, in usual distances
+    steady: float  # price of a full repeat however far away, in usual distances
+    distance: int  # no exemplar pixel recurs within so many px; 0: no such rule
+    reach: int  # windows around one in which placements are searched for repeats
 
 
 @kernel
@@ -218,7 +218,7 @@ def add_use(counts: Any, cy: int, cx: int, height: int, width: int, weight: Any)
 
 @kernel
 def shared(a: Any, b: Any, h: int, w: int) -> Any:
-    """Return the shared part of two placements in the exemplar, 0 .. ONE, by their entries 5..7."""
+    """Return the overlap of two placements in the exemplar, 0 .. ONE, by their entries 5 to 7, whatever isometry."""
     if a[5] != b[5]:
         return 0
     dy, dx = abs(a[6] - b[6]), abs(a[7] - b[7])
@@ -253,7 +253,7 @@ def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, di
     reach = max(h, w)
     if torus[0] == 0 and (abs(a[6] - b[6]) >= 2 * reach or abs(a[7] - b[7]) >= 2 * reach):
         return False
-    # Poses differ: a pixel may lie anywhere in both, so the patches themselves are kept apart.
+    # Isometries differ: a pixel may lie anywhere in both, so the distance of the patches themselves is tested.
     dy = max(axis_distance(a[3], b[3], canvas[0], canvas[2]) - reach, 0)
     dx = max(axis_distance(a[4], b[4], canvas[1], canvas[3]) - reach, 0)
     return dy * dy + dx * dx < distance * distance
@@ -263,7 +263,7 @@ def returns_too_near(a: Any, b: Any, h: int, w: int, canvas: Any, torus: Any, di
 def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, out: Any) -> None:
     """Write the placement row of the patch of variant `v` at (u, s) in the window at (y, x).
 
-    `frames` and `shape` as in Uses.
+    `frames` and `shape` as in :class:`Uses`.
     """
     f = frames[v]
     a, b = 2 * u + shape[0] - 1, 2 * s + shape[1] - 1
@@ -274,9 +274,10 @@ def placement(frames: Any, shape: Any, v: int, u: int, s: int, y: int, x: int, o
 
 @kernel
 def note(layout: Any, pick: Any, at: Any, place: Any) -> None:
-    """Record patch `pick` (variant, row, column) at `at`: write its placement, count its use.
+    """Record patch `pick` (variant, row, column) in the window at `at`: write its placement `place`, count its use.
 
-    All variants of the exemplar count, as much as they share.
+    Counted at all coarse positions, of every variant of the exemplar, in proportion to the overlap. `layout`:
+    :class:`Uses`.
     """
     frames, shape, offsets, factor = layout.frames, layout.shape, layout.offsets, layout.factor
     counts, striking = layout.uses, layout.striking
@@ -297,7 +298,7 @@ def note(layout: Any, pick: Any, at: Any, place: Any) -> None:
 
 @kernel
 def windows_within(at: int, reach: int, count: int, wrap: int) -> Any:
-    """Return the first window, and one past the last, within `reach` of window `at`; each once, also around a torus."""
+    """Return the first window, and one past the last, within `reach` of window `at`; on a torus each only once."""
     if wrap:
         return at - reach, min(at + reach + 1, at - reach + count)
     return max(at - reach, 0), min(at + reach + 1, count)
@@ -320,10 +321,11 @@ def placed_near(grid: Any, row: int, column: int, reach: int, canvas: Any) -> An
 
 @kernel
 def prices(found: Any, others: Any, at: Any, layout: Any, steady: int, unit: int, distance: int, out: Any) -> None:
-    """Write the price of every candidate: its distance plus that of repetition; -1 where it is forbidden.
+    """Write the price of every candidate: its distance plus the price of repeats; -1 where it is forbidden.
 
     `found` (n, 4): distance, variant, row, column. `others` (n, 8): the placements around. `at` (2,): first pixel of
-    the window. `steady`: the price of a count of ONE; `unit`: the additional price of a full repeat at the same place.
+    the window. `layout`: :class:`Uses`. `steady`: the price of a count of ONE; `unit`: the additional price of a full
+    repeat at the same place, which falls with the square of 1 / (1 + d**2 / (2 sigma**2)), d the distance in px.
     """
     frames, shape, canvas, offsets, factor = layout.frames, layout.shape, layout.canvas, layout.offsets, layout.factor
     counts, striking = layout.priced, layout.striking

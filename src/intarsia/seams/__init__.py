@@ -1,9 +1,11 @@
 """Graph-cut texture synthesis and seam refinement; the seam energy of a finished map.
 
-The energy is one number for a map, by which ways to fill a hole are compared, too.
+The seam energy is one number for a whole map. It is also used to compare alternative fillings of a hole.
 
-Between two neighbouring pixels that do not continue one another runs a seam. It costs what both sides would look
-like there: the difference of each pixel and the other side's continuation (Kwatra et al. 2003, equation 1).
+A seam runs between two neighbouring canvas pixels of which the second is not the continuation of the first in the
+exemplar. Its cost is the sum of two feature distances, one at each of the two pixels: that between what the map shows
+there and what the piece on the other side would show there (Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut
+Textures", SIGGRAPH 2003, equation 1).
 """
 
 from __future__ import annotations
@@ -24,19 +26,26 @@ from ..model import Exemplars
 from ..model.sourcemap import SourceMap
 from ..patches.patch_synthesis import seam_threshold
 
-BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the isometry that takes each back
-Looks = list[dict[int, Array]]  # features of each exemplar by pose; of one pose alone: those of all
-BAND = 128  # rows of a map that are looked at together, so that little memory is needed
+BACK = (0, 1, 2, 3, 4, 7, 6, 5)  # the inverse of each of the eight isometries, by their numbers
+Looks = list[dict[int, Array]]  # features of each exemplar by pose; a dictionary of one entry is for all poses
+BAND = 128  # rows of a map that are processed at a time, which limits memory; no result depends on it
 
 
 def energy(exemplars: Exemplars, smap: SourceMap) -> int:
     """Return the seam energy of a map by the cost ``sharp``, in thresholds per million px, rounded down.
 
-    0 where no seam differs. The threshold is three eighths of the standard deviation of colours, of the exemplar that
-    varies most: a seam between two pixels costs the square of the difference of both sides, in thresholds, and from
-    four thresholds on four times the difference. All planes count as in the search. Directions in a
-    normal map turn with a piece that is turned by quarters or mirrored, not with one that is bent or turned by other
-    angles. Whole numbers: the same on every machine.
+    The cost is a truncated quadratic. Its threshold is three eighths of the standard deviation of the features (the
+    root of the sum of their variances), of the exemplar that varies most. With d the sum of the two feature distances
+    of a pair of pixels, each weighted by visibility (:mod:`~intarsia.analysis.contrast_masking`), in thresholds, a
+    seam costs d squared up to d = 4, and 4 d beyond.
+
+    All planes count as in the search. Directions in a normal map are transformed with a piece that is mirrored or
+    rotated by multiples of 90 degrees, not with one that is bent or rotated by other angles.
+
+    Returns
+    -------
+    int
+        0 where no seam differs. Computed in whole numbers, so the same on every machine.
     """
     feats = features(exemplars)
     knee = max(seam_threshold(variance(p, e.usable)) for p, e in zip(feats.pictures, exemplars, strict=True))
@@ -58,18 +67,21 @@ def visibilities(pictures: Sequence[Int16], exemplars: Exemplars, knee: int) -> 
 
 
 class Seam(NamedTuple):
-    """Pixel pairs across the seams along one axis, and the features of both pieces at both pixels."""
+    """Pixel pairs across the seams along one axis, and the features of both pieces at both pixels.
 
-    y: Array  # (n,)
-    x: Array  # (n,)
-    here: Array  # (n, C): features of the pixels
-    over: Array  # (n, C): with what they would go on; themselves where their piece ends
-    back: Array  # (n, C): what would come before the next ones; those themselves where their piece begins
-    there: Array  # (n, C): features of the next ones
+    The first pixel of a pair is the upper or left one, the second its lower or right neighbour.
+    """
+
+    y: Array  # (n,): canvas rows of the first pixels
+    x: Array  # (n,): canvas columns of the first pixels
+    here: Array  # (n, C): features of the first pixels
+    over: Array  # (n, C): the first piece continued to the second pixel; `here` where the exemplar ends
+    back: Array  # (n, C): the second piece continued to the first pixel; `there` where the exemplar ends
+    there: Array  # (n, C): features of the second pixels
 
 
 def seams_of(exemplars: Exemplars, smap: SourceMap, looks: Looks) -> Iterator[tuple[int, Seam]]:
-    """Yield the axis and the seams along it, band by band."""
+    """Yield an axis (0: pairs of rows, 1: pairs of columns) and its seams, band by band from the top."""
     for first in range(0, smap.height, BAND):
         rows = min(BAND, smap.height - first)
         more = first + rows < smap.height or smap.wrap.y
@@ -116,7 +128,7 @@ def _read(at: Array, which: Array, pose: Array, exemplars: Exemplars, looks: Loo
 
 
 def _distance(a: Array, b: Array) -> Array:
-    """Return feature distances, rounded up and weighed by visibility, the last channel of `a` and `b` (n, C + 1)."""
+    """Return feature distances, rounded up and weighted by visibility, the last channel of `a` and `b` (n, C + 1)."""
     squares = ((a[:, :-1] - b[:, :-1]) ** 2).sum(axis=1)
     root = np.sqrt(squares).astype(np.int64)
     return np.asarray((root + (root * root < squares)) * (a[:, -1] + b[:, -1]) // (2 * FULL))

@@ -1,11 +1,11 @@
 """Candidates for windows at the border of the canvas that end at the border of the exemplar.
 
-A patch lies inside the exemplar, so its rim is in few of them, and all of it is shown only where a cut runs along its
-border, in a straight line. Where the canvas ends no seam is needed. So of the placements that are drawn for a window
-there a third show the exemplar to its end on the same side, and the cheapest cut is kept, as ever: what is shown too
-seldom makes it cheap.
+A patch lies inside the exemplar, so few patches contain pixels near its border. Inside the canvas such pixels are shown
+only where a cut runs along the border of the exemplar, in a straight line; where the canvas ends no seam is needed.
+Therefore a third of the placements that are drawn for a window at the border of the canvas end at the border of the
+exemplar on the same side. As elsewhere the cheapest cut is kept; pixels with few occurrences are cheap.
 
-Source: none known; use is counted as in :mod:`.usage_kernels`.
+Source: none known; occurrences are counted as in :mod:`.occurrence_kernels`.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from ..foundation.run import Run
 from ..search import Candidates
 from .graphcut_textures import Box, GraphcutMap
 
-SHARE = 3  # of the placements of such a window one in so many; all: rows of the exemplar return along the border
+SHARE = 3  # 1 / SHARE of the placements of such a window; with all, rows of the exemplar recur along the border
 
 
 def border_candidates(sewn: GraphcutMap, boxes: Sequence[Box], run: Run) -> list[Candidates | None]:
     """Return the candidates that end at the exemplar's border on the sides where the canvas ends.
 
-    None for windows elsewhere, and where there are none but what shows a whole exemplar beside itself.
+    None for windows elsewhere, and where :meth:`GraphcutMap.apart` rejects all of them.
     """
     out, alike = list[Candidates | None]([None] * len(boxes)), dict[Pair, list[int]]()
     for number, box in enumerate(boxes):
@@ -43,7 +43,7 @@ def border_candidates(sewn: GraphcutMap, boxes: Sequence[Box], run: Run) -> list
 def sides_of(sewn: GraphcutMap, box: Box) -> Pair:
     """Return for both axes at which end of the canvas a window lies: -1 the first, 1 the last, 0 none or both.
 
-    None along an axis that wraps, or where the canvas is not half as long again as the exemplars.
+    0 also along an axis that wraps, and along one on which the canvas is shorter than 1.5 times the longest exemplar.
     """
     longest, ends = sewn.variants.table[:, 1:3].max(axis=0).tolist(), list[int]()
     for k, (length, wrap) in enumerate(zip(sewn.variant.shape, sewn.wraps, strict=True)):
@@ -53,7 +53,7 @@ def sides_of(sewn: GraphcutMap, box: Box) -> Pair:
 
 
 def at_border(valid: Sequence[Mask], toroidal: Array, sides: Pair) -> list[Mask]:
-    """Return the first pixels of patches that end at a variant's border on those sides; none of a torus."""
+    """Return the valid first pixels of patches that end at a variant's border on those sides; none if toroidal."""
     out = []
     for allowed, torus in zip(valid, toroidal.tolist(), strict=True):
         kept = np.zeros_like(allowed)

@@ -1,22 +1,20 @@
 """Minimum cuts over existing seams (Kwatra et al. 2003, 3.1), by max flow on the pixel grid.
 
-The old pixels of a window may be of several pieces. Where two of them meet there is a seam already, with a price of
-its own, which is paid unless the new patch covers it (Kwatra, Schoedl, Essa, Turk and Bobick, SIGGRAPH 2003, 3.1).
-The paper gives every old seam a node between its two pixels; here the same energy is laid on the grid itself:
+The old pixels of a window may belong to several pieces. Where two of these meet there is a seam already. Its cost is
+paid unless the new patch covers it (Kwatra, Schoedl, Essa, Turk and Bobick, SIGGRAPH 2003, section 3.1). The paper adds
+a node for every old seam, between its two pixels; here the same energy is expressed on the pixel grid itself:
 
-* both pixels stay: the old price a; only the left one becomes new: c; only the right one: b; both: nothing;
-* a part a1 = min(a, b) of the price is paid by the left pixel for staying, the rest by the right one, and what
-  remains of b and c are two arcs. Where b + c < a, which no distance allows, but other prices do, a counts as b + c
-  in the choice of the cut, as in the paper; what the cut then costs is added up as it is.
+* cost if both pixels stay old: a; only the left one becomes new: c; only the right one: b; both: 0;
+* a part a1 = min(a, b) is a unary cost of the left pixel for staying old, the rest of a one of the right pixel; what
+  remains of b and c are the capacities of two arcs. Where b + c < a, which a metric excludes but other costs do not,
+  b + c is used in place of a to find the cut, as in the paper; the cost of the cut found is then summed with a.
 
-Pieces are read as they go on in their exemplar, so what a seam costs follows from the map alone. Where a piece does
-not go on, its last pixel stands for what would be there.
+Pieces are continued beyond their seams as the exemplar continues, so the cost of a seam follows from the map alone.
+Where the exemplar ends, its last pixel is used in place of the next.
 
-What every two neighbouring pixels of a window cost, whichever of them a patch takes.
-
-Much of it follows from the map alone and is read once for all patches that are tried in a window: what is shown, which
-pixels stay, and where pieces meet. Between two pixels of one piece that goes on nothing is paid now, and the same
-whichever of the two becomes new.
+Much follows from the map alone and is read once for all patches that are tried in a window: which pixels it shows,
+which of them must stay, and where pieces meet (joints). Between two pixels of one piece the old cost is 0, and the
+costs of replacing only one or only the other are equal.
 """
 
 from __future__ import annotations
@@ -37,13 +35,16 @@ from .occurrence_kernels import price_usage
 def read_window(
     grown: Any, locked: Any, pieces: Any, window: Any, price: Any, step: int, old: Any, state: Any, paid: Any
 ) -> Any:
-    """Read what a window of :func:`recut` shows, independent of the patch cut into it.
+    """Read what a window of :func:`recut` shows, independent of the patch cut into it; return its joints.
 
-    Writes numbers of pixels into `old`, -1 in holes; what each pixel costs now with its right and lower neighbour into
-    `paid` (2, h, w), where it is more than 0; and into `state` whether it stays, becomes new, may be either, or is left
-    out. Holes that are to be filled become new, others are left out. A pixel stays where it is locked, and at the
-    window's edge beside known pixels outside. Returns the pairs between which no piece goes on, (n, 5): row and column
-    of the one, 1 if the other is the lower one, the pixel the one goes on with, the one before the other.
+    `old` (h, w): receives pixel numbers, -1 in holes. `paid` (2, h, w), zeros: receives the present seam cost of each
+    pixel and its right, and its lower neighbour. `state` (h, w): receives NEW for holes to be filled, ABSENT for other
+    holes, OLD for locked pixels and for pixels at the window's edge next to known pixels outside, FREE for the rest.
+
+    Returns the joints, the pairs of neighbours of which the second does not continue the first in the exemplar (with
+    gradient costs all pairs), (n, 5) int32: row and column of the first pixel; 0 if the second is its right neighbour,
+    1 if its lower one; the number of the pixel that continues the first at the second; of that which continues the
+    second at the first.
     """
     (variant, yx, wrap), table, channels = grown, pieces.table, pieces.channels
     (height, width), (h, w), box, target = variant.shape, old.shape, window[:4], window[4:]
@@ -73,7 +74,7 @@ def read_window(
 
 @kernel
 def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid: Any) -> Any:
-    """List the pairs between which no piece goes on, and price them; `shown` (3, h, w): variants, rows and columns."""
+    """Return the joints of :func:`read_window` and write their costs; `shown` (3, h, w): variants, rows, columns."""
     h, w = old.shape
     apart, counts, total = np.zeros((2, h, w), np.uint8), np.zeros((2, h), np.int64), 0
     for k in range(2):
@@ -107,7 +108,7 @@ def _find_joints(pieces: Any, price: Any, step: int, shown: Any, old: Any, paid:
 
 @kernel
 def _keep_edges(grown: Any, box: Any, step: int, old: Any, state: Any) -> None:
-    """Let the known pixels at a window's edge stay that lie beside known ones outside."""
+    """Set `state` to OLD for known pixels at a window's edge next to known pixels outside the window."""
     variant, wrap = grown.variant, grown.wrap
     (height, width), (h, w) = variant.shape, old.shape
     for i in range(h):
@@ -126,8 +127,8 @@ def _keep_edges(grown: Any, box: Any, step: int, old: Any, state: Any) -> None:
 def place_patch(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any, state: Any) -> None:
     """Write the numbers of the pixels that a patch shows into `new`, -1 where it does not reach.
 
-    Writes what was `seen` (of :func:`look`) into `state`; where the patch does not reach, and beside, what is known
-    stays, and holes are left out.
+    Copies `seen`, the state from :func:`read_window`, into `state`. Where the patch does not extend, known pixels and
+    their known neighbours become OLD, holes ABSENT.
     """
     table, usable = pieces.table, pieces.usable
     (v, row, column), (h, w) = pick, new.shape
@@ -159,7 +160,8 @@ def place_patch(pieces: Any, pick: Any, step: int, old: Any, seen: Any, new: Any
 def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: Any, terms: Any) -> None:
     """Write seam costs into `terms` (3, 2, h, w): of each pixel and its right, and its lower neighbour.
 
-    First what is paid if both stay, which is there already; then if the second becomes new, then if the first does.
+    ``terms[0]``: the costs if both stay old, which is there already; ``terms[1]``: if only the second pixel of a pair
+    becomes new; ``terms[2]``: if only the first does.
     """
     h, w = old.shape
     gap = np.zeros((h + 1, w + 1), np.int32)
@@ -182,7 +184,7 @@ def price_all(pieces: Any, price: Any, joints: Any, old: Any, new: Any, state: A
         terms[1, k, i, j], terms[2, k, i, j] = 0, 0
         fresh, next_ = new[i, j], new[m, n]
         if state[i, j] == ABSENT or state[m, n] == ABSENT or (fresh < 0 and next_ < 0):
-            continue  # neither can change: what that would cost is never paid
+            continue  # neither pixel can become new, so these terms are never used
         fresh, next_ = fresh if fresh >= 0 else next_, next_ if next_ >= 0 else fresh
         if old[i, j] >= 0:
             terms[1, k, i, j] = meeting(pieces, (old[i, j], on), (fresh, next_), price)
@@ -211,7 +213,7 @@ def _measure_gaps(pieces: Any, old: Any, new: Any, gap: Any) -> None:
             out[j] = root * (np.int64(visible[a[j]]) + np.int64(visible[b[j]])) >> TWICE if root else 0
 
 
-NEVER = 1 << 60  # what a cut is said to cost that was given up
+NEVER = 1 << 60  # reported as the cost of a cut whose computation was given up
 
 
 @kernel
@@ -234,7 +236,10 @@ def cut_change(terms: Any, out: Any) -> Any:
 def _cut_in(
     pieces: Any, pick: Any, prices: Any, step: int, limit: Any, read: Any, out: Any
 ) -> Any:
-    """Cut a patch into what :func:`look` read of a window; see :func:`recut`. NEVER if it is given up."""
+    """Return the change of the energy by the best cut of a patch in a window; NEVER if it is at least `limit`.
+
+    `read`: the joints, pixel numbers, states and terms from :func:`read_window`. The cut is written into `out`.
+    """
     (price, usage), (joints, old, seen, terms) = prices, read
     new, state, most = np.empty(old.shape, np.int32), np.empty(old.shape, np.uint8), np.int64(MOST)
     place_patch(pieces, pick, step, old, seen, new, state)
@@ -244,7 +249,7 @@ def _cut_in(
     if used:
         sure = price_usage(usage, step, old, new, state, more)
     if limit < NEVER:
-        most = np.int64(limit) - sure  # at least what flows will be paid, in place of what is paid now
+        most = np.int64(limit) - sure  # bound of the flow, above which the change of the energy reaches the limit
         for number in range(len(joints)):
             most += terms[0, joints[number, 2], joints[number, 0], joints[number, 1]]
     if not least_cut(state, terms, more, out, most):
@@ -256,16 +261,28 @@ def _cut_in(
 def recut(
     grown: Any, locked: Any, pieces: Any, windows: Any, picks: Any, prices: Any, step: int, take: Any, best: Any
 ) -> None:
-    """Cut patches into windows of the map, one instead of another, old seams remembered, and note the best.
+    """Compute the cuts of alternative patches in windows of the map, over existing seams, and report the best one.
 
-    `windows` (n, 8): of each patch the window's first row and column (inside the canvas, or over a border that wraps),
-    rows and columns, and those of what is to be filled, from the window's first pixel; what equal ones in a row show is
-    read once. `picks` (n, 4): its number, by which ties are settled, variant, row and column of the pixel shown at the
-    window's first pixel, which may lie outside the variant.
-    Of every `step`-th px of the best's window `take`, unless it has no size, says whether it is taken. `best` (2,): by
-    how much the seams become dearer, negative where a patch covers seams that cost more than its own, and the number of
-    the patch; what does not better it is given up, and it stays. `prices`: of seams, and of what is shown already,
-    which is part of that.
+    The map does not change.
+
+    Parameters
+    ----------
+    windows : (n, 8) int64
+        For each patch the window's first row and column (inside the canvas, or over a border that wraps), its rows and
+        columns, and the same four numbers of the part in which holes are filled, relative to the window's first
+        pixel. Consecutive equal windows are read once.
+    picks : (n, 4) int64
+        For each patch its number, by which ties are broken; variant, row and column of the pixel shown at the window's
+        first pixel, which may lie outside the variant.
+    prices : pair
+        The seam cost (:class:`~intarsia.kernels.cuts.SeamPrice`) and the :class:`.occurrence_kernels.Usage`.
+    step : int
+        Every `step`-th pixel along both axes is sampled.
+    take : uint8 array, sampled rows and columns, or (0, 0)
+        Receives 1 where the best patch replaces the map, unless it is empty.
+    best : (2,) int64
+        On entry a bound of the change, and a number for ties; on return, if a patch is better, the change of the energy
+        and the number of the best one. Negative changes lower the energy.
     """
     k = 0
     while k < len(picks):
@@ -276,7 +293,7 @@ def recut(
         joints = read_window(grown, locked, pieces, window, prices[0], step, old, seen, terms[0])
         while k < len(picks) and (windows[k] == window).all():
             number, pick = picks[k, 0], (picks[k, 1], picks[k, 2], picks[k, 3])
-            limit = best[0] + (number < best[1])  # of two that cost as much the first is taken
+            limit = best[0] + (number < best[1])  # of equal changes that of the lowest number is kept
             change = _cut_in(pieces, pick, prices, step, limit, (joints, old, seen, terms), out)
             if change < limit:
                 best[0], best[1] = change, number
@@ -287,7 +304,10 @@ def recut(
 
 @kernel
 def write_cut(grown: Any, pieces: Any, usage: Any, box: Any, pick: Any, take: Any) -> None:
-    """Write the pixels `take` of a patch into the map, and count them; `box` and `pick` as in :func:`recut`."""
+    """Write the pixels of a patch where `take` is 1 into the map, and update their occurrences.
+
+    `box`: first row and column of the window. `pick`: variant, row and column shown at its first pixel.
+    """
     (variant, yx, wrap), table, (height, width) = grown, pieces.table, grown.variant.shape
     v, rows, columns = pick[0], table[pick[0], 1], table[pick[0], 2]
     begin = table[v, 0] // pieces.channels

@@ -1,4 +1,8 @@
-"""Seam costs of a map (Kwatra et al. 2003, eq. 1 and 3): pieces are continued in their exemplar beyond each seam."""
+"""Seam costs of a map (Kwatra et al. 2003, eq. 1 and 3): pieces are continued in their exemplar beyond each seam.
+
+The pixels of all variants (exemplars in their isometries) are numbered consecutively. `grown` is the map, a
+:class:`~intarsia.kernels.maps.PartialMap`; `price` a :class:`~intarsia.kernels.cuts.SeamPrice`.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +15,18 @@ from ..kernels.cuts import FLAT, GRADIENT_UNIT, truncated_quadratic
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 
-TWICE = 8  # bits: what two pixels count where differences count as they are (visibility `FULL` each)
+TWICE = 8  # bits by which a product with two visibilities is shifted: 2 ** 8 is twice FULL, the visibility 1
 
 
 class Pieces(NamedTuple):
     """The posed exemplars of a map, end to end, and which of their pixels may be used."""
 
-    flat: Int16  # (numbers,): features, channel by channel of each pixel
-    table: Int64  # (V, 4): where each begins in flat, height, width and stride, px
+    flat: Int16  # (pixels * channels,): features, pixel by pixel
+    table: Int64  # (V, 4): where each begins in `flat`, height, width and stride, px
     usable: UInt8  # (pixels,): 1 where a pixel may be shown
-    torus: Mask  # (V,): whether it continues in itself
-    channels: int
-    visible: Int16  # (pixels,): how much a difference counts at each, in 1/128
+    torus: Mask  # (V,): whether the exemplar is toroidal
+    channels: int  # that seam costs compare
+    visible: Int16  # (pixels,): visibility, the weight of a difference at each pixel, in 1/128
 
 
 @kernel
@@ -43,14 +47,14 @@ def feature_distance(flat: Any, channels: int, a: int, b: int) -> int:
 
 @kernel
 def seen_distance(pieces: Any, a: int, b: int) -> int:
-    """Return the feature distance of two pixels, weighed by their visibility (`analysis/contrast_masking.py`)."""
+    """Return the feature distance of two pixels, weighted by their visibility (`analysis/contrast_masking.py`)."""
     visible = np.int64(pieces.visible[a]) + np.int64(pieces.visible[b])
     return int(feature_distance(pieces.flat, pieces.channels, a, b) * visible >> TWICE)
 
 
 @kernel
 def spot(pieces: Any, v: int, y: int, x: int) -> int:
-    """Return the number of a variant's pixel, -1 where there is none or it is not usable."""
+    """Return the number of pixel (y, x) of variant `v`, -1 where there is none or it is not usable."""
     table = pieces.table
     rows, columns = table[v, 1], table[v, 2]
     if not (0 <= y < rows and 0 <= x < columns):
@@ -68,9 +72,10 @@ def spot(pieces: Any, v: int, y: int, x: int) -> int:
 def meeting(pieces: Any, a: Any, b: Any, price: Any) -> int:
     """Return the cost of a seam between piece `a` at one pixel and piece `b` at the next.
 
-    Each shows, or would show, two pixels: at the one and at the next (Kwatra et al. 2003, eq. 1). With a
-    `gradient` the cost is times GRADIENT_UNIT, divided by FLAT plus the change of both pieces (eq. 3), rounded down;
-    with a `knee` it is :func:`truncated_quadratic`.
+    `a` and `b` are pairs of pixel numbers: what each piece shows, or would show, at the one and at the next place. The
+    cost is the sum of their distances at both places (Kwatra et al. 2003, eq. 1). With ``price.gradient`` it is
+    multiplied by GRADIENT_UNIT and divided by FLAT plus the change of both pieces from one place to the next (eq. 3),
+    rounded down; with a positive ``price.threshold`` it is the :func:`truncated_quadratic`.
     """
     flat, channels = pieces.flat, pieces.channels
     cost = seen_distance(pieces, a[0], b[0]) + seen_distance(pieces, a[1], b[1])
@@ -94,9 +99,11 @@ def source_at(grown: Any, pieces: Any, y: int, x: int) -> int:
 
 @kernel
 def beyond(pieces: Any, shown: Any, way: Any, here: Any) -> Any:
-    """Return the pixel that continues the piece at pixel `here`; `here` where it does not go on, -1 in holes.
+    """Return the number of the pixel that continues the piece at pixel `here`.
 
-    `shown`: its variant, row and column there; `way`: rows and columns on.
+    `here` itself where the exemplar ends, -1 in holes.
+
+    `shown`: variant, row and column of `here`; `way`: the displacement in rows and columns.
     """
     found = np.int64(-1)
     if here >= 0:
@@ -108,8 +115,8 @@ def beyond(pieces: Any, shown: Any, way: Any, here: Any) -> Any:
 def seam_prices(grown: Any, pieces: Any, box: Any, price: Any, prices: Any) -> None:
     """Write into `prices` (H, W, 2) the seam cost between each pixel of a box and its right and lower neighbour.
 
-    `box`: first row, first column, rows and columns; it may reach over borders. 0 where a piece goes on, in holes
-    and at borders.
+    `box`: first row, first column, rows and columns; it may extend over borders. 0 where the piece continues, next to
+    holes, and at borders that do not wrap.
     """
     variant, yx, wrap = grown
     height, width = variant.shape

@@ -1,11 +1,12 @@
 """The local search over a map: batches of disjoint windows are searched and cut in parallel, then written in turn.
 
-The windows of a wave are searched and cut by the map as it was before; what was cut is then laid in turn, where it
-still pays after what the wave laid before. So threads share a wave, and change no byte.
+All windows of a batch are searched and cut against the map as it was before the batch; the cuts are then written one
+after the other, where the constraint still allows them. Therefore the result does not depend on the number of threads.
 
-A patch is cut in with old seams remembered, so it may replace what lies around its window as well (Kwatra, Schoedl,
-Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4). Departure: there one patch follows
-another, each chosen by what all before it show; here only repeats of the same wave are not seen.
+The cut accounts for the cost of seams placed earlier, so a patch may also replace pixels around its window (Kwatra,
+Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4). Departure: in the paper patches
+are placed one after the other, and each choice depends on all earlier ones. Here a choice does not depend on the other
+windows of its batch, which are too far away to share a seam, so repeats within a batch are not noticed.
 """
 
 from __future__ import annotations
@@ -23,31 +24,35 @@ from ..patches import Window, window_batches
 from .canvas_border import SHARE, border_candidates
 from .graphcut_textures import APART, TRIES, Box, Cut, GraphcutMap, Piece, pieces_in
 
-AT_ONCE = 64  # windows of a wave that are searched for and cut before progress is told; what they hold is dropped then
-REACH = 2  # patches that a large piece may grow around the box that it lies in
-SMALLEST = 4  # pieces below 1 / SMALLEST of a patch grow no more
+AT_ONCE = 64  # windows that are searched and cut between two reports of progress; limits memory, changes no result
+REACH = 2  # patch sides by which an expansion move may extend a piece beyond its bounding box, at most
+SMALLEST = 4  # pieces smaller than 1 / SMALLEST of the area of a patch are not expanded
 
 
 class Move:
-    """One kind of move at the sites of a map, each of which a key names."""
+    """A kind of move of the local search, tried at sites: windows or pieces, each of which a key names."""
 
     def __init__(self, sewn: GraphcutMap) -> None:
         self.sewn = sewn
 
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """Return proposals for disjoint sites by the map as it is; the sites themselves where none are searched."""
+        """Return proposals for disjoint sites of the map as it is; by default the sites themselves."""
         return sites
 
     def best(self, site: Any, found: Any) -> Cut | None:
-        """Return the best cut of what was found, None where none pays; thread-safe."""
+        """Return the best cut among the proposals for a site, None to leave the site as it is; thread-safe."""
         raise NotImplementedError
 
     def give_up(self, key: Any) -> None:
-        """Skip a site at which nothing pays."""
+        """Note that no move was found for a site, so that it may be skipped later."""
 
 
 def apply_moves(work: Move, wave: Mapping[Any, Any], run: Run, tick: Callable[[int], None]) -> list[Cut]:
-    """Apply a batch of moves that pay; return the cuts that were written. `tick` gets the number of sites done."""
+    """Apply a batch of moves; return the cuts that were written.
+
+    A cut is written unless :meth:`Move.best` returns None or the constraint forbids it by now. `tick` is called with
+    the number of sites done.
+    """
     sites, cuts, laid = list(wave.values()), list[Cut | None](), list[Cut]()
     for begin in range(0, len(sites), AT_ONCE):
         tick(begin)
@@ -67,27 +72,27 @@ def apply_moves(work: Move, wave: Mapping[Any, Any], run: Run, tick: Callable[[i
 
 
 class Place(NamedTuple):
-    """A window, and the random bits for its placement."""
+    """A window, and the 64 random bits that its placements are drawn by."""
 
     box: Box
     bits: int
 
 
 class PlacementMove(Move):
-    """Fill empty windows by placements drawn among those that fit."""
+    """Fill windows of the layout by placements drawn by their costs."""
 
     def __init__(self, sewn: GraphcutMap) -> None:
         super().__init__(sewn)
         self.even = bool(sewn.stitch.evenness) and sewn.stitch.lattice is None and not (sewn.variant < HOLE).any()
 
     def found(self, sites: list[Any], run: Run) -> Sequence[Any]:
-        """Return the candidates of each window, and those that end at the exemplar's border where the canvas ends."""
+        """Return two sets of candidates for each window: all, and those of :func:`border_candidates`."""
         boxes = [place.box for place in sites]
         ends = border_candidates(self.sewn, boxes, run) if self.even else [None] * len(boxes)
         return list(zip(self.sewn.found(boxes, run), ends, strict=True))
 
     def best(self, site: Any, found: Any) -> Cut | None:
-        """Return the cheapest cut of the placements drawn."""
+        """Return the cut of the cheapest of TRIES placements; a third are :func:`border_candidates` if any."""
         anywhere, end = found
         rest = TRIES // SHARE if end else 0
         picks = self.sewn.placements(site.box, anywhere, site.bits, TRIES - rest)
@@ -96,10 +101,10 @@ class PlacementMove(Move):
 
 
 def fill(sewn: GraphcutMap, seed: int, stage: int, run: Run, times: int = 0) -> None:
-    """Fill the windows of the layout in batches; progress allows for `times` rounds of expansion moves after that."""
+    """Fill the windows of the layout in batches; progress is reported as if `times` equally long rounds followed."""
     growth, work, done = sewn.growth, PlacementMove(sewn), 0
     order: list[list[Window]] = window_batches(growth.layout, growth.windows, sewn.around)
-    if sewn.stitch.lattice and sewn.first is None:  # all others lie in step with the first
+    if sewn.stitch.lattice and sewn.first is None:  # all others are aligned to the first
         order[:1] = [order[0][:1], order[0][1:]] if order else []
     total = sum(map(len, order)) * (1 + times)
     for wave in order:
@@ -110,7 +115,7 @@ def fill(sewn: GraphcutMap, seed: int, stage: int, run: Run, times: int = 0) -> 
 
 
 class ExpansionMove(Move):
-    """Expansion moves: pieces grow over their neighbours."""
+    """Expansion moves: a piece is extended over its neighbours where that lowers the energy."""
 
     def best(self, site: Any, found: Any) -> Cut | None:
         """Return the expansion move of a piece, None where it does not lower the energy."""
@@ -118,19 +123,21 @@ class ExpansionMove(Move):
         return cut if cut.change < 0 else None
 
     def reach(self, site: Piece) -> int:
-        """Return how far around its box a piece may grow, px: two thirds of its length, up to REACH patches.
+        """Return how far beyond its box a piece may be extended, px: 2/3 of its longer side, up to REACH patches.
 
-        The margin alone on a lattice that is stretched around a canvas, as pieces are not stretched.
+        At most the margin on a lattice that is stretched around the canvas, as pieces are not stretched.
         """
         most = self.sewn.stitch.margin if self.sewn.stretched else REACH * min(self.sewn.growth.layout.patch)
         return min(most, 2 * max(site.box[2:]) // 3)
 
 
 def expand(sewn: GraphcutMap, run: Run, times: int, unit: int = 1, before: int = 0) -> list[int]:
-    """Try an expansion move of every piece of a map `times` times; return what every accepted cut saved.
+    """Try an expansion move of every piece of a map in each of `times` rounds; return what every accepted cut saved.
 
-    An expansion move of each label (Boykov, Veksler and Zabih 2001), kept to what lies around it; largest pieces first
-    as far as a batch has room. Each round counts as `unit` steps of progress, after `before` units.
+    The label of a pixel is its placement; a move expands one label (Boykov, Veksler and Zabih 2001) within the
+    surroundings of its piece. Pieces are assigned to batches in the order of their size, the largest first. Left out
+    are pieces below 1 / SMALLEST of a patch, and those that :meth:`GraphcutMap.apart` rejects. A round counts as `unit`
+    steps of progress, after `before` rounds.
     """
     growth, work, saved = sewn.growth, ExpansionMove(sewn), list[int]()
     least, total = math.prod(growth.layout.patch) // SMALLEST, unit * (before + times)
@@ -148,7 +155,7 @@ def expand(sewn: GraphcutMap, run: Run, times: int, unit: int = 1, before: int =
 
 
 def batches(windows: Array, shape: Sequence[int], wraps: Sequence[bool]) -> list[list[int]]:
-    """Assign windows (n, 4) to batches, each to the first in which no window is so near that either reads the other."""
+    """Assign windows (n, 4) to batches, each to the first batch whose windows are all at least APART px from it."""
     wave = np.zeros(len(windows), np.int64)
     for k, window in enumerate(windows):
         near = np.ones(k, np.bool_)

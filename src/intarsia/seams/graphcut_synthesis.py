@@ -26,13 +26,13 @@ from .occurrence_kernels import SHARE
 from .occurrences import usage_of
 
 STAGE = 2403  # keeps this method's draws apart from those of others
-SMALLER = 70  # % of the largest patches, where nothing is to be kept: at 100 and 50 people liked fewer pictures
-FINE = 1024  # rates of use are told in so many parts of a knee
-TOLERANCE = 0.1  # under a guide: choose among patches up to this much worse than the best
+SMALLER = 70  # % of the side of the largest patches, without a lattice or start map; 100 and 50 were judged worse
+FINE = 1024  # rates of use are reported in 1/FINE of the threshold of the seam cost
+TOLERANCE = 0.1  # under a guide: a patch is drawn among those that cost at most 10 % more than the best
 
 
 def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut:
-    """Choose window, overlap and overreach by the size of the texture's elements and the canvas."""
+    """Return the method with window, overlap and overreach set, by the size of the elements and the canvas."""
     room, kept = _room(method, exemplars, canvas), method.lattice or canvas.start is not None
     made: Graphcut = decided(
         method, exemplars, canvas.guide, lambda: min(free_patch(exemplars, 100 if kept else SMALLER), room)
@@ -41,7 +41,7 @@ def resolved(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> Graphcut
 
 
 def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Fill the canvas window by window, then let pieces grow; under a guide patches are chosen as it says."""
+    """Fill the canvas in batches of windows, then refine it by expansion moves; under a guide by :func:`_guided`."""
     if canvas.guide is not None:
         return _guided(method, exemplars, canvas, seed, run)
     growth = PatchSynthesis(settings_of(method), exemplars, canvas)
@@ -53,9 +53,9 @@ def synthesize(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int
 
 
 def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Choose patches window by window under the guide, and cut them in over existing seams."""
+    """Choose patches window by window under the guide, and cut them in over existing seams; no expansion moves."""
     stages = Stages(settings_of(method, method.repeat_penalty), exemplars, canvas, method.blend)
-    in_turn = replace(run, threads=1)  # a cut looks at the pixels beside its window, too
+    in_turn = replace(run, threads=1)  # a cut also reads the pixels next to its window
     for growth in stages:
         sewn = GraphcutMap(growth, stitch_of(method), run=in_turn)
         growth.fill(seed, STAGE, in_turn, choose=TOLERANCE, join=sewn.join)
@@ -63,7 +63,10 @@ def _guided(method: Graphcut, exemplars: Exemplars, canvas: Canvas, seed: int, r
 
 
 def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
-    """Return the largest window, px, that fits at every offset of a period; raise for what excludes a lattice."""
+    """Return the largest window side, px, that fits at every offset of a period; LARGEST without a lattice.
+
+    ParameterError for parameters that exclude a lattice.
+    """
     if not method.lattice:
         return LARGEST
     check_lattice(method.lattice, exemplars[0])
@@ -80,7 +83,10 @@ def _room(method: Graphcut, exemplars: Exemplars, canvas: Canvas) -> int:
 
 
 def _steps(method: Graphcut) -> tuple[Vectors | None, int]:
-    """Return the lattice vectors and the slack; a single vector gets a second one short enough to align everything."""
+    """Return the lattice vectors and the slack, px.
+
+    A single vector gets a second one at right angles, so short that places along it are not restricted.
+    """
     if not method.lattice:
         return None, 0
     (y, x), second = cell_of(method.lattice, (1 << 16, 1 << 16))
@@ -89,14 +95,15 @@ def _steps(method: Graphcut) -> tuple[Vectors | None, int]:
 
 
 def stitch_of(method: Graphcut) -> GraphcutSettings:
-    """Return the parameters of placing and cutting, once overreach is known."""
+    """Return the parameters of placing and cutting; the method's `overreach` must be decided."""
     return GraphcutSettings(method.repeat_penalty, method.seam, method.overreach or 0, *_steps(method), method.evenness)
 
 
 def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, int]:
-    """Return the usage term of the energy, in thresholds per million px.
+    """Return the usage term of the energy, ``use``, in thresholds per million px; nothing without `evenness`.
 
-    A pixel that occurs n times costs n (n - 1) / 2 times its rate, and n times what it counts from the beginning.
+    An exemplar pixel that occurs n times costs its rate times n (n - 1) / 2 + n c, where c is its initial count
+    (:func:`.occurrences.border_counts`).
     """
     if not method.evenness:
         return {}
@@ -107,7 +114,7 @@ def terms(method: Graphcut, exemplars: Exemplars, smap: SourceMap) -> dict[str, 
 
 
 def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
-    """Return how windows lie, and the price of repeats under a guide, once patch and overlap are known."""
+    """Return the parameters of windows, patch and overlap being set; `usage`: price of repeats under a guide."""
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.edge_weight,

@@ -1,15 +1,16 @@
 """Graph-cut texture synthesis: patches placed by sampling and cut in by max flow over existing seams.
 
-A patch is cut in with old seams remembered, so it may replace what lies around its window as well, and several
-placements are tried by the cut itself: the one that leaves the cheapest seams is kept (Kwatra, Schoedl, Essa, Turk
-and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
+The cut accounts for the cost of seams placed earlier, so a patch may also replace pixels around its window. Several
+placements are sampled and compared by coarse cuts; the one that leaves the cheapest seams is cut in at full
+resolution (Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, sections 3 and 4).
 
-A patch beside its own mirror image, or turned by half around a point of it, meets it without a seam. Such placements
-are the cheapest of all, and look like wings and rosettes: they are rejected.
+A patch next to its own mirror image, or to itself rotated by 180 degrees about a point of it, meets it without a seam.
+Such placements are the cheapest of all, and look like wings and rosettes: they are rejected.
 
-Pieces that lie about a window are placements for it, too. A piece that grows over its neighbours as far as a cut says
-is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph Cuts", IEEE PAMI 23,
-2001), kept to its surroundings. No search is needed.
+A piece is the set of all canvas pixels that show one placement, connected or not. Extending a piece over its
+neighbours by one cut is an expansion move (Boykov, Veksler and Zabih, "Fast Approximate Energy Minimization via Graph
+Cuts", IEEE PAMI 23, 2001), here limited to the surroundings of the piece. It needs no search. In repairs, pieces near a
+window are tried as placements for it, too.
 """
 
 from __future__ import annotations
@@ -45,28 +46,28 @@ from .softmax_sampling import boltzmann_weights, weighted_sample
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 
-Constraint = Callable[[Box, Pick], Array]  # pixels of a box that must stay, whatever it costs; see `repair.Constraints`
+Constraint = Callable[[Box, Pick], Array]  # returns which pixels of a box must not change; see `repair.Constraints`
 
 
-NEARBY = 512  # px, or two sides of the exemplar: the side of what is seen together; of larger maps so much counts
-SAMPLES = 64  # along each side of what lies about a window it is looked at in at most so many places
-TRIES = 12  # placements that are drawn for a window and compared by rough cuts; 1 as published
+NEARBY = 512  # px, or twice the longest exemplar side if more: side of the area in which repeats count in full
+SAMPLES = 64  # sampling points, at most, along each side of the surroundings in which repeats of a window are counted
+TRIES = 12  # placements that are drawn for a window and compared by coarse cuts; the paper draws 1
 RANDOMNESS = 0.01  # k of exp(-cost / (k sigma^2)), by which placements are drawn; sigma^2 the exemplars' variance
-REPEAT = 2.0  # large patches show their repeats more than small ones: what usage is multiplied by
-ROUGH = 6  # px from one to the next where placements are compared before the best is cut in
-LEAST = 8  # so many of them at least along each side of a window
-NEARBY_SHARE = 3  # one in so many of the placements for a bad place is a piece that lies near it already
-EVERY = 4  # px from one to the next, at least, of what lies about a window
-FAR = 1 << 24  # px: no canvas or exemplar is so long
-APART = 3  # px between the boxes of two windows: what a cut reads and changes is its own
-TORUS_TOLERANCE = 3  # px: so near one whole exemplar away is the same; a quarter of a window: good places go
-STEP = 4  # px from one to the next where it is looked whether something lies beside itself
-MOST = 32  # at most 1 / MOST of a window may lie beside itself
+REPEAT = 2.0  # factor of the price of repeats: repeats of large patches are more visible than those of small ones
+ROUGH = 6  # px between the sampled pixels of a coarse cut
+LEAST = 8  # sampled pixels, at least, along each side of a window in a coarse cut
+NEARBY_SHARE = 3  # at most a third of the placements tried in a repair are pieces that lie near the window already
+EVERY = 4  # px between the sampling points in the surroundings of a window, at least
+FAR = 1 << 24  # px: longer than any canvas or exemplar
+APART = 3  # px between windows that are cut in parallel, at least, so that none reads pixels that another changes
+TORUS_TOLERANCE = 3  # px off one exemplar size, within which repeats are rejected; 1/4 window rejects good ones
+STEP = 4  # px between the pixels that are tested for a mirror image of themselves
+MOST = 32  # at most 1 / MOST of the pixels of a window may lie near a mirror image of themselves
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """A patch cut into a window: change of the energy, the window, the patch, and which of its pixels are taken."""
+    """A patch cut into a window: change of the energy, the window, the patch, and a mask of what it replaces."""
 
     change: int
     box: Box
@@ -81,16 +82,19 @@ class GraphcutSettings:
     Attributes
     ----------
     usage : float
-        Price of a repeat, in usual distances.
+        Price of a repeat, relative to the usual distance (:attr:`intarsia.search.Candidates.usual`).
     seam : str
-        ``difference``: a seam costs what the colours that meet there differ; ``gradient``: less where there is detail;
-        ``sharp``: what is seen costs more than in proportion, what is not seen less.
+        Cost of a seam. ``difference``: the feature distance of both sides; ``gradient``: that divided by the local
+        gradients; ``sharp``: the truncated quadratic of the distance, weighted by visibility.
     margin : int
         How far around its window a patch may replace what is there, px.
     lattice : two vectors, (rows, columns) in 1/256 px
-        Patches are aligned to this lattice from the first one on, within `slack` px; None: anywhere.
+        All patches are aligned to the first one by this lattice; None: they may lie anywhere.
+    slack : int
+        How far a patch may lie off the lattice, px.
     evenness : float
-        Cost of one more occurrence of a pixel that is used as often as the area asks, in thresholds; 0: none.
+        Cost of one more occurrence of an exemplar pixel that is used as often as the average, in thresholds of the
+        seam cost; 0: none.
     """
 
     usage: float = 0.05
@@ -111,7 +115,7 @@ class Piece(NamedTuple):
 def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
     """List the pieces of a map, or of part of one, the largest first.
 
-    Of equally large ones the first by variant, then by how far rows, and columns, lie before what they show.
+    Equally large ones are ordered by variant, then by the offset of canvas row to exemplar row, then of the columns.
 
     Parameters
     ----------
@@ -142,7 +146,7 @@ def pieces_in(variant: Array, yx: Array, least: int = 1) -> list[Piece]:
 
 
 def first_of(windows: Array, patches: Array) -> tuple[Box, Pick]:
-    """Return the first of :meth:`GraphcutMap.windows`."""
+    """Return the first of windows and patches as :meth:`GraphcutMap.windows` returns them."""
     return tuple(windows[0, :4].tolist()), tuple(patches[0].tolist())
 
 
@@ -150,7 +154,7 @@ class GraphcutMap:
     """A map under synthesis whose patches are cut over existing seams.
 
     ``prices`` (H, W, 2) int32: seam costs between every pixel and its right and lower neighbour. `bar`, if given,
-    returns which pixels of a box must stay when a patch is cut in.
+    returns which pixels of a box must not change when a given patch is cut in.
     """
 
     def __init__(
@@ -168,7 +172,7 @@ class GraphcutMap:
         self.once = ONE * math.prod(min(n, nearby) for n in self.variant.shape) // self.variant.size
         assert isinstance(growth.finder, PatchSearch)
         self._search = growth.finder
-        self.first: tuple[Pair, Pair] | None = None  # of patches in step: a px of the exemplar, where it is shown
+        self.first: tuple[Pair, Pair] | None = None  # aligned patches: an exemplar pixel, and where it is shown
         self._around = [
             closing_vector(stitch.lattice, n, k) if stitch.lattice and wrap else (n * UNIT * (1 - k), n * UNIT * k)
             for k, (n, wrap) in enumerate(zip(self.variant.shape, self.wraps, strict=True))
@@ -182,7 +186,7 @@ class GraphcutMap:
         self._measure((0, 0, *self.variant.shape))
 
     def _counted(self, price: float, run: Run) -> Usage:
-        """Return the occurrences of every exemplar pixel in the map, and the cost of each more."""
+        """Return the number of occurrences of every exemplar pixel in the map, and what a further one costs."""
         feats, exemplars, stepped = self.growth.features, self.growth.exemplars, self.stitch.lattice is not None
         begins = np.cumsum([0, *(e.free.size for e in exemplars)])
         numbers = [b + np.arange(e.free.size).reshape(e.free.shape) for b, e in zip(begins, exemplars, strict=False)]
@@ -201,26 +205,26 @@ class GraphcutMap:
 
     @property
     def stretched(self) -> bool:
-        """Whether patches are aligned to a lattice that is stretched around the canvas."""
+        """Whether patches are aligned to a lattice that is stretched to fit a canvas that wraps."""
         return self.first is not None and any(self.wraps)
 
     @property
     def around(self) -> int:
-        """Least distance of windows that are worked on in parallel, px."""
+        """Least distance of windows that are filled in parallel, px."""
         return 2 * self.stitch.margin + APART
 
     # ---- placing
 
     def best(self, box: Box, picks: Sequence[Pick]) -> Cut | None:
-        """Return the cut of the placement that is cheapest by a coarse cut; None of none."""
-        which = self._cheapest_coarse(box, picks) if picks[1:] else 0  # a lone one is compared with none
+        """Return the full cut of the placement that is cheapest by a coarse cut; None if there is no placement."""
+        which = self._cheapest_coarse(box, picks) if picks[1:] else 0  # a single one needs no comparison
         return self.cut(box, picks[which], self.stitch.margin) if picks else None
 
     def _cheapest_coarse(self, box: Box, picks: Sequence[Pick]) -> int:
-        """Return the number of the placement that is cheapest by a coarse cut; of equals the first."""
+        """Return the index of the placement that is cheapest by a coarse cut; of equal ones the first."""
         step, best = max(1, min(ROUGH, min(box[2:]) // LEAST)), np.array([NEVER, len(picks)], np.int64)
         windows, patches = self.windows(box, picks, self.stitch.margin)
-        order = np.lexsort(windows[:, 3::-1].T)  # equal ones in a row
+        order = np.lexsort(windows[:, 3::-1].T)  # equal windows follow one another, and are read once
         for some in order[:, None] if self.constraint else [order]:
             tried, numbered = windows[some], np.column_stack([some, patches[some]])
             with self._locked_for(*first_of(tried, patches[some])):
@@ -228,7 +232,10 @@ class GraphcutMap:
         return int(best[1])
 
     def shown(self, box: Box) -> list[Pick]:
-        """Return the pieces around a window as placements, the largest first; none on a stretched lattice."""
+        """Return the pieces in and around a window as placements, the largest first, at most TRIES // NEARBY_SHARE.
+
+        None on a lattice that is stretched around the canvas, as pieces are not stretched.
+        """
         if self.stretched:
             return []
         wide = self.wide(box, self.stitch.margin)
@@ -241,23 +248,24 @@ class GraphcutMap:
         return [pick for pick, apart in zip(shifts, good, strict=True) if apart][: TRIES // NEARBY_SHARE]
 
     def apart(self, box: Box, rows: Array) -> Array:
-        """Return which candidates hardly lie beside their mirror image, and repeat nothing one whole exemplar away."""
+        """Return which candidates have hardly any mirror image nearby, and repeat nothing one whole exemplar away."""
         around = np.zeros(len(rows), np.int64)
-        if self.stitch.lattice is None:  # in step all of it returns
+        if self.stitch.lattice is None:  # aligned patches repeat it with every period anyway
             placement_kernels.repeats_whole_exemplar(self.grown, self.pieces, box, rows, TORUS_TOLERANCE, around)
         return np.asarray(self._unmirrored(box, rows) & (around == 0))
 
     def _unmirrored(self, box: Box, rows: Array) -> Array:
+        """Return which candidates have at most 1 / MOST of their pixels near a mirror image of them."""
         count = np.zeros(len(rows), np.int64)
         if self.variants.turns.any():
             placement_kernels.mirrored_pixels(self.grown, self.pieces, self.variants.turns, box, rows, STEP, count)
         return np.asarray(count * MOST <= box[2] * box[3])
 
     def placements(self, box: Box, found: Candidates, bits: int, most: int) -> list[Pick]:
-        """Draw some of the candidates for a window by softmax of their costs; any valid patch where there are none."""
+        """Draw up to `most` candidates for a window by softmax of their costs; any valid patch if there are none."""
         good = self.apart(box, found.rows)
         good = good if good.any() else self._unmirrored(box, found.rows)
-        found = replace(found, rows=found.rows[good]) if good.any() else found  # all of them where each is a twin
+        found = replace(found, rows=found.rows[good]) if good.any() else found  # if all are rejected, all are kept
         if not len(found.rows):
             return [random_patch(self._allowed(box), draw(bits, 0))]
         price = self.priced(box, found)
@@ -278,7 +286,7 @@ class GraphcutMap:
         return np.asarray(rows[:, 0] + np.maximum(shown, 0) * price // ONE)
 
     def look(self, box: Box) -> Look:
-        """Return the part of the canvas around a window in which repeats count more, and its sampling step."""
+        """Return the part of the canvas around a window in which repeats cost more, and its sampling step."""
         firsts, sides, reach = [], [], placement_kernels.reach_of(box[2], box[3])
         for begin, n, length, wrap in zip(box[:2], box[2:], self.variant.shape, self.wraps, strict=True):
             first = 0 if wrap and 2 * reach >= length else begin + n // 2 - reach
@@ -289,7 +297,7 @@ class GraphcutMap:
 
     @property
     def told(self) -> Prices:
-        """Occurrences of every patch, by its first cell in the search; counted again after a patch is placed."""
+        """Mean occurrences of the pixels of every patch, by coarse position of the search; cached until a write."""
         if self._told is None:
             search, counts = self._search, []
             f, (h, w) = search.factor, search.cells
@@ -305,7 +313,10 @@ class GraphcutMap:
         return self._told
 
     def found(self, boxes: Sequence[Box], run: Run, valid: Sequence[Mask] | None = None) -> list[Candidates]:
-        """Return the candidates for disjoint windows of the map as it is; `valid`: the only first pixels of patches."""
+        """Return the candidates for disjoint windows of the map as it is.
+
+        `valid`: masks of the first pixels of patches to which the search is restricted; None: all.
+        """
         search, told, first = self._search, self.told, self.first
         search = search if valid is None else search.within(valid)
         size = 1 if first else min(search.batch(), -(-len(boxes) // run.workers))
@@ -342,11 +353,11 @@ class GraphcutMap:
     # ---- cutting
 
     def cut(self, box: Box, pick: Pick, margin: int, limit: int = NEVER, step: int = 1) -> Cut:
-        """Cut a patch (variant, row, column at the window's first pixel) into a window and its surroundings.
+        """Compute the cut of a patch (variant, row, column at the box's first pixel) in a box and its surroundings.
 
-        Holes are filled inside the window only; around it, up to `margin` px, the patch may replace what is known. A
-        cut that would make seams dearer by `limit` or more may be given up; it then costs ``NEVER``. Of a rough one
-        every `step`-th px is looked at.
+        Nothing is written. Holes are filled inside the box only; around it, up to `margin` px, the patch may replace
+        known pixels. A cut that would change the energy by `limit` or more is given up; its change is then ``NEVER``.
+        With `step` above 1 every `step`-th pixel is sampled, along both axes (a coarse cut).
         """
         windows, patches = self.windows(box, [pick], margin)
         window, patch = first_of(windows, patches)
@@ -357,9 +368,10 @@ class GraphcutMap:
         return Cut(NEVER if best[1] else int(best[0]), window, patch, take)
 
     def expansion_move(self, piece: Piece, reach: int) -> Cut:
-        """Return the expansion move of a piece, up to `reach` px around it, within what a coarse cut takes.
+        """Return the expansion move of a piece, up to `reach` px around its box.
 
-        Its change is 0 or more where it saves nothing.
+        A coarse cut comes first; the full cut is limited to the box of the pixels that the coarse one takes, a sampling
+        step larger on each side. A change of 0 or more means that the move does not lower the energy.
         """
         rough = self.cut(piece.box, piece.pick, reach, limit=0, step=ROUGH)
         if rough.change >= 0:
@@ -393,7 +405,10 @@ class GraphcutMap:
         return out[0], out[1], out[2], out[3]
 
     def windows(self, box: Box, picks: Sequence[Pick], margin: int) -> tuple[Array, Array]:
-        """Return windows and patches for the kernel ``recut``: a box and its surroundings, as far as a pick extends."""
+        """Return windows (n, 8) and patches (n, 3) for the kernel ``recut``, one for each pick.
+
+        A window is the box with its surroundings, up to `margin` px, as far as the pick's exemplar extends.
+        """
         wide, windows, patches = self.wide(box, margin), list[list[int]](), list[list[int]]()
         for v, *at in picks:
             window, patch, (*size, torus) = [0] * 8, [v, 0, 0], self._sizes[v]
@@ -407,17 +422,20 @@ class GraphcutMap:
         return np.array(windows, np.int64), np.array(patches, np.int64)
 
     def join(self, window: Window, pick: Pick, found: Candidates) -> None:
-        """Cut a patch into a window alone, and write it into the map."""
+        """Cut a patch into a window without changing its surroundings, and write it into the map."""
         cut = self.cut((*self.growth.at(window), *self.growth.layout.patch), pick, 0)
         self.write(cut)
         self.note(cut)
 
     def index(self, box: Box) -> Any:
-        """Index of the pixels of a box, which may reach over borders that wrap."""
+        """Return the NumPy index of the pixels of a box, which may reach over borders that wrap."""
         return index_of(*box[:2], box[2:], self.variant.shape)
 
     def pays(self, cut: Cut) -> bool:
-        """Return whether no taken pixel is barred by now, such as one too near a copy placed since."""
+        """Return whether the constraint still allows all pixels that a cut takes.
+
+        A patch written since may forbid some, for instance by a copy of them that is too near. Costs are not tested.
+        """
         return self.constraint is None or not (self.constraint(cut.box, cut.pick) & (cut.take > 0)).any()
 
     def write(self, cut: Cut) -> None:
@@ -437,9 +455,9 @@ class GraphcutMap:
 
 
 def pieces_of(growth: PatchSynthesis, knee: int) -> Pieces:
-    """Return the variants of a map as seam kernels take them.
+    """Return the posed exemplars of a map as seam kernels take them, without the channels used in the search only.
 
-    By a price with a `knee` differences count as they are seen. Channels of outlines are left out: they make no seam.
+    With a `knee`, the threshold of a truncated quadratic cost, differences are weighted by visibility; with 0, equally.
     """
     variants, exemplars, pictures = growth.variants, growth.exemplars, growth.features.pictures
     seen = variants.channels - growth.features.structure

@@ -1,10 +1,11 @@
 """Patches aligned to a lattice: all offsets are lattice vectors from the first patch, within a few px.
 
-Where threads cross there is no straight joint to cut along, so blocks of whole periods end in the middle of a strand;
-patches of free shape find their way around it, but miss the lattice. Aligned ones do both. On a canvas that wraps the
-lattice is stretched until it holds whole periods: what is off by that is taken up a little from patch to patch.
+In a weave there is no straight joint to cut along, so rectangular blocks of whole periods end in the middle of a
+strand. Graph-cut patches of free shape avoid that, but leave the lattice; patches aligned to it do neither. On a canvas
+that wraps the lattice is stretched until a whole number of periods fits; the difference is spread over all patches.
 
-Source: no paper; the lattice of Lopez Recas, Hilsmann and Eisert 2011 asked of the patches of Kwatra et al. 2003.
+Source: no paper; our combination of the lattice of Lopez Recas, Hilsmann and Eisert 2011 with the patches of Kwatra et
+al. 2003.
 """
 
 from __future__ import annotations
@@ -18,17 +19,27 @@ from ..foundation.arrays import Mask, Pair
 from ..foundation.geometry import UNIT
 from ..lattice import Vector, Vectors
 
-# px off the lattice, as threads are not quite where it says. Of seven weaves together seams cost 4 % less with 1 (of
-# rattan and chain mail 8 % more), 1 % more with 6 (of parquet and bamboo 16 %)
+# px that a patch may lie off a lattice of two vectors, as real threads do. Seam costs of seven weaves together: 4 %
+# less with 1 (rattan and chain mail 8 % more), 1 % more with 6 (parquet and bamboo 16 % more).
 SLACK = 3
-STRAIGHT = 1  # across rows of one vector: seams of planks cost 0.86 of those with 3, of text 0.97, of boards 1.09
+# px off the rows of a lattice of one vector. Seam costs relative to 3 px: planks 0.86, text 0.97, boards 1.09.
+STRAIGHT = 1
 
 
 def aligned_place(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, shape: Sequence[int]) -> Pair:
     """Return the exemplar place, possibly beyond its border, that is lattice-aligned with a canvas pixel.
 
-    `first`: a px of the exemplar, and where the canvas shows it. `around`: where all rows and all columns of the canvas
-    lead, (rows, columns) in 1/256 px: as far as on the canvas, or steps of the lattice where it wraps.
+    Parameters
+    ----------
+    around : two vectors, (rows, columns) in 1/256 px
+        The displacements in the exemplar that correspond to the full height and the full width of the canvas: the same
+        lengths where the canvas does not wrap, the nearest lattice vectors where it does.
+    first : two pairs (row, column)
+        A pixel of the exemplar, and the canvas pixel that shows it.
+    at : (row, column)
+        The canvas pixel.
+    shape : (rows, columns)
+        Size of the canvas, px.
     """
     y, x = first[0]
     for step, n, here, there in zip(around, shape, first[1], at, strict=True):
@@ -39,7 +50,8 @@ def aligned_place(around: Sequence[Vector], first: tuple[Pair, Pair], at: Pair, 
 def aligned(valid: Mask, vectors: Vectors, place: Pair, slack: int) -> Mask:
     """Return which of the places `valid` are lattice-aligned with `place`, which may lie anywhere, within `slack` px.
 
-    `vectors` in 1/256 px. Where none does, the slack grows until one does; bool, as `valid`.
+    `vectors`: of the lattice, in 1/256 px. If no valid place is aligned, the slack is enlarged to 2 `slack` + 1, again
+    and again, until one is. Returns bool, of the shape of `valid`.
     """
     (a, b), (c, d) = vectors
     area = a * d - b * c

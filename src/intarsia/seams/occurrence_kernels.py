@@ -1,12 +1,13 @@
 """Even use of the exemplar as a term of the energy: every pixel costs by its number of occurrences.
 
-Windows of an element must lie inside the exemplar, so its middle belongs to thousands of placements and
-its rim to hardly any. Here every exemplar pixel has a count of how often the map shows it, kept as cuts are laid. To
-show it once more costs its count times a rate; so what a cut takes and leaves has a price for each pixel, positive or
-negative, beside that of seams, and the least cut is that of their sum: the derivative of a quadratic energy of use.
+A patch must lie inside the exemplar, so a pixel in the middle of it belongs to thousands of placements and one at the
+border to hardly any. Therefore every exemplar pixel has a count of its occurrences in the map, updated with every cut.
+A further occurrence costs the count times a rate. The usage energy is thus the sum over exemplar pixels of rate times
+n (n - 1) / 2. In a cut it is linearised: each pixel gets a unary cost of being replaced, the cost of the new occurrence
+minus that of the old one, of either sign; the minimum cut minimises the sum of these and the seams.
 
-That pixels which are used too often are dear is the thought of Kaspar, Neubert, Lischinski, Pauly and Kopf, "Self
-Tuning Texture Optimization", Eurographics 2015. That the cut itself pays for it is this project's own.
+That overused exemplar pixels are penalised follows Kaspar, Neubert, Lischinski, Pauly and Kopf, "Self Tuning Texture
+Optimization", Eurographics 2015. The term in the cut is our own.
 """
 
 from __future__ import annotations
@@ -20,24 +21,25 @@ from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW
 from .energy_kernels import source_at
 
-SHARE = 64  # rates are kept in 1/64 of what seams are counted in
+SHARE = 64  # rates are kept in 1/64 of the unit of seam costs
 
 
 class Usage(NamedTuple):
     """Occurrences of every exemplar pixel in a map, and their cost."""
 
-    origin: Int32  # (pixels of all variants,): which exemplar pixel each is
-    rate: Int32  # (exemplar pixels,): what each showing costs the next, in 1/SHARE; of no size: it costs nothing
-    shown: Int32  # (exemplar pixels,): how often each is shown, with what :func:`rim` counts
+    origin: Int32  # (pixels of all variants,): the number of the exemplar pixel that each shows
+    rate: Int32  # (exemplar pixels,): what each occurrence adds to the cost of the next, in 1/SHARE; empty: no cost
+    shown: Int32  # (exemplar pixels,): occurrences plus the initial count (:func:`.occurrences.border_counts`)
 
 
 @kernel
 def price_usage(usage: Any, step: int, old: Any, new: Any, state: Any, more: Any) -> Any:
-    """Write the usage cost of taking each pixel of a patch instead of what is there into `more`.
+    """Write the change of the usage cost by replacing each pixel of a window with that of a patch into `more`.
 
-    `old`, `new` (h, w): numbers of pixels of the variants, -1: none; only every `step`-th px of a window is looked at,
-    where areas shrink faster than seams. Returns what is paid whatever is chosen: what must be taken, and all that can
-    be saved.
+    `old`, `new` (h, w): pixel numbers in the variants, -1: none. `state` (h, w): FREE, NEW and others as of
+    :func:`intarsia.kernels.maxflow.least_cut`; 0 is written for pixels that are neither. With every `step`-th pixel
+    sampled, costs are multiplied by `step`, as a sampled pixel stands for `step` squared, a sampled seam for `step`.
+    Returns a lower bound of the change by any cut: the sum over pixels that must be replaced, and over savings.
     """
     total = np.int64(0)
     for i in range(old.shape[0]):

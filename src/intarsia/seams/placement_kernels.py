@@ -1,4 +1,7 @@
-"""Costs of a placement besides its seams: repeats nearby, mirror images, whole exemplars side by side."""
+"""Costs of a placement besides its seams: repeats nearby, mirror images, whole exemplars side by side.
+
+A variant is an exemplar in one of the eight isometries.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,9 @@ from ..foundation.arrays import Int32, Int64, Pair
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
 
-ONE = 256  # all that a window would show is shown once more
-NEAR = 3  # a repeat beside the window counts this much more
-CELL = 16  # px of a variant: what a map shows is kept by these
+ONE = 256  # the unit of repeats: every pixel of a window is repeated once
+NEAR = 3  # additional weight of a repeat at the middle of the window; falls linearly to 0 at `reach_of` px
+CELL = 16  # px: samples of the map are sorted by exemplar cells of this side; affects speed only
 
 
 class Look(NamedTuple):
@@ -32,12 +35,12 @@ def posed_place(turn: Any, y: int, x: int) -> Pair:
 
 
 class Samples(NamedTuple):
-    """Sampled pixels of the canvas, sorted by the exemplar cell that they show."""
+    """Sampled pixels of the canvas, sorted by the cell, of CELL x CELL px of a variant, that they show."""
 
     at: Int32  # (n, 4): row and column on the canvas, row and column in the variant
-    begin: Int64  # (cells + 1,): where a cell begins in these
-    cells: Int64  # (V, 3): the first cell of a variant, rows and columns of cells
-    step: int
+    begin: Int64  # (cells + 1,): the first sample of each cell
+    cells: Int64  # (V, 3): of each variant the first cell, and the number of rows and columns of cells
+    step: int  # px between samples
 
 
 @kernel
@@ -50,7 +53,7 @@ def samples_of(grown: Any, table: Any, look: Any) -> Any:
         cells[v, 0], cells[v, 1], cells[v, 2] = total, -(-table[v, 1] // CELL), -(-table[v, 2] // CELL)
         total += cells[v, 1] * cells[v, 2]
     begin = np.zeros(total + 1, np.int64)
-    for place in range(2):  # counted, then put
+    for place in range(2):  # first count the samples of each cell, then write them
         for a in range(step // 2, look.rows, step):
             y = (look.y + a) % height
             for b in range(step // 2, look.columns, step):
@@ -72,7 +75,7 @@ def samples_of(grown: Any, table: Any, look: Any) -> Any:
 
 @kernel
 def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> bool:
-    """Return whether a cell along an axis overlaps `count` px from `first` on, round a torus of this length."""
+    """Return whether a cell overlaps `count` px from `first` on, along one axis; on a torus modulo `length`."""
     begin = cell * CELL
     if torus:
         return (begin - first) % length < count or (first - begin) % length < CELL
@@ -80,7 +83,7 @@ def _touches(cell: int, first: int, count: int, length: int, torus: bool) -> boo
 
 
 def reach_of(rows: int, columns: int) -> int:
-    """Return how far from the middle of a window a repeat counts more, px: one and a half windows."""
+    """Return how far from the middle of a window a repeat counts more, px: 1.5 times its longer side."""
     return 3 * max(rows, columns) // 2 + 1
 
 
@@ -88,13 +91,28 @@ def reach_of(rows: int, columns: int) -> int:
 def repeats(
     grown: Any, pieces: Any, turns: Any, samples: Any, box: Any, rows: Any, once: int, out: Any
 ) -> None:
-    """Sum for each candidate its weighted repeats of what lies around the window: ONE = all of it, once.
+    """Write for each candidate its weighted repeats of pixels around the window into `out`; ONE = all of it, once.
 
-    `box`: first row and column of the window, its rows and columns; `rows` (n, 4): (distance, variant, row, column) of
-    the candidates; `samples`: of the map as it is. Within one and a half windows of the middle a repeat counts up to
-    NEAR times more than anywhere, where all of it counts `once`.
-    What merely goes on from the canvas is no repeat, so `once` is taken back; what is shown in another pose is one, by
-    `turns` as ``PosedExemplars.turns``. Only cells are looked at that hold what is shown.
+    A repeat is a sampled canvas pixel whose exemplar pixel the candidate would show in the window. At the middle of the
+    window it counts NEAR, falling linearly to 0 at :func:`reach_of` px along the farther axis. A pixel that already
+    lies where the candidate would put it is a continuation, no repeat: it counts minus `once`, which cancels its share
+    in the occurrences of the whole map (:attr:`GraphcutMap.told`). Repeats in other isometries count, too.
+
+    Parameters
+    ----------
+    grown, pieces
+        The map, and the posed exemplars (:class:`.energy_kernels.Pieces`).
+    turns : (V, V, 7)
+        As ``PosedExemplars.turns``.
+    samples : Samples
+        Of the map as it is.
+    box : (4,)
+        First row and column of the window, its rows and columns.
+    rows : (n, 4)
+        Distance, variant, row and column of the candidates.
+    once : int
+        What one occurrence anywhere in the map counts.
+    out : (n,) int64
     """
     (variant, _, wrap), table, torus = grown, pieces.table, pieces.torus
     (height, width), h, w = variant.shape, box[2], box[3]
@@ -131,7 +149,7 @@ def repeats(
                         if wrap[1]:
                             dx = (dx + width // 2) % width - width // 2
                         if u == v and i == dy + h // 2 and j == dx + w // 2:
-                            total -= once  # it goes on from the canvas
+                            total -= once  # the candidate continues the canvas here
                             continue
                         far = max(abs(dy), abs(dx))
                         total += NEAR * ONE * (reach - far) // reach if far < reach else 0
@@ -140,10 +158,10 @@ def repeats(
 
 @kernel
 def mirrored_pixels(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, step: int, out: Any) -> None:
-    """Count for each candidate the pixels that would lie beside themselves in another pose, as beside a mirror.
+    """Count for each candidate the pixels that the canvas shows nearby in another isometry, as next to a mirror.
 
-    Beside: less than half a window away along both axes. `box` and `rows` as in :func:`repeats`, `turns` as
-    ``PosedExemplars.turns``; every `step`-th pixel of the canvas is looked at.
+    Nearby: less than half a window's longer side away along both axes. Every `step`-th canvas pixel along both axes is
+    sampled, and stands for `step` squared. `box` and `rows` as in :func:`repeats`, `turns` as ``PosedExemplars.turns``.
     """
     (variant, yx, wrap), table, torus = grown, pieces.table, pieces.torus
     height, width = variant.shape
@@ -170,11 +188,12 @@ def mirrored_pixels(grown: Any, pieces: Any, turns: Any, box: Any, rows: Any, st
 
 @kernel
 def repeats_whole_exemplar(grown: Any, pieces: Any, box: Any, rows: Any, near: int, out: Any) -> None:
-    """Set `out` to 1 for candidates that at any of nine places show what the map shows one whole exemplar away.
+    """Set `out` to 1 for candidates that repeat what the map shows one exemplar height or width away, else to 0.
 
-    Give or take `near` px. Where the borders of an exemplar meet that costs no seam at all, and what is grown would be
-    nothing but the exemplar, side by side. What around a canvas that wraps lies less than a window away, again, is no
-    other place. `box` and `rows` as in :func:`repeats`.
+    Tested are 9 points of the window against the 9 displacements by -1, 0 or 1 exemplar heights and widths, within
+    `near` px. If the opposite borders of an exemplar fit, such placements cost no seam at all, and the result would be
+    copies of the whole exemplar, side by side. Displacements that, round a canvas that wraps, are shorter than the
+    window along both axes are left out. `box` and `rows` as in :func:`repeats`.
     """
     (variant, yx, wrap), table = grown, pieces.table
     (height, width), h, w = variant.shape, box[2], box[3]

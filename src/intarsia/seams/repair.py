@@ -1,14 +1,15 @@
 """Seam refinement of finished maps: the worst seams are covered by new patches, cut in by max flow.
 
-A method that fills window by window never looks back: its errors stay, and where the border of a patch cuts through a
-stone, the stone stays cut. Here the dearest places are taken first, in passes; the windows of a pass lie apart. A patch
-is sought that fits the pixels around the middle of such a window, and is cut in by maximum flow, in which the old seams
-inside the window and around it are remembered. It stays only where all seams together become cheaper by it.
+A method that fills window by window does not revise earlier patches: where the border of a patch cuts through a stone,
+the stone stays cut. Here windows around the most expensive seams are refined, in passes; the windows of a pass do not
+overlap. For each window patches are searched that fit the pixels around its middle half; the best is cut in by maximum
+flow, with the costs of the old seams inside the window and around it taken into account. The cut is kept only if it
+lowers the energy of all seams.
 
 Source: the refinement of Kwatra, Schoedl, Essa, Turk and Bobick, "Graphcut Textures", SIGGRAPH 2003, section 4, for
-maps of any method, as ``graphcut`` does it: the price ``sharp``, outlines in the search, pieces nearby that may grow,
-and placements compared by rough cuts. Departures: nothing is drawn; a pass covers many places, so that threads share
-the work.
+maps of any method, with the additions of the method ``graphcut``: the seam cost ``sharp``, outlines in the search,
+nearby pieces as placements, and placements compared by coarse cuts. Departures: nothing is random; a pass refines many
+windows, so that threads can share the work.
 """
 
 from __future__ import annotations
@@ -40,17 +41,17 @@ class Repair:
     Attributes
     ----------
     patch : (rows, columns)
-        Of a window, px.
+        Size of a window, px.
     passes : int
-        How often the worst places are looked for.
+        How many times the worst seams are found and refined, at most.
     weights, isometries
-        As the parameters of the methods: channel weights, poses of new patches.
+        As the parameters of the methods: channel weights, isometries of new patches.
     distance : int
-        No exemplar pixel is put so near to another copy of it, px; 0: no such rule.
+        New patches place no exemplar pixel nearer than this to another copy of it, px; 0: no such rule.
     grown : int
-        How often all pieces grow after that.
+        Number of rounds of expansion moves after the passes.
     structure : float
-        Weight of outlines in the search, as of graphcut.
+        Weight of outlines in the search, as the ``edge_weight`` of graphcut.
     """
 
     patch: Pair
@@ -77,7 +78,8 @@ def repaired(
 ) -> Repaired:
     """Refine the worst seams of a finished map, then try expansion moves; only what lowers the energy is kept.
 
-    What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well.
+    Pixels that the map still shows as `canvas.start` does stay; under `canvas.guide` no pixel is replaced by one that
+    differs more from the guide.
     """
     work = SeamRefinement(repair, exemplars, canvas, smap)
     before, patches, total = work.sewn.total, 0, repair.passes + repair.grown
@@ -91,12 +93,12 @@ def repaired(
 
 
 class Constraints:
-    """Returns which pixels of a box must not be taken from a patch.
+    """A function that returns which pixels of a box must not be taken from a patch.
 
     Parameters
     ----------
-    growth : Growth
-        The map, with all that it is made from.
+    growth : PatchSynthesis
+        The map, and the exemplars, features and windows that it is made from.
     guide : Guide, optional
         Where a patch differs more from it than the map does, the map stays.
     distance : int
@@ -110,10 +112,10 @@ class Constraints:
         self.side = int(self.variants.table[:, 1:3].max())
 
     def __call__(self, box: Box, pick: Pick) -> Array:
-        """Return (rows, columns) bool: True where the patch `pick` that begins at the box's first pixel may not be."""
+        """Return (rows, columns) bool: True where patch `pick`, placed at the box's first pixel, may not be taken."""
         size = self.variants.table[pick[0], 1:3]
         yx = np.moveaxis(np.indices(box[2:], np.int32), 0, 2) + np.array(pick[1:], np.int32)
-        yx = (yx % size).astype(np.int32)  # beyond an exemplar that does not continue nothing is taken
+        yx = (yx % size).astype(np.int32)  # pixels beyond an exemplar that is not toroidal are never taken
         yx, which, _ = self.variants.to_exemplars(yx, np.full(box[2:], pick[0], np.uint8))
         barred = np.zeros(box[2:], bool)
         if self.guide is not None:
@@ -139,7 +141,7 @@ class Constraints:
         return out
 
     def _too_near(self, box: Box, yx: Array, which: Array) -> Array:
-        """Return where another occurrence of the same exemplar pixel is nearer than the distance."""
+        """Return where another occurrence of the same exemplar pixel would be nearer than `distance` px (Euclidean)."""
         around, shape = [], self.work.variant.shape
         for at, n, length, wrap in zip(box[:2], box[2:], shape, self.work.wraps, strict=True):
             along = np.arange(at - self.distance + 1, at + n + self.distance - 1)
@@ -165,7 +167,7 @@ class Constraints:
         return np.where(which == HOLE, -1, keys)
 
 
-REACH = 6  # a patch reaches 1 / REACH of its side around its window
+REACH = 6  # a patch may replace pixels up to 1 / REACH of its shorter side around its window
 
 
 def from_start(start: SourceMap | None, smap: SourceMap) -> Mask:
@@ -185,8 +187,8 @@ def middle(box: Box) -> Box:
 class SeamRefinement(Move):
     """A finished map under repair.
 
-    What the map still shows of `canvas.start` stays, and under `canvas.guide` no pixel follows the guide less well. No
-    exemplar pixel is put nearer to another copy of it than the repair says.
+    Pixels that the map still shows as `canvas.start` does stay; under `canvas.guide` no pixel is replaced by one that
+    differs more from the guide. No new patch places an exemplar pixel nearer to a copy of it than `repair.distance`.
     """
 
     def __init__(self, repair: Repair, exemplars: Exemplars, canvas: Canvas, smap: SourceMap) -> None:
@@ -210,7 +212,7 @@ class SeamRefinement(Move):
 
     def found(self, sites: list[Any], run: Run) -> list[Candidates]:
         """Return the candidates that fit around the middles of windows."""
-        with self.sewn.with_holes(list(map(middle, sites))):  # what stays must be fitted
+        with self.sewn.with_holes(list(map(middle, sites))):  # the search compares the pixels around the middles
             return self.sewn.found(sites, run)
 
     def best(self, site: Box, found: Candidates) -> Cut | None:

@@ -1,6 +1,6 @@
-"""Softmax sampling in whole numbers, the same on every machine: weights exp(-x / 64), and draws without replacement.
+"""Softmax sampling in fixed point, the same on every machine: weights exp(-x / 64), and sampling without replacement.
 
-With it placements are drawn by their cost (Kwatra et al. 2003, 3.2: probability exp(-C / (k sigma**2))).
+Placements are drawn with it by their cost C (Kwatra et al. 2003, section 3.2: probability exp(-C / (k sigma**2))).
 """
 
 from __future__ import annotations
@@ -12,12 +12,15 @@ import numpy as np
 from ..foundation.arrays import Array
 from ..foundation.run import draw
 
-STEP = 1057087571  # about exp(-1/64), in 2**-30: 7 millionths less, half a per cent at x = 640
+STEP = 1057087571  # about exp(-1/64), in 2**-30, too small by 7 millionths: weights at x = 640 by half a per cent
 CUTOFF = 64 * 20  # from here on a weight is 0
 
 
 def weighted_sample(weights: list[int], count: int, bits: int) -> list[int]:
-    """Draw up to `count` indices without replacement, in proportion to their weights; none of weight 0."""
+    """Draw up to `count` indices without replacement, in proportion to their weights; none of weight 0.
+
+    Fewer where fewer weights are positive. `bits`: 64 random bits, from which all draws are derived.
+    """
     rest, total, out = list(weights), sum(weights), list[int]()
     while total and len(out) < count:
         share, k = draw(bits, len(out)) % total, 0

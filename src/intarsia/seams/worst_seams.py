@@ -9,7 +9,7 @@ import numpy as np
 from ..foundation.arrays import Array, Pair
 from ..foundation.filters import moving_sums
 
-CELL = 8  # seams are added up in cells of so many px: half of the smallest automatic patch
+CELL = 8  # px: side of the cells in which seam costs are summed, half of the smallest automatic patch
 
 
 class WorstSeams:
@@ -17,12 +17,12 @@ class WorstSeams:
 
     Parameters
     ----------
-    prices : int array, shape (H, W, n)
+    prices : int array, shape (H, W, 2)
         Seam costs between every pixel and its right and lower neighbour; kept by reference.
     patch : (rows, columns)
-        Of the windows, not larger than the canvas.
+        Size of the windows, px; not larger than the canvas.
     wraps : (rows, columns)
-        Along which axes the canvas continues in itself.
+        Whether the canvas is toroidal along each axis.
     """
 
     def __init__(self, prices: Array, patch: Pair, wraps: tuple[bool, bool]) -> None:
@@ -31,7 +31,7 @@ class WorstSeams:
         self._tired = np.zeros(self.shape, bool)
 
     def scores(self) -> Array:
-        """Return the seam cost in the middle half of the window around each cell, (rows, columns); 0 beyond borders."""
+        """Return the seam cost in about the middle half of the window around each cell; 0 counts beyond borders."""
         both = self.prices.reshape(len(self.prices), -1)  # to the right and below, pixel by pixel
         cells: Array = np.add.reduceat(both, np.arange(0, both.shape[1], 2 * CELL), axis=1, dtype=np.int64)
         cells = np.add.reduceat(cells, np.arange(0, len(cells), CELL), axis=0)
@@ -40,9 +40,10 @@ class WorstSeams:
         return cells
 
     def apart(self, around: int) -> dict[Pair, Pair]:
-        """Return the worst windows that are at least `around` px apart: first pixel by cell, worst first.
+        """Return the windows of highest cost that lie at least `around` px from one another.
 
-        Of those that cost the same the first, row by row.
+        Chosen greedily, the most expensive first; of equal ones the first in raster order. Left out are cells that
+        :meth:`give_up` marked. Returns the first pixel of each window by its cell.
         """
         left, found = np.where(self._tired, 0, self.scores()), dict[Pair, Pair]()
         firsts = [np.array([self._first(axis, cell) for cell in range(n)]) for axis, n in enumerate(self.shape)]
@@ -60,16 +61,17 @@ class WorstSeams:
         return found
 
     def give_up(self, cell: Pair) -> None:
-        """Skip a window and those close to it, until something changes there."""
+        """Skip the windows around a cell and the cells close to it, until :meth:`renew` reports a change there."""
         radius = max(1, min(self.patch) // (4 * CELL))
         self._tired[self._near(*((at - radius, at + radius) for at in cell))] = True
 
     def renew(self, *boxes: tuple[int, int, int, int]) -> None:
-        """Consider cells again that lie in these changed boxes."""
+        """Consider the cells of changed boxes (first row, first column, rows, columns) again."""
         for box in boxes:
             self._tired[self._near(*(((box[a] - 1) // CELL, (box[a] + box[2 + a]) // CELL) for a in (0, 1)))] = False
 
     def _first(self, axis: int, cell: int) -> int:
+        """Return the first pixel of the window centred on a cell, moved onto the canvas."""
         length, size = self.prices.shape[axis], self.patch[axis]
         at = cell * CELL + CELL // 2 - size // 2
         return int(at % length if self.wraps[axis] else min(max(at, 0), length - size))

@@ -1,4 +1,6 @@
 """Patch search: candidates, posed exemplars, window grids, and default patch sizes.
+
+A variant is an exemplar in one of the eight isometries (its pose). Variants are numbered by exemplar, then by isometry.
 """
 
 from __future__ import annotations
@@ -28,27 +30,27 @@ else:  # where poses are chosen
     symmetry = lazy("intarsia.analysis.symmetry")
 
 Choice = TypeVar("Choice")
-Wraps = tuple[bool, bool]  # whether rows and columns continue in themselves
+Wraps = tuple[bool, bool]  # whether the canvas is toroidal along rows (vertically) and columns (horizontally)
 
-MAX_VARIANTS = 250
-STRIP = 256  # rows of a map that are turned together: nothing larger is held besides the map
+MAX_VARIANTS = 250  # variants are numbered in 8 bits, of which HOLE is one
+STRIP = 256  # rows of a map that are converted at a time, which limits memory
 
 
 @dataclass(frozen=True, eq=False)
 class PosedExemplars:
-    """The features of all exemplars in all poses (variants), end to end, as kernels take them.
+    """The features of all exemplars in all isometries (variants), in one array, as kernels take them.
 
-    A toroidal exemplar is followed by its own beginning, so that every window can be read straight.
+    A toroidal exemplar is padded on the right and below with its own beginning, so that no window has to be wrapped.
     """
 
     flat: Int16  # all features, one variant after the other, each (rows, stride, channels)
     table: Int64  # (V, 4): where a variant begins in ``flat``, height, width, and the stride in px
-    exemplar: UInt8  # (V,): which exemplar it is
-    pose: UInt8  # (V,): and how it lies
-    # Of every variant, the windows' first pixels at which a patch holds usable pixels only.
+    exemplar: UInt8  # (V,): number of the exemplar
+    pose: UInt8  # (V,): number of the isometry, 0 to 7
+    # Of every variant, the first pixels of patches that hold usable pixels only; none of variants that are only read.
     valid: tuple[Mask, ...]
     channels: int
-    toroidal: Mask  # (V,): whether its exemplar is
+    toroidal: Mask  # (V,): whether the exemplar is toroidal
 
     def __len__(self) -> int:
         return len(self.table)
@@ -65,7 +67,7 @@ class PosedExemplars:
         return self.flat[start:stop].reshape(-1, stride, self.channels)
 
     def laid_out(self, pictures: Sequence[Array]) -> Array:
-        """Return one picture of each exemplar, (H, W) or (H, W, C), posed and flattened like the features."""
+        """Return pictures of the exemplars, (H, W) or (H, W, C), posed as all variants and laid out as ``flat``."""
         rows = []
         for v, (number, pose) in enumerate(zip(self.exemplar.tolist(), self.pose.tolist(), strict=True)):
             posed = transformed(pictures[number], pose)
@@ -80,16 +82,20 @@ class PosedExemplars:
         return replace(self, flat=self.laid_out(pictures), table=table, channels=channels)
 
     def windows(self, grown: PartialMap, at: Array, patch: Sequence[int]) -> tuple[Array, Array]:
-        """Return the features (n, h, w, C) int16 of windows of a map that begin at `at`, and their known pixels."""
+        """Return the features (n, h, w, C) of windows of a map that begin at `at` (n, 2), and masks (n, h, w) uint8.
+
+        The masks are 1 where a pixel is known; features are 0 elsewhere.
+        """
         feats, known = np.empty((len(at), *patch, self.channels), np.int16), np.empty((len(at), *patch), np.uint8)
         gather_all(grown, self.posed, at, feats, known)
         return feats, known
 
     @cached_property
     def turns(self) -> Int64:
-        """Maps from pixel (y, x) of variant v to variant k: (V, V, 7) of a, b, c, d, e, f, g.
+        """Coordinate transforms from variant v to variant k: (V, V, 7) of a, b, c, d, e, f, g.
 
-        At (a y + b x + e, c y + d x + f), where g is 1; it is 0 for variants of two exemplars, and for v = k.
+        Pixel (y, x) of v is (a y + b x + e, c y + d x + f) of k, if g is 1. All are 0 for variants of different
+        exemplars, and for v = k.
         """
         out = np.zeros((len(self), len(self), 7), np.int64)
         start, j = self.frames[:, 1:3], self.frames[:, 3:7].reshape(-1, 2, 2)
@@ -100,7 +106,11 @@ class PosedExemplars:
 
     @cached_property
     def frames(self) -> Int64:
-        """Isometries of the variants: (V, 9) of exemplar, its pixel at (0, 0), J, and its size if toroidal, else 0."""
+        """Transforms of the variants to their exemplars: (V, 9).
+
+        Columns: exemplar; row and column of its pixel at (0, 0) of the variant; the 2 x 2 matrix J by rows; rows and
+        columns of the variant if toroidal, else 0. Pixel p of the variant is the exemplar's (0, 0) pixel plus J p.
+        """
         rows = []
         for v, (_, *size, _) in enumerate(self.table.tolist()):
             iso = ISOMETRIES[self.pose[v]]
@@ -109,7 +119,7 @@ class PosedExemplars:
         return np.array(rows, np.int64)
 
     def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:
-        """Turn variant coordinates into (yx, which, pose) of the exemplars; HOLE stays."""
+        """Convert variant coordinates into (yx, which, pose) of the exemplars; holes have `which` HOLE and `pose` 0."""
         if not self.pose.any():
             which = _lookup(self.exemplar, variant)
             return yx, which, np.zeros_like(which)
@@ -134,10 +144,16 @@ def posed_exemplars(
     patch: Pair,
     shown: tuple[int, ...] = (),
 ) -> PosedExemplars:
-    """Return every exemplar in every pose for patches of (rows, columns) px.
+    """Return every exemplar in every isometry of `poses`, for patches of (rows, columns) px.
 
-    Poses that are only `shown` (in a start map) can be read, but no patch is taken from them. ParameterError where
-    there are too many variants, MethodError where no window of any exemplar is free of masked pixels.
+    Isometries in `shown`, those of a start map, are added as variants that can be read; no patch is taken from them.
+
+    Raises
+    ------
+    ParameterError
+        if there are more than MAX_VARIANTS variants.
+    MethodError
+        if no patch of any exemplar is free of masked pixels.
     """
     if len(exemplars) * len(poses) > MAX_VARIANTS:
         raise ParameterError(
@@ -184,16 +200,17 @@ def _lookup(table: UInt8, variant: Array) -> UInt8:
     full = np.full(256, HOLE, np.uint8)
     full[: len(table)] = table
     out = np.empty(variant.shape, np.uint8)
-    for top in range(0, len(variant), STRIP):  # numbers are made wide to look anything up
+    for top in range(0, len(variant), STRIP):  # indexing converts numbers to 64 bits: strips limit memory
         out[top : top + STRIP] = full[variant[top : top + STRIP]]
     return out
 
 
 @dataclass(frozen=True)
 class WindowGrid:
-    """The windows of a canvas: first rows, first columns, their size, and the canvas they lie on.
+    """The windows of a canvas: first rows, first columns, size of a window, size of the canvas, px, and its wraps.
 
-    Windows are a grid, named by row and column of it; or they lie freely at `places`, named by (number, 0).
+    Windows form a grid, and are named by its row and column; or they lie freely, with first pixels `places`, and are
+    named by (number, 0).
     """
 
     rows: tuple[int, ...]
@@ -209,11 +226,11 @@ class WindowGrid:
         return (len(self.rows), len(self.columns)) if self.places is None else (len(self.places), 1)
 
     def at(self, row: int, column: int) -> Pair:
-        """First pixel of a window on the canvas."""
+        """Return the first pixel of a window on the canvas."""
         return (self.rows[row], self.columns[column]) if self.places is None else self.places[row]
 
     def widened(self, picture: Array, outside: int) -> Array:
-        """Return a picture of the canvas padded by a window's size on all sides: around the torus, or by `outside`."""
+        """Return a picture of the canvas padded by a window's size on all sides: wrapped around, or with `outside`."""
         for axis, (size, wrap) in enumerate(zip(self.patch, self.wraps, strict=True)):
             pad = [(size, size) if a == axis else (0, 0) for a in (0, 1)]
             picture = np.pad(picture, pad, mode="wrap") if wrap else np.pad(picture, pad, constant_values=outside)
@@ -224,7 +241,7 @@ class WindowGrid:
         return np.asarray(every[np.ix_(np.array(self.rows) + self.patch[0], np.array(self.columns) + self.patch[1])])
 
     def within(self, radius: int, places: Array, at: Pair) -> Array:
-        """Return which of the places (n, 2) lie within a radius of `at` along each axis."""
+        """Return which of the places (n, 2) lie within `radius` px of `at` along each axis."""
         gaps = np.abs(places - at)
         for axis, (length, wrap) in enumerate(zip(self.size, self.wraps, strict=True)):
             if wrap:
@@ -232,16 +249,17 @@ class WindowGrid:
         return np.asarray((gaps <= radius).all(axis=1))
 
 
-SHORT_LIST = 16  # candidates kept of every search, where a method does not ask for more
+SHORT_LIST = 16  # default number of candidates that a search returns for each window
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
     """The candidates of one window: rows of (distance, variant, row, column), best first, and the usual distance.
 
-    ``usual`` is the 5 % quantile of the distance over all positions, in units of the exact distance; ``feats``
-    and ``known`` are what the window holds; ``free`` says that nothing is known in it yet: any patch fits;
-    ``permitted`` that all rows keep the least distance.
+    A distance is the sum of squared feature differences over the known pixels. ``usual``: about its 5 % quantile over
+    the positions of the first variant searched (:func:`.fourier_kernels.patch_distances`); ``feats`` (h, w, C),
+    ``known`` (h, w): what the window holds; ``free``: nothing is known in it yet, so any patch fits; ``permitted``: all
+    rows keep the least distance of repeats.
     """
 
     rows: Int64
@@ -253,7 +271,7 @@ class Candidates:
 
     @classmethod
     def of_all(cls, rows: Array, counts: Array, usual: Sequence[int], feats: Array, known: Array) -> list[Candidates]:
-        """Return the candidates of n windows from kernels: `counts` (n,) of the `rows` (n, K, 4), -1: any fits."""
+        """Return the candidates of n windows: the first `counts` (n,) of `rows` (n, K, 4), -1: any fits."""
         each = enumerate(zip(counts.tolist(), usual, strict=True))
         return [cls(rows[k, : max(c, 0)], u, feats[k], known[k], free=c < 0) for k, (c, u) in each]
 
@@ -265,22 +283,19 @@ def nearest(rows: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """Reduced windows: energies, spectra by shape, and the exemplars' energies under their masks.
+    """Reduced windows, as :class:`.fourier.PatchSearch` correlates them with reduced exemplars."""
 
-    ``slots`` says which of the ``squares`` of every variant belongs to which window.
-    """
-
-    energies: Array
-    slots: Array
-    squares: list[Array]
-    spectra: dict[Pair, Array]
+    energies: Array  # (n,): sum of squares of each window
+    slots: Array  # (n,): which of m masks of known cells is that of the window
+    squares: list[Array]  # of each variant (m, rows, columns): its sum of squares under each mask, at each position
+    spectra: dict[Pair, Array]  # conjugate spectra of the windows, padded to each shape of a transform
 
     def only(self, which: Any) -> Reduced:
-        """Return some of the windows, by an index of NumPy; the spectra stay those of all."""
+        """Return some of the windows, by a NumPy index; ``spectra`` remain those of all windows."""
         return replace(self, energies=self.energies[which], slots=self.slots[which])
 
     def correlated(self, v: int, values: Array, valid: Array) -> Correlated:
-        """Return correlations with a variant, `values` (n, rows, columns), with what turns them into distances."""
+        """Return correlations with variant `v`, `values` (n, rows, columns), and what is needed for distances."""
         return Correlated(values, self.squares[v], self.slots, self.energies, valid, v)
 
 
@@ -288,8 +303,8 @@ class Reduced:
 class Prices:
     """The prices of repeats in the short-list.
 
-    ``counts``: for every variant an int32 map over its coarse positions, 256 = one full repeat. Such a repeat
-    costs ``weight`` / 65536 of the usual distance.
+    ``counts``: for every variant int32 uses of its coarse positions (rows, columns), 256 = one full repeat. A full
+    repeat costs ``weight`` / 65536 of the usual distance.
     """
 
     counts: list[Array]
@@ -299,8 +314,8 @@ class Prices:
 class Search(Protocol):
     """A patch search.
 
-    ``valid``: for every variant the positions that can be found, each for `factor` x `factor` px of it; ``cells``:
-    the patch in such units.
+    ``valid``: for every variant the coarse positions that can be found, (rows, columns) bool, one for each cell of
+    ``factor`` x ``factor`` px; ``cells``: rows and columns of a patch in cells.
     """
 
     variants: PosedExemplars
@@ -310,21 +325,21 @@ class Search(Protocol):
     cells: Pair
 
     def batch(self) -> int:
-        """How many windows are best searched together."""
+        """Return how many windows are best searched at a time."""
 
     def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
-        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+        """Return the candidates for the windows that begin at `at` (n, 2) of a map under synthesis."""
 
 
 def resolved_isometries(choice: Choice, exemplars: Exemplars, patch: Pair) -> Choice | str | tuple[int, ...]:
-    """Decide an ``isometries`` parameter that is "auto" for patches of (rows, columns); any other stays."""
+    """Return an ``isometries`` parameter, with "auto" resolved for patches of (rows, columns) px."""
     return symmetry.allowed_isometries(exemplars, patch[0] == patch[1]) if choice == "auto" else choice
 
 
-LEAST = 16
-USUAL = 64
-LARGEST_SHARE = 0.6  # of the exemplar's shorter side
-SUPPLY = 8  # at least 1/SUPPLY of the windows of an exemplar must be free of masked pixels
+LEAST = 16  # px: smallest default side of a patch
+USUAL = 64  # px: limit up to which a patch holds two elements along a side
+LARGEST_SHARE = 0.6  # largest default patch side, relative to the exemplar's shorter side
+SUPPLY = 8  # at least 1/SUPPLY of the patches of one exemplar must be free of masked pixels
 
 
 def elements(exemplar: Exemplar) -> ElementSize:
@@ -333,24 +348,26 @@ def elements(exemplar: Exemplar) -> ElementSize:
 
 
 def default_patch(exemplars: Exemplars) -> int:
-    """Return a patch side in px: the size of the largest elements, or two small elements up to 64 px.
+    """Return a patch side in px: the size of the largest elements, or twice that up to 64 px.
 
-    Half an element breaks everything, and a fine regular texture keeps its rows only if a patch covers some.
+    Patches smaller than an element cut all of them; a fine regular texture keeps its rows only if a patch covers two or
+    more. At most 0.6 of the exemplar's shorter side, and less where masks leave few patches.
     """
     return patch_with_supply(exemplars, element_patch(exemplars))
 
 
 def element_patch(exemplars: Exemplars) -> int:
-    """Return a patch side in px for the largest elements, whatever masks leave."""
+    """Return a patch side in px for the largest elements, regardless of masks."""
     used = sampled(exemplars)
     return patch_for_element(max(elements(e).size for e in used), min(min(e.height, e.width) for e in used))
 
 
 def free_patch(exemplars: Exemplars, share: int) -> int:
-    """Return a patch side in px for seams of free shape: half as much again, up to 0.4 of the exemplar's side.
+    """Return a patch side in px for graph cuts: `share` per cent of 1.5 times the default, at most 0.4 of the exemplar.
 
-    Such a patch is hardly ever shown whole, so it may be larger than an element; more of it would show repeats. Where
-    nothing is to be kept a `share` of that, in per cent, is enough: what returns is seen sooner than what is cut.
+    With seams of free shape a patch is hardly ever visible as a whole, so it may be larger than an element; still
+    larger patches make repeats visible. The 0.4 refer to the shorter side of the smallest exemplar, and limit the side
+    only above the default. The result is at least 16 px, or the default if that is less, as far as masks allow.
     """
     plain = default_patch(exemplars)
     side = min(min(e.height, e.width) for e in sampled(exemplars))
@@ -359,9 +376,10 @@ def free_patch(exemplars: Exemplars, share: int) -> int:
 
 
 def patch_with_supply(exemplars: Exemplars, patch: int, least: int = LEAST) -> int:
-    """Return the largest patch side, px, up to `patch`, for which there are places enough that no mask touches.
+    """Return a patch side, px, of at most `patch`, for which enough patches are free of masked pixels.
 
-    Below `least` one place is enough.
+    Reduced by an eighth at a time, down to `least`, until 1/SUPPLY of the patches of one exemplar are free; then, if
+    none is, by 1 px at a time until one is.
     """
     if all(e.usable is None for e in exemplars):
         return patch
@@ -379,7 +397,7 @@ def _places(exemplars: Exemplars, patch: int) -> list[Pair]:
 
 
 def patch_for_element(element: float, side: int) -> int:
-    """Return a patch for elements of a size, in an exemplar of which the shorter side is `side` px."""
+    """Return the patch side, px, for elements of `element` px in an exemplar whose shorter side is `side` px."""
     wanted = max(element, min(2 * element, USUAL), LEAST)
     return int(min(wanted, max(LARGEST_SHARE * side, min(side, 3)), side))
 
@@ -390,9 +408,9 @@ def check_patch(
     isometries: str | tuple[int, ...] = "none",
     seams: int | Pair = 0,
 ) -> None:
-    """Raise ParameterError or MethodError for a patch that fits nowhere, or is not square and turned.
+    """Raise ParameterError or MethodError for a patch that fits nowhere, or is to be rotated and is not square.
 
-    `seams`: what a patch needs around itself on every side, px.
+    `seams`: (rows, columns) px of the exemplar that a patch needs on every side of it.
     """
     rows, columns = extent(patch)
     down, across = extent(seams)

@@ -15,14 +15,15 @@ from ..model.image import Kind
 from . import Candidates, PosedExemplars, fourier_kernels
 from .fourier_kernels import FAR as FARTHEST
 
-FAR = -1.0  # stands where no patch may begin
+FAR = -1.0  # the value of distance maps where no patch may begin
 
 
 def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> list[Float32]:
     """Return for every variant the distance of the patch at each first pixel, FAR where none may begin.
 
-    Root mean square over the known pixels of the window, every position measured exactly. `scale`: what a
-    difference of 1 on the 0..1 scale is in features, squared and summed over channels (:func:`full_scale`).
+    The distance is the root mean square difference over the known pixels of the window, on the scale 0..1, measured
+    exactly at every position. `scale`: the square of a difference of 1 in all channels, in units of the features
+    (:func:`full_scale`).
     """
     area = max(int(found.known.sum()), 1)
     out = []
@@ -39,12 +40,15 @@ def distance_maps(found: Candidates, variants: PosedExemplars, scale: float) -> 
 def best_of_poses(
     maps: list[Float32], variants: PosedExemplars, patch: Pair
 ) -> list[Float32]:
-    """Return for every exemplar the distance of its patch at each first pixel in the pose that fits best (Fig. 4.2)."""
+    """Return for every exemplar the distance of the patch at each first pixel in the best isometry (Fig. 4.2).
+
+    FAR where no patch may begin. `maps`: of every variant; `patch`: rows and columns, px.
+    """
     best: dict[int, Float32] = {}
     for v, one in enumerate(maps):
         pose = int(variants.pose[v])
         upright = transformed(one, {5: 7, 7: 5}.get(pose, pose))
-        if variants.toroidal[v]:  # blocks that lie upside down begin at their other end
+        if variants.toroidal[v]:  # on a torus: first pixels of reversed axes become first ones of patches
             turned = [min(row) < 0 for row in ISOMETRIES[pose].j]
             upright = np.roll(upright, [-t * (side - 1) for t, side in zip(turned, patch, strict=True)], (0, 1))
         upright = np.where(upright < 0, np.float32(np.inf), upright)
@@ -56,7 +60,7 @@ def best_of_poses(
 def full_scale(exemplar: Exemplar, weights: tuple[float, ...] | None) -> float:
     """Return the squared length, in features, of the step from the darkest to the brightest value in all channels.
 
-    Features are stretched to the exemplar's own range, and so is the 0..1 scale.
+    Features are normalised to the exemplar's own range, so 0 and 1 on this scale are the ends of that range.
     """
     base = exemplar.base
     shares = [1.0] if base.kind is Kind.LABEL else channel_shares(base, weights, base.channels)
@@ -71,7 +75,7 @@ def side_by_side(maps: list[Float32]) -> Float32:
 
 
 def as_16_bit(picture: Float32) -> NDArray[np.uint16]:
-    """Return a distance map in 16 bits: black for the nearest patch, white for the farthest and where none is."""
+    """Return a distance map in 16 bits: 0 for the nearest patch, 65535 for the farthest and where none may begin."""
     there = picture[picture >= 0]
     if not there.size:
         return np.full(picture.shape, 65535, np.uint16)

@@ -1,9 +1,8 @@
 """Patch search by masked FFT correlation on reduced pictures, refined to exact distances at full resolution.
 
-Everything that decides is a whole number, so the list is the same on every machine.
-
-Correlations of pictures of whole numbers are whole, and rounded to them: transforms in double precision are wrong by a
-billionth of what would make another number of one.
+All decisions are made on whole numbers, so the candidates are the same on every machine. The reduced pictures are whole
+numbers, so their correlations are, too: results of the transforms, in double precision, are rounded to them, and their
+errors are about a billionth of what could change the rounding.
 """
 
 from __future__ import annotations
@@ -24,25 +23,39 @@ from ..kernels.maps import PartialMap
 from . import SHORT_LIST, Candidates, PosedExemplars, Prices, Reduced, fourier_kernels, in_one_row
 from .fourier_kernels import Listed
 
-MASKS = 64  # whose sums of squares are kept
+MASKS = 64  # masks of known cells for which the exemplars' sums of squares are cached
 
 
-AXES = 2
-ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance that one axis must hold to do alone
-STEPS, FINE_STEPS = 31, 63  # reduced pictures are whole numbers up to this; the exact search wants finer ones
-TAILS = 3.0  # reduced pictures are cut off at so many standard deviations
-FINENESS = 1.2e-7  # how fine the reduced pictures of the exact search are, for exemplars and patches of each size
-BATCH_BYTES = 4 << 20  # spectra of one batch: what stays in a core's cache
-FINEST_SIDE = 600  # reduced exemplars are at most about this large
-NOWHERE = np.zeros((0, 0), bool)  # a variant without any patch is not even looked at
+AXES = 2  # channels of a reduced picture, at most
+ENOUGH, ENOUGH_EXACT = 0.97, 0.8  # share of the variance on one principal axis from which it is used alone
+STEPS, FINE_STEPS = 31, 63  # largest absolute value of reduced pictures: default, and limit in the exact search
+TAILS = 3.0  # reduced pictures are clipped at so many standard deviations
+FINENESS = 1.2e-7  # limits the values of the exact search by size of exemplars and patch: the larger, the coarser
+BATCH_BYTES = 4 << 20  # bytes of spectra of the windows searched at a time, which fit into a core's cache
+FINEST_SIDE = 600  # px: reduction goes on while the longer side of a reduced exemplar is larger, if patches allow
+NOWHERE = np.zeros((0, 0), bool)  # stands for a variant without any valid patch, which is skipped
 
 
 class PatchSearch:
     """Searches patches of one size in a set of variants.
 
-    `patch`, for which the variants are laid out: rows and columns of the windows; `exact`: search every position at
-    full resolution, in place of the reduced short-list; `listed`: candidates returned; `factor`: by what pictures are
-    reduced; 0: as it suits exemplars and patch.
+    Pictures are reduced by `factor` and projected on one or two principal axes. Distances at all coarse positions are
+    computed by FFT; the best are refined to full resolution and measured exactly.
+
+    Parameters
+    ----------
+    variants : PosedExemplars
+        Made for patches of this size.
+    patch : (rows, columns)
+        Size of windows and patches, px.
+    overlap : int
+        Overlap of neighbouring windows, px, by which the reduction is chosen.
+    exact : bool
+        Do not reduce the resolution, and also find the best patch of all exactly.
+    listed : int
+        Number of candidates returned.
+    factor : int
+        Reduction; 0: chosen by exemplars, patch and overlap.
     """
 
     factor: int
@@ -64,10 +77,10 @@ class PatchSearch:
         self._places = [(max(rows - h + 1, 0), max(columns - w + 1, 0)) for rows, columns in sizes]
         self._squares = [fft.rfft2((p**2).sum(axis=0), shape) for p, shape in zip(pictures, self.padded, strict=True)]
         self._limit(variants.valid)
-        self._under = lru_cache(MASKS)(self._energies)  # few masks occur again and again
+        self._under = lru_cache(MASKS)(self._energies)  # few masks occur, each many times
 
     def _energies(self, mask: bytes) -> list[Array]:
-        """Return the sums of squares of each variant under a mask of cells, at every position searched."""
+        """Return the sums of squares of each variant under a mask of cells (its bytes), at every coarse position."""
         cells, out = np.frombuffer(mask, np.uint8).reshape(self.cells).astype(np.float64), []
         for squares, shape, valid in zip(self._squares, self.padded, self.valid, strict=True):
             sums = fft.irfft2(squares * np.conj(fft.rfft2(cells, shape)), shape)
@@ -84,9 +97,9 @@ class PatchSearch:
     def _reduction(self) -> tuple[Array, Array, float, int]:
         """Return mean, principal axes, scale and range of the reduced pictures.
 
-        Two axes hold nearly all of the distance of colours, in most photographs one does (measured: its best
-        patches are 0.1 % worse); what they miss the exact distance finds. The scale makes the standard deviation
-        about a third of the range.
+        Two axes hold nearly all of the variance of colours, and one does in most photographs (measured: the best
+        patches found with it are 0.1 % worse); the exact distance corrects the order. The scale makes the standard
+        deviation about a third of the range. Axes are returned times the scale, in 2**-24.
         """
         c = self.variants.channels
         total, products, n = np.zeros(c, np.int64), np.zeros((c, c), np.int64), 0
@@ -101,7 +114,7 @@ class PatchSearch:
         if kept < (ENOUGH_EXACT if self.exact else ENOUGH) * float(np.trace(covariance)):
             kept, axes = principal_axes(covariance, min(c, AXES))
         clip = STEPS
-        if self.exact:  # the larger the coarser, as single precision once asked for: other steps list other patches
+        if self.exact:  # the larger the coarser; other limits would change the candidates
             size = math.sqrt(n * math.prod(self.cells)) * len(axes) / self.factor
             clip = min(max(int(TAILS * math.sqrt(0.4 / (FINENESS * size))), STEPS), FINE_STEPS)
         clip = min(clip, most_steps(self.patch, self.cells, len(axes)))
@@ -114,7 +127,10 @@ class PatchSearch:
         self.valid = list(map(self._reachable, self._places, valid))
 
     def _reachable(self, shape: Pair, allowed: Array) -> Array:
-        """Return the coarse positions (rows, columns) from which refinement can reach an allowed patch."""
+        """Return the coarse positions (rows, columns) from which refinement can reach an allowed patch.
+
+        `shape`: number of coarse positions; `allowed`: the valid first pixels of a variant.
+        """
         if not allowed.size:
             return NOWHERE
         beyond = self.factor - 1
@@ -125,7 +141,7 @@ class PatchSearch:
         return np.asarray(allowed)
 
     def _reduced(self, picture: Array) -> Array:
-        """Reduce a picture (H, W, C): whole numbers, float64 (K, rows, columns)."""
+        """Return the reduced picture (K, rows, columns) of (H, W, C): whole numbers, as float64."""
         cells = [n // self.factor for n in picture.shape[:2]]
         out = np.zeros((1, len(self.axes), *cells))
         known, masks = np.ones((1, *picture.shape[:2]), np.uint8), np.empty((1, *cells), np.uint8)
@@ -138,12 +154,12 @@ class PatchSearch:
         return Prices([np.zeros(v.shape, np.int32) for v in self.valid], 0)
 
     def batch(self) -> int:
-        """Return how many windows are best searched together."""
+        """Return how many windows are best searched at a time."""
         size = max(a * (b // 2 + 1) for a, b in self.padded) * 16 * (len(self.axes) + 1)
         return max(1, min(32, (BATCH_BYTES << self.exact) // size))
 
     def find(self, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
-        """Return the candidates for the windows that begin at `at` (n, 2) of a growing map."""
+        """Return the candidates for the windows that begin at `at` (n, 2) of a map under synthesis."""
         return self.search(*self.variants.windows(grown, at, self.patch), prices)
 
     def search(
@@ -151,8 +167,8 @@ class PatchSearch:
     ) -> list[Candidates]:
         """Return the candidates for windows that hold `feats` (n, h, w, C) int16 where `known` (n, h, w) uint8 is 1.
 
-        `among` is called with the number of a window and its candidates: where it returns a flat uint8 table like
-        ``flat_valid``, the candidates are the best of its patches instead.
+        `among` is called with the index of each window and its candidates (n, 4). If it returns a mask of patches, a
+        flat uint8 table like ``flat_valid``, the candidates are the best of these patches instead.
         """
         n, reduced = len(feats), self.reduce(feats, known)
         correlations = {v: self.correlations(v, reduced) for v, valid in enumerate(self.valid) if valid.size}
@@ -187,7 +203,8 @@ class PatchSearch:
     ) -> Listed:
         """Return the short-lists of n windows, by their correlations with each variant.
 
-        `usual` (n,): the usual distance of each, -1 where it is unknown, and then found.
+        `usual` (n,): the usual distance of each, in units of reduced pictures; where it is -1, it is computed and
+        written.
         """
         n = len(usual)
         listed = Listed(np.empty((n, self.listed, 4), np.int64), np.zeros(n, np.int64), usual)
@@ -198,7 +215,7 @@ class PatchSearch:
         return listed
 
     def reduce(self, feats: Array, known: Array) -> Reduced:
-        """Reduce windows (n, h, w, C) as the exemplars are."""
+        """Return windows (n, h, w, C) reduced as the exemplars are; `known` (n, h, w): 1 where a pixel is known."""
         templates = np.zeros((len(feats), len(self.axes), *self.cells))
         masks = np.empty((len(feats), *self.cells), np.uint8)
         energies = fourier_kernels.coarse(
@@ -211,11 +228,11 @@ class PatchSearch:
         return Reduced(energies, numbers, squares, spectra)
 
     def full(self, coarse: int) -> int:
-        """Return a distance of reduced pictures in units of the exact distance."""
+        """Return a squared distance of reduced pictures, converted to units of the exact distance."""
         return max(round(coarse * (self.factor**2 / self.scale**2)), 0)
 
     def correlations(self, v: int, reduced: Reduced) -> Array:
-        """Correlate windows with variant `v`: (n, rows, columns) for every coarse position."""
+        """Return the correlations of windows with variant `v`: (n, >= rows, >= columns) for every coarse position."""
         pictures, (height, width) = self._spectra[v], self.padded[v]
         windows = reduced.spectra[height, width]
         product = pictures[0] * windows[:, 0]
@@ -228,7 +245,7 @@ class PatchSearch:
 def _conjugates(templates: Array, shape: Pair) -> Array:
     """Return the conjugate spectra of windows (n, K, rows, columns), padded to `shape`.
 
-    The columns' are made of the rows', which are few: what is padding is transformed once.
+    Rows are transformed first, then columns, so that rows of padding need no transform.
     """
     rows = fft.rfft(templates, shape[1], axis=3)
     return np.asarray(fft.ifft(rows.conj(), shape[0], axis=2, norm="forward"))
@@ -246,7 +263,10 @@ def most_steps(patch: Pair, cells: Pair, axes: int) -> int:
 
 
 def _factor(variants: PosedExemplars, patch: Pair, overlap: int) -> int:
-    """Reduce by 2 or more: until the exemplar is small, while patch and overlap keep their shape."""
+    """Return the reduction: 2, doubled while exemplars are larger than FINEST_SIDE and patch and overlap remain large.
+
+    A patch keeps at least 16 cells, an overlap 4. 1 for patches below 8 px or overlaps below 2 px.
+    """
     side = int(variants.table[:, 1:3].max())
     factor = 2
     while side / factor > FINEST_SIDE and min(patch) // (2 * factor) >= 16 and overlap // (2 * factor) >= 4:

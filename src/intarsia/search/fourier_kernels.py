@@ -1,7 +1,10 @@
 """Kernels of the patch search: coarse pictures, the best of a distance map, exact distances.
 
-All arithmetic that decides is integer arithmetic. The transforms in between are floating point, but of small
-whole numbers, so that rounding their result to the nearest whole number makes it exact.
+All decisions use integer arithmetic. The transforms are floating point, but of small whole numbers, so that rounding
+their results to the nearest whole number makes them exact.
+
+Names: `feats` (n, h, w, C) and `known` (n, h, w) are windows and their masks, `posed` an
+:class:`~intarsia.kernels.maps.OrientedExemplars`. Distances are sums of squared differences over known pixels.
 """
 
 from __future__ import annotations
@@ -17,9 +20,10 @@ from ..kernels.jit import kernel
 
 @kernel
 def measure(feats: Any, known: Any, posed: Any, rows: Any) -> None:
-    """Write the squared distance of every patch into its row of `rows` (n, 4), which are as candidates.
+    """Write the squared distance of every patch into its row of `rows` (n, 4): distance, variant, row, column.
 
-    On entry the distance is an upper bound: patches farther than that get any larger number.
+    `feats` (h, w, C), `known` (h, w): of one window. On entry the distance is a bound; a patch that is farther gets
+    some number above it.
     """
     flat, table = posed
     h, w = known.shape
@@ -39,9 +43,10 @@ def complete(
 ) -> None:
     """Add positions that the short-lists of n windows missed, so that the best of one variant is among `found`.
 
-    The reduced pictures are rounded to whole numbers along `axes` directions: the true distance, times `scale`,
-    is at least that of the reduced pictures less 1 for every known cell and axis (as norms). Positions that may
-    be nearer than the best found are measured exactly. `found` (n, K, 4) stays sorted.
+    For searches at full resolution. Rounding changes the difference of two reduced pictures by at most 1 per pixel and
+    axis, so the root of the exact distance, times `scale`, is at least the root of the reduced distance less the
+    root of (known pixels * `axes`). Positions that may be nearer than the best found are measured exactly. `correlated`
+    is a :class:`Correlated`; `found` (n, K, 4) stays sorted, and `counts` (n,) is updated.
     """
     correlations, squares, slots, energies, valid, variant = correlated
     flat, table = posed
@@ -56,11 +61,11 @@ def complete(
         row_spans(known[k], spans)
         doubt = np.sqrt(float(known[k].sum()) * axes)
         best = found[k, 0, 0]
-        more = 2.0 - energies[k]  # correlations round to whole numbers, so distances are wrong by less than 1
+        more = 2.0 - energies[k]  # correlations are not rounded here: distances are wrong by less than 1
         limit = (np.sqrt(float(best)) * scale + doubt) ** 2 + more
         for y in range(valid.shape[0]):
             cor, own, ok = correlations[k, y], squares[slots[k], y], valid[y]
-            for x in range(valid.shape[1]):  # in doubles: sums of large patches are beyond what floats hold
+            for x in range(valid.shape[1]):  # in double precision: sums over large patches need it
                 if np.float64(own[x]) - 2.0 * np.float64(cor[x]) > limit or not ok[x]:
                     continue
                 start = table[variant, 0] + y * stride + x * channels
@@ -72,14 +77,14 @@ def complete(
 
 
 class Correlated(NamedTuple):
-    """n windows correlated with one posed exemplar, and what turns that into distances."""
+    """n windows correlated with one variant, and what is needed to convert that into distances."""
 
     values: NDArray[np.floating[Any]]  # (n, >= rows, >= columns): correlation at every position
-    squares: Int32  # (m, rows, columns): the exemplar's energy under m masks
+    squares: Int32  # (m, rows, columns): the variant's sums of squares under m masks
     slots: Int64  # (n,): which of the masks is the window's
-    energies: Int64  # (n,): of the windows
+    energies: Int64  # (n,): sums of squares of the windows
     valid: Mask  # (rows, columns): where a patch may begin
-    variant: int  # number of the posed exemplar
+    variant: int  # its number
 
 
 class Listed(NamedTuple):
@@ -92,7 +97,7 @@ class Listed(NamedTuple):
 
 @kernel
 def quantised(total: Any, count: int, mean: Any, axis: Any, clip: int) -> Any:
-    """Turn the sums (C,) of `count` feature values into a whole number from -clip to clip along an axis."""
+    """Return the mean of `count` feature values, given as sums (C,), projected on an axis: from -clip to clip."""
     q = np.int64(0)
     for c in range(len(axis)):
         q += (total[c] - mean[c] * count) * axis[c]
@@ -107,9 +112,9 @@ def coarse(
 ) -> Any:
     """Average cells of factor x factor px of n pictures, project and quantise them; return sums of squares (n,) int64.
 
-    `mean` (C,) is the features' mean; `axes` (K, C) int64 are the K directions kept, in 2**-24. `templates` float64
-    (n, K, rows, columns): whole numbers within `clip`, left as they are where `masks` uint8 (n, rows, columns) becomes
-    0, as less than half of the cell is known.
+    `mean` (C,) is the features' mean; `axes` (K, C) int64 are the K directions kept, in 2**-24. `masks` (n, rows,
+    columns) uint8 receives 1 where at least half of a cell is known, else 0. `templates` (n, K, rows, columns) float64
+    receives whole numbers within `clip` where the mask is 1; elsewhere it is not written.
     """
     n, axis, rows, columns = templates.shape
     energies, total = np.zeros(n, np.int64), np.empty(feats.shape[3], np.int64)
@@ -137,15 +142,15 @@ def coarse(
     return energies
 
 
-ROWS = 20  # neighbours are compared on about this many rows of a window
-FAR = np.int64(1) << 62
-NONE = np.int32((1 << 31) - 1)
-MOST_DIFFERENCE = 4092  # of two features, those of surroundings (2 * 2046) included
-MOST_SQUARES = ((1 << 31) - 1) // MOST_DIFFERENCE**2  # so many squares of it stay below 2**31
+ROWS = 20  # rows of a window, about, on which neighbouring positions are compared in a refinement
+FAR = np.int64(1) << 62  # above any distance
+NONE = np.int32((1 << 31) - 1)  # reduced distance where no patch may begin
+MOST_DIFFERENCE = 4092  # largest difference of two features, those used in the search only (2 * 2046) included
+MOST_SQUARES = ((1 << 31) - 1) // MOST_DIFFERENCE**2  # squares of such differences whose sum stays below 2**31
 
 
 class Among(NamedTuple):
-    """The patches that may be taken, of all variants, one after the other."""
+    """The valid first pixels of patches of all variants, one after the other."""
 
     valid: UInt8  # (positions,): 1 where a patch may begin
     offsets: Int64  # (V, 3): where a variant's positions begin, their rows and columns
@@ -155,10 +160,10 @@ class Among(NamedTuple):
 def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, out: Any) -> int:
     """Write the squared distance at every position, NONE where no patch may begin; return the usual distance.
 
-    distance = energy of the exemplar under the mask - 2 correlation + energy of the template. The usual distance
-    is the 5 % quantile over about 500 positions on a grid, or 1/64 of their mean if that is more: where a flat
-    part of the exemplar fits perfectly, a repeat still has a price. -1 if no position on the grid is valid.
-    Pictures are reduced so coarsely that all distances stay below NONE (`most_steps`).
+    distance = sum of squares of the exemplar under the mask - 2 correlation + sum of squares of the window. The usual
+    distance is the 5 % quantile over about 500 positions on a grid, or a quarter of their mean if that is more: where a
+    flat part of the exemplar fits perfectly, a repeat still has a price. -1 if no position on the grid is valid.
+    The values of reduced pictures are so small that all distances stay below NONE (:func:`.fourier.most_steps`).
     """
     h, w = valid.shape
     for y in range(h):
@@ -185,7 +190,7 @@ def patch_distances(correlation: Any, energies: Any, energy: int, valid: Any, ou
 def smallest(values: Any, n: int, k: int) -> Any:
     """Return the number that comes `k`-th, from 0, when the first `n` of int32 `values` are sorted.
 
-    Found by halving the range and counting: a few passes that run in vector registers.
+    By bisection of the range of values, counting in each step.
     """
     low, high = values[0], values[0]
     for i in range(np.uint64(n)):
@@ -204,10 +209,10 @@ def smallest(values: Any, n: int, k: int) -> Any:
 
 @kernel
 def short_list(correlated: Any, penalty: Any, weight: int, listed: Any) -> None:
-    """Put the best positions of one variant for n windows into their lists, as :func:`keep_best` does.
+    """Insert the best positions of one variant for n windows into their lists, as :func:`keep_best` does.
 
-    `penalty` (rows, columns) int32: uses of each position, 256 = one full repeat; such a one costs `weight` / 65536 of
-    the usual distance.
+    `penalty` (rows, columns) int32: uses of each position, 256 = one full repeat, which costs `weight` / 65536 of the
+    usual distance. The usual distance, where unknown, is that of this variant.
     """
     correlations, squares, slots, energies, valid, variant = correlated
     best, counts, usual = listed
@@ -222,9 +227,9 @@ def short_list(correlated: Any, penalty: Any, weight: int, listed: Any) -> None:
 
 @kernel
 def keep_best(dist: Any, penalty: Any, unit: int, variant: int, best: Any, count: int) -> int:
-    """Put the positions of smallest cost into `best`; return how many it holds.
+    """Insert the positions of smallest cost into `best`; return how many it holds.
 
-    Cost is distance + penalty * unit / 2**16.
+    Cost is distance + penalty * unit / 2**16, rounded down.
 
     `best` (K, 4) int64: cost, variant, row, column, cheapest first. Equal costs: the earlier position stays.
     """
@@ -264,9 +269,10 @@ def window_distance(
 ) -> Any:
     """Sum the squared differences over the known pixels of every `step`-th row; stop once above `limit`.
 
-    `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` apart. Plainly:
-    sum over known pixels of (window - patch)**2. Numbers differ by at most MOST_DIFFERENCE, so that so many squares as
-    are added up in 32 bits stay below 2**31; unsigned offsets let the innermost loop run in vector registers.
+    `window` (h * w * C,) int16; the patch begins at ``flat[start]``, its rows `stride` numbers apart; `spans`: from
+    :func:`row_spans`. The result is the sum over known pixels of (window - patch)**2. Differences are at most
+    MOST_DIFFERENCE, so sums of MOST_SQUARES squares fit into 32 bits; unsigned offsets let the compiler vectorise the
+    innermost loop.
     """
     (h, w), total, one = known.shape, np.int64(0), np.uint64(1)
     channels = np.uint64(len(window) // (h * w))
@@ -297,12 +303,12 @@ def window_distance(
 def refine(
     feats: Any, known: Any, posed: Any, among: Any, coarse: Any, counts: Any, factor: int, found: Any
 ) -> None:
-    """Follow the coarse candidates of n windows to full resolution and measure them.
+    """Refine the coarse candidates of n windows to full resolution and measure them exactly.
 
-    `coarse` (n, K, 4): cost, variant, row, column in cells of `factor` px, of which `counts` (n,) are there. `found`
-    (n, K, 4) int64: exact distance, variant, row, column, best first, and `counts` of them; -1 where nothing is known.
-    A candidate moves to the best of its nine neighbours on grids of half, a quarter ... of a cell, compared on some of
-    the rows; what is written is exact.
+    `coarse` (n, K, 4): cost, variant, row, column in cells of `factor` px, of which `counts` (n,) are valid. `found`
+    (n, K, 4) int64 receives exact distance, variant, row, column in px, best first, and `counts` their number; -1 where
+    no pixel of a window is known. A candidate is moved to the best of a position and its eight neighbours, at
+    distances of half a cell, a quarter and so on to 1 px, compared on some of the rows.
     """
     (flat, table), (valid, offsets) = posed, among
     h, w = known.shape[1:]
@@ -343,7 +349,7 @@ def refine(
 
 @kernel
 def insert(found: Any, count: int, d: int, v: int, u: int, s: int) -> int:
-    """Put a row into `found`, sorted by (distance, variant, row, column), without doubles; return the new count."""
+    """Insert a row into `found`, sorted by (distance, variant, row, column), if it is new; return the new count."""
     at = count
     while at > 0:
         p = found[at - 1]

@@ -1,7 +1,8 @@
 """Patch search under a guide of labels or target pictures (Multrus 2003, 5.3).
 
-Windows inside one region of the target take patches that lie wholly in that label; windows on a boundary take
-patches that hold the same labels (Multrus 2003, 5.3: the sets G1, G2 and G3, here for any number of labels).
+A guide is a target picture of the canvas and a source picture of each exemplar. With labels, windows inside one region
+of the target take patches that lie wholly in that label; windows on a boundary take patches that hold the same labels
+(Multrus 2003, 5.3: the sets G1, G2 and G3, here for any number of labels).
 """
 
 from __future__ import annotations
@@ -37,11 +38,11 @@ from .distance_map import full_scale
 from .fourier import STEPS, PatchSearch, most_steps
 from .fourier_kernels import FAR
 
-MOST = float(1 << 30)  # what the guide may cost in the short-list, so that costs stay below 2**31
+MOST = float(1 << 30)  # largest cost of the guide in the short-list, so that all costs stay below 2**31
 
 
 class GuideSearch(PatchSearch):
-    """The reduced pictures of a guide: every channel for itself, over its full range."""
+    """A search that compares the guide: every channel of its reduced pictures is one channel of the guide."""
 
     def _reduction(self) -> tuple[Array, Array, float, int]:
         channels = self.variants.channels
@@ -52,10 +53,10 @@ class GuideSearch(PatchSearch):
 
 
 class GuidedSearch:
-    """Searches patches for windows under a guide: the short-list sums seam and guide costs.
+    """Searches patches for windows under a guide: the short-list is ordered by the sum of seam and guide costs.
 
-    `search` finds patches whose seams fit: a PatchSearch, or what can be narrowed by ``within`` as it can; `unit`: the
-    squared difference of one pixel over the full range of the exemplars, what a seam distance of 1 is.
+    `search` finds patches that fit the known pixels: a PatchSearch, or another search with its method ``within``;
+    `unit`: the squared difference of one pixel over the full range of the exemplars (:func:`seam_unit`).
     """
 
     def __init__(self, search: Any, guidance: WindowGuide, unit: int) -> None:
@@ -70,25 +71,25 @@ class GuidedSearch:
         return GuideSearch(self.guidance.pictures, search.patch, 0, factor=search.factor)
 
     def allowed_at(self, window: Pair) -> list[Array]:
-        """Return, for every variant, where patches begin that a window may take."""
+        """Return, for every variant, a mask of the first pixels of patches that a window may take."""
         return self.allowed[int(self.guidance.windows[window])]
 
     def find(self, windows: list[Pair], grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
-        """Return the candidates for `windows`, which begin at `at` (n, 2) of a growing map."""
+        """Return the candidates for `windows` of the grid, which begin at `at` (n, 2) of a map under synthesis."""
         labels = [int(self.guidance.windows[w]) for w in windows]
         found: list[Any] = [None] * len(windows)
         for s in sorted(set(labels)):
             mine = np.array([k for k, own in enumerate(labels) if own == s])
             if self.guidance.guide.weight > 0 and not (s and s & (s - 1) == 0):
                 some = self._weighed(self.among[s], grown, at[mine], prices)
-            else:  # inside the region of one label any patch of it will do: the seam alone counts
+            else:  # inside the region of one label all patches of it follow the guide equally
                 some = self.among[s].find(grown, at[mine], prices)
             for k, candidates in zip(mine.tolist(), some, strict=True):
                 found[k] = candidates
         return found
 
     def _weighed(self, search: Any, grown: PartialMap, at: Array, prices: Prices) -> list[Candidates]:
-        """Return candidates by the sum of seam and guide distances, both correlated."""
+        """Return candidates by the sum of seam and guide distances, both computed from correlations."""
         feats, known = search.variants.windows(grown, at, search.patch)
         wanted, inside = self.guidance.wanted(at)
         shares, guide = self.shares(known, inside), self.guide
@@ -100,9 +101,9 @@ class GuidedSearch:
             if rows and columns:
                 seams, labels = (some.correlations(v, of)[:, :rows, :columns]
                                  for some, of in ((search, pixels), (guide, over)))  # fmt: skip
-                search.short_list(pixels, {v: seams}, prices, usual)  # repeats cost a share of what seams alone do
+                search.short_list(pixels, {v: seams}, prices, usual)  # computes `usual`, of seams alone
                 apart = over.squares[v][over.slots] + over.energies[:, None, None] - 2.0 * np.rint(labels)
-                # A distance has twice the correlation taken away from it.
+                # In a distance the correlation counts -2, so half of the guide cost is subtracted from it.
                 both[v] = np.maximum(np.rint(seams) - np.rint(weights * apart / 2.0), 1.0 - MOST / 2.0)
         best, counts, _ = search.short_list(pixels, both, prices, usual)
         return [
@@ -114,9 +115,10 @@ class GuidedSearch:
         ]  # fmt: skip
 
     def measured(self, search: Any, window: tuple[Array, Array, Array, Array], share: float, coarse: Array) -> Array:
-        """Return coarse candidates (n, 4) moved to the cheapest pixel around their cell, best first.
+        """Return coarse candidates (n, 4), each moved to the cheapest position around it, measured exactly, best first.
 
-        `window`: features and known mask, guide under it, and the mask of the canvas.
+        Positions up to a cell less 1 px away along each axis are compared; equal results are merged. `window`: features
+        and known mask, the guide, and the mask of where the window lies on the canvas.
         """
         feats, known, wanted, inside = window
         beyond = search.factor - 1
@@ -136,14 +138,16 @@ class GuidedSearch:
         return np.unique(rows[rows[:, 0] < FAR], axis=0)
 
     def cost(self, seams: Array, labels: Array, share: float) -> Array:
-        """Return the sum of squared differences (n,) of seams and of the guide: d squared plus (alpha g) squared."""
+        """Return the costs (n,): squared seam distances plus squared `share` times squared guide distances."""
         return np.asarray(seams + np.rint(share * share * labels).astype(np.int64))
 
     def shares(self, known: Array, inside: Array) -> Array:
-        """Return the factor of the root of the guide's squared difference for each window.
+        """Return the factor of the guide's distance (not squared) for each window.
 
-        With n known pixels of a window of A, d and g are means, d**2 of n pixels and g**2 of A; costs are larger by n
-        and the unit of seams. Where nothing is known, n = A.
+        The cost is d**2 + (weight * g)**2, where d**2 is the mean squared seam difference over the n known pixels of
+        the window and g**2 that of the guide over its A pixels on the canvas, both relative to their unit. Costs are
+        computed as sums, larger by n and the unit of seams, so the factor is weight * sqrt(n / A * ratio of the units).
+        Where nothing is known, n = A.
         """
         area = np.maximum(inside.sum(axis=(1, 2), dtype=np.int64), 1)
         count = known.sum(axis=(1, 2), dtype=np.int64)
@@ -154,22 +158,22 @@ class GuidedSearch:
 def seam_unit(exemplar: Exemplar, weights: tuple[float, ...] | None) -> int:
     """Return the squared difference of one pixel that differs by the full range in every channel of the base plane.
 
-    Channels count as in the search; what other planes differ by comes on top.
+    Channels are weighted as in the search. Other planes are not included.
     """
     return round(full_scale(exemplar, weights))
 
 
-ONE = 1020  # a label that is there, the full range of a target picture
+ONE = 1020  # value of a guide channel where its label is present, and the full range of a target picture
 
 
 class WindowGuide:
     """The guide of a canvas for every variant and every window.
 
-    ``pictures``: the guide beside the exemplars, posed and laid out like the variants: one channel for each label of
-    the target, ONE where a pixel has it (of two labels one is enough), or the channels of a target picture, 0 .. ONE.
-    ``unit``: the squared difference of one pixel that differs fully. ``windows`` (rows, columns): the labels that each
-    window of the layout holds, as bits; 0 everywhere without labels. ``boundaries``: those that hold more than one
-    label; all others take patches in `poses` only.
+    ``pictures``: the sources of the guide, posed and laid out like the variants: one channel for each label of the
+    target, ONE where a pixel has it (a single channel for two labels), or the channels of a picture, 0 .. ONE.
+    ``unit``: the largest squared difference of one pixel. ``windows`` (rows, columns): the set of labels in each window
+    of the layout, as bits; 0 everywhere without labels. ``boundaries`` (rows, columns): which windows hold more than
+    one label; all others take patches in the isometries `poses` only.
     """
 
     def __init__(
@@ -196,10 +200,10 @@ class WindowGuide:
         self.boundaries: Array = self.windows & (self.windows - 1) != 0
 
     def allowed(self, labels: int) -> list[Array]:
-        """Return, for every variant, where patches begin that a window of these labels may take.
+        """Return, for every variant, the first pixels of patches that a window with these labels (bits) may take.
 
-        Those of exactly these labels; if there is none, all that hold no other label. Only patches that hold a
-        boundary are turned for it.
+        For several labels, patches of exactly these labels in any isometry; if there are none, or for a single label,
+        patches without any other label, in the isometries `poses`. Without labels, all patches in `poses`.
         """
         valid = list(self.variants.valid)
         if labels & (labels - 1):
@@ -213,7 +217,7 @@ class WindowGuide:
         return [ok & (held & ~labels == 0) for ok, held in zip(valid, self._held, strict=True)]
 
     def groups(self, search: Search) -> Array:
-        """Return numbers of the coarse positions of all variants by the labels that patches there hold, flat."""
+        """Return the group of every coarse position of all variants, flat: those of patches with the same labels."""
         every = []
         for valid, held in zip(search.valid, self._held, strict=True):
             rows, columns = (np.minimum(np.arange(n) * search.factor, size - 1)
@@ -222,13 +226,13 @@ class WindowGuide:
         return np.unique(np.concatenate(every), return_inverse=True)[1]
 
     def wanted(self, at: Array) -> tuple[Array, Array]:
-        """Return the guide under the windows that begin at `at`: (n, h, w, C) int16, and where the canvas reaches."""
+        """Return the guide in the windows that begin at `at`: (n, h, w, C) int16, and where the canvas is."""
         under = self._under[tuple((at + self.layout.patch).T)]
         return np.ascontiguousarray(np.moveaxis(under[:, :-1], 1, 3)), under[:, -1].astype(np.uint8)
 
 
 def label_sets(ids: Array, patch: Pair) -> Array:
-    """Return which labels each window of a picture of label numbers holds, as bits; -1 is no label."""
+    """Return the set of labels, as bits, in each window of a picture of label numbers; -1 is no label."""
     out = np.zeros([max(n - side + 1, 0) for n, side in zip(ids.shape, patch, strict=True)], np.int64)
     if not out.size:
         return out
@@ -238,7 +242,7 @@ def label_sets(ids: Array, patch: Pair) -> Array:
 
 
 def check_guide(exemplars: Exemplars, guide: Guide, patch: int | Pair) -> None:
-    """Raise InputError for a guide that does not fit its exemplars, or a label without a patch wholly inside it."""
+    """Raise InputError for a guide that does not match its exemplars, or a label without a patch wholly inside it."""
     check_sources(exemplars, guide)
     missing = _without_pure_patch(exemplars, guide, extent(patch))
     if missing:
@@ -253,7 +257,7 @@ def check_guide(exemplars: Exemplars, guide: Guide, patch: int | Pair) -> None:
 
 
 def check_sources(exemplars: Exemplars, guide: Guide) -> None:
-    """Raise InputError for source pictures that do not match the exemplars, or for too many labels."""
+    """Raise InputError for source pictures whose number or sizes differ from the exemplars', or for too many labels."""
     if len(guide.sources) != len(exemplars):
         raise InputError(
             f"the guide has {len(guide.sources)} source pictures for {len(exemplars)} exemplars; give one for each."
@@ -269,15 +273,15 @@ def check_sources(exemplars: Exemplars, guide: Guide) -> None:
 
 
 def pure_patch(exemplars: Exemplars, guide: Guide) -> int:
-    """Return the largest side at which every label has a patch wholly inside it; 0: there is none."""
+    """Return the largest side, px, at which every label has a square patch wholly inside it; 0: there is none."""
     return min(0 if found is None else found[3] for found in largest_squares(exemplars, guide))
 
 
 def guided_patch(exemplars: Exemplars, guide: Guide) -> int:
-    """Return a patch side in px under a guide: with labels for the elements of all regions, if that is possible.
+    """Return a patch side in px under a guide: with labels, the largest that the elements of any region ask for.
 
-    Those of a region are measured in the largest square of its label. The patch stays below these squares, so that
-    there is a choice of patches for every label.
+    Elements of a region are measured in the largest square of its label. The patch is at most 0.6 of the smallest of
+    these squares, so that there is a choice of patches for every label. Without labels the default patch.
     """
     if not guide.is_labels:
         return default_patch(exemplars)
@@ -293,7 +297,7 @@ def guided_patch(exemplars: Exemplars, guide: Guide) -> int:
 
 
 def largest_squares(exemplars: Exemplars, guide: Guide) -> list[tuple[int, int, int, int] | None]:
-    """Return for every label of the target its largest square: exemplar, row, column, side; None: it has no pixel."""
+    """Return for every label its largest usable square: exemplar, row, column, side; None: it has no pixel."""
     best: list[tuple[int, int, int, int] | None] = [None] * len(guide.names)
     if not guide.is_labels:
         return best
@@ -309,10 +313,10 @@ def largest_squares(exemplars: Exemplars, guide: Guide) -> list[tuple[int, int, 
 
 
 def _largest_square(mine: Array) -> tuple[int, int, int]:
-    """First row, first column and side of the largest square of True."""
+    """Return first row, first column and side of a largest square of True."""
     low, high, at = 0, min(mine.shape), (0, 0)
     total = running_sums(mine)  # once for all sizes
-    while low < high:  # a square inside a larger one is one, too
+    while low < high:  # bisection, as every square contains smaller ones
         n = (low + high + 1) // 2
         full = total[n:, n:] - total[:-n, n:] - total[n:, :-n] + total[:-n, :-n] == n * n
         if full.any():
@@ -336,7 +340,7 @@ def _without_pure_patch(exemplars: Exemplars, guide: Guide, patch: Pair) -> list
 
 
 def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:
-    """Return the labels numbered in the order of `names`; all others share the next number."""
+    """Return the labels of a plane as indices into the sorted `names`; other labels get ``len(names)``."""
     pixels = plane.pixels.reshape(plane.height, plane.width).astype(np.int64)
     place = np.searchsorted(names, pixels)
     known = np.append(np.array(names, np.int64), -1)[place] == pixels
@@ -344,7 +348,7 @@ def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:
 
 
 def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
-    """Return the guide as int16 channels of 0 .. ONE, of the exemplars and of the canvas."""
+    """Return the guide as int16 channels of 0 .. ONE: of every exemplar, and of the canvas."""
     planes = [*guide.sources, guide.target]
     if guide.is_labels:
         ids = [numbered_labels(p, guide.names) for p in planes]
@@ -354,7 +358,7 @@ def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
             for n, i in enumerate(ids)
         ]  # fmt: skip
         if len(guide.names) == 2 and not any((i == 2).any() for i in ids):
-            codes = [c[:, :, 1:] for c in codes]  # of two labels the one says what the other would
+            codes = [c[:, :, 1:] for c in codes]  # the presence of one of two labels determines that of the other
     else:
         values, _ = as_integers(planes, [None] * len(planes))
         low, high = robust_range(values)
@@ -366,7 +370,7 @@ def codes_of(guide: Guide, wrap: Wrap) -> tuple[list[Array], Array]:
 
 
 def _presence(mine: Array, reach: int, wrap: Wrap) -> Array:
-    """Return ONE inside a region and 0 outside; with a reach a ramp over so many px on either side."""
+    """Return ONE inside a region and 0 outside; with a `reach`, a linear ramp over so many px on either side."""
     if not reach or mine.all() or not mine.any():
         return mine.astype(np.int16) * np.int16(ONE)
     pad = [(reach, reach) if closed else (0, 0) for closed in (wrap.y, wrap.x)]
