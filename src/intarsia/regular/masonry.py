@@ -22,7 +22,7 @@ from .wall_kernels import NO_JOINT as CUT
 
 
 def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
-    """Return features, features without channels of slope, and usable pixels; axes are swapped if `upright`."""
+    """Return features, features without slopes of normals, and usable pixels; axes are swapped if `upright`."""
     found = feats.pictures[0], feats.level, exemplar.free
     one, two, three = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in found) if upright else found
     return one, two, three
@@ -51,7 +51,7 @@ def _tops(profile: Array) -> list[int]:
 
 
 def _prominence(profile: Array, at: int) -> float:
-    """Return the prominence of a peak: its least descent on the way to a higher point, or to the end, on either side."""
+    """Return the prominence of a peak: its least descent towards a higher point, or to the end, on either side."""
     lowest = []
     for side in (profile[at::-1], profile[at:]):
         higher = np.flatnonzero(side > profile[at])
