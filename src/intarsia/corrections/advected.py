@@ -100,7 +100,7 @@ class AdvectedCorrections:
         return self._corrected(yx, near, 0, self.closed, run)
 
     def _coarse(self, yx: Array, torn: Mask, level: int, run: Run) -> tuple[Array, Mask]:
-        """Correct the map of every h-th pixel, h = 2**level; write changes as squares of h px and mark these as torn."""
+        """Correct the map of every h-th pixel, h = 2**level; write changes as squares of h px, marked as torn."""
         h, (height, width) = 1 << level, yx.shape[:2]
         rows, columns = height // h, width // h
         if not torn.any() or not rows or not columns:
