@@ -119,8 +119,7 @@ def bordered(picture: Array, border: int, toroidal: bool) -> Array:
 
 
 def stack_of(picture: Array, levels: int, closed: tuple[bool, bool]) -> Iterator[Array]:
-    """Yield the Gaussian stack of a picture (H, W, ...): `levels` levels of spacing h = 1, 2, 4, ... px, int32 in 1 /
-    16.
+    """Yield the Gaussian stack of a picture (H, W, ...): levels of spacing h = 1, 2, 4, ... px, int32 in 1 / 16.
 
     A level is blurred from the one before with weights 6, 4, 1 of 16 at 0, +-h/2, +-h px along both axes; `closed`:
     which axes wrap; others are mirrored.

@@ -106,11 +106,11 @@ def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
 
 @kernel
 def jump_sets(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> None:
-    """Write for each pixel of a grid its most similar ones, at least some px apart: (rows, columns, k - 1).
+    """Write for each pixel of a grid its k - 1 most similar pixels: numbers, or -1, in `out` (rows, columns, k - 1).
 
-    ``queries`` (N, D): points. First each pixel takes the best continuations of up to four queried pixels around it.
-    Then, in one forward and one backward scan, the best continuations of its two predecessors. Numbers of pixels, or
-    -1.
+    They are at least ``known.limits[3]`` px from one another and from the pixel. ``queries`` (N, D): points of the
+    tree, of which `asked` are ranked per query. First each pixel takes the best continuations of the results of up to
+    four queried pixels around it, then, in one forward and one backward scan, of those of its two predecessors.
     """
     rows, columns, count = out.shape
     cells, torus, flat = ask_some(tree, queries, known, asked, out), known.limits[2], out.reshape(rows * columns, count)

@@ -47,7 +47,8 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
     """Return the method with jitter, keep_lattice and lattice decided.
 
     Automatic jitter moves large pieces anywhere and small ones a little; levels between a quarter of an element and
-    half the exemplar are not jittered, unless the lattice is kept, there is a feature, the texture is cloudy, or the map is not exact.
+    half the exemplar are not jittered, unless the lattice is kept, there is a feature, or the texture is cloudy,
+    rotated or scaled.
     """
     lattice, jitter, keep = method.lattice, method.jitter, method.keep_lattice
     if keep == "auto":
