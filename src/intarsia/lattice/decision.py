@@ -179,7 +179,7 @@ class Limits:
     two = 0.18  # least contrast of only two courses; halved: the same, doubled: a pavement of loose setts refused
     pair = 0.5  # least contrast of two lattice points; 0.2: a wall of 96 px with five bricks gets a false lattice
     few = 0.2  # least contrast of three points; 0: a wall of irregular bricks gets two vectors, 0.4: one other cell
-    everywhere = 0.6  # least repeating share of parts for two or three points; 0.4: setts next to slabs get one
+    everywhere = 0.6  # least repeating share of parts for two or three points; 0.4: setts near slabs get one, 0.8: same
     parts = 0.4  # least repeating share for four points or more; halved: knitted wool gets one, 0.6: a floor refused
     rows = 0.45  # least repeating share for courses; 0.4: planks at 45 degrees get courses, 0.6: a wall refused
     scattered = 0.75  # largest scatter of the peaks, 1: as by chance; halved: the same, 1: irregular setts get one

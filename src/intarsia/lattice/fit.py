@@ -108,7 +108,7 @@ class Ranking:
 
     promising = 400  # lattices of the best mean, which are contrasted with half cells; halved, doubled: none
     fitted = 60  # best of these, which are fitted and contrasted with all phases; 30, 120: none
-    rival = 85  # per cent: least confidence, of the highest, to be preferred for its mean; 42, 100: none; 2 of 96 crops
+    rival = 85  # per cent: least confidence, of one preferred for its mean (2 of 96 crops); 42, 100: none
     better = 130  # per cent: and least mean correlation, of that of the most confident; 115: two change, 260: none
     finer = 80  # per cent: least confidence, of that of the first, of a sublattice preferred to it; 40, 95: none
     alike = 90  # per cent: least mean, of that of the first, of a lattice with all its points and more; 45: one
