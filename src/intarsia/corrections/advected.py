@@ -1,7 +1,7 @@
-"""Texture advection: a source map moved along a flow, with corrections only where it tore (Lefebvre and Hoppe 2006).
+"""Texture advection: a map moved along a flow and corrected only where neighbours separate (Lefebvre and Hoppe 2006).
 
 Pixels that move by the same offset keep their neighbours and stay unchanged. Where neighbouring pixels move by
-different offsets they no longer match; only there, and within a few px, the correction operation is run.
+different offsets they no longer match; only there, and within a few px, corrections are run.
 """
 
 from __future__ import annotations
@@ -18,15 +18,18 @@ from ..foundation.run import Run, below, draw_many
 from .coordinate_pyramid import REACH, CorrectionParameters, subpass
 from .stack import ExemplarStack
 
-STAGE = 200610  # separates these draws from those of other methods
-SQUARE = 16  # px of the canvas that share a draw where the exemplar ends
-AROUND = 2  # px around a tear that are corrected as well
+STAGE = 200610  # key of these random numbers, which makes them independent of other methods
+SQUARE = 16  # px: side of the canvas squares that share a random shift where the exemplar ends
+AROUND = 2  # px around torn pixels that are corrected as well
 
 Closed = tuple[bool, bool]
 
 
 def _begun_again(coords: Array, size: Pair, lot: Pair) -> Array:
-    """Shift coordinates (H, W, 2) outside of the exemplar along its border, by a draw for each canvas square."""
+    """Shift coordinates (H, W, 2) outside of the exemplar along its border, in place, by a random shift per square.
+
+    `size`: of the exemplar; `lot`: seed and frame number of the random shifts.
+    """
     outside = (coords < 0) | (coords >= size)
     ys, xs = np.nonzero(outside.any(axis=2))
     if len(ys):
@@ -37,15 +40,15 @@ def _begun_again(coords: Array, size: Pair, lot: Pair) -> Array:
 
 
 def _on(at: Array, n: int, around: bool) -> Array:
-    """Return coordinates wrapped around an axis of `n` px, or clamped to it."""
+    """Return coordinates modulo `n` px if `around`, else clamped to 0 .. n - 1."""
     return at % n if around else at.clip(0, n - 1)
 
 
 @dataclass(frozen=True)
 class AdvectedCorrections:
-    """Moves a map along a flow and corrects it where it tears.
+    """Moves a map along a flow and corrects it where neighbouring pixels no longer match.
 
-    ``stack``: levels of the exemplar; ``closed``: whether the canvas wraps along y and along x.
+    ``stack``: levels of the exemplar; ``rules``: of the corrections; ``closed``: whether the canvas wraps along y, x.
     """
 
     stack: ExemplarStack
@@ -55,9 +58,10 @@ class AdvectedCorrections:
     def moved(self, yx: Array, steps: Array, lot: Pair) -> tuple[Array, Mask]:
         """Return the map (H, W, 2) moved by whole pixels, and which pixels no longer match a neighbour (H, W).
 
-        S'(p) = S(q) + (p - steps(p) - q), q being the canvas pixel nearest to p - steps(p). What enters over a border
-        that does not wrap continues the border pixel; beyond the exemplar it re-enters on the opposite side, shifted
-        along the border by a draw for each square of the canvas. ``lot``: seed and frame number of these draws.
+        S'(p) = S(q) + (p - steps(p) - q), q being the canvas pixel nearest to p - steps(p). Beyond a border that does
+        not wrap the coordinates of the border pixel are continued; beyond the exemplar they re-enter on its opposite
+        side, shifted along the border by a random shift per canvas square. ``steps`` (H, W, 2): px; ``lot``: seed and
+        frame number of these shifts.
         """
         sides, exemplar = yx.shape[:2], self.stack.exemplar
         size = exemplar.height, exemplar.width
@@ -88,7 +92,7 @@ class AdvectedCorrections:
         return np.asarray(inside, np.int32)
 
     def mended(self, yx: Array, torn: Mask, top: int, run: Run) -> Array:
-        """Return the map with torn pixels corrected: every 2**top-th pixel first, then on finer levels, at last all."""
+        """Return the map with torn pixels (H, W) corrected: from the level of spacing 2**top px to that of 1 px."""
         for level in range(min(top, len(self.stack.levels) - 1), 0, -1):
             yx, torn = self._coarse(yx, torn, level, run)
         modes: Any = ["wrap" if around else "nearest" for around in self.closed]
@@ -96,7 +100,7 @@ class AdvectedCorrections:
         return self._corrected(yx, near, 0, self.closed, run)
 
     def _coarse(self, yx: Array, torn: Mask, level: int, run: Run) -> tuple[Array, Mask]:
-        """Correct the map of every h-th pixel; write changes as squares of h px, and add them to the torn pixels."""
+        """Correct the map of every h-th pixel, h = 2**level; write changes as squares of h px, marked as torn."""
         h, (height, width) = 1 << level, yx.shape[:2]
         rows, columns = height // h, width // h
         if not torn.any() or not rows or not columns:
@@ -116,7 +120,7 @@ class AdvectedCorrections:
         return out, torn
 
     def _corrected(self, yx: Array, where: Mask, level: int, closed: Closed, run: Run) -> Array:
-        """Run the passes of a level; only pixels in `where` change. Each subpass is written when all of it is found."""
+        """Run the passes of a level; only pixels in `where` change. A subpass reads the map before it."""
         if not where.any():
             return yx
         place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)

@@ -1,9 +1,9 @@
 """Appearance vectors of an exemplar: projected 5 x 5 neighbourhoods on all levels of a Gaussian stack.
 
 Lefebvre and Hoppe 2006. The Gaussian stack (2005, section 3.2) keeps the exemplar's full size and is blurred more from
-level to level, so that any size and shape is allowed. The 5 x 5 neighbourhood of every pixel, weighted by a Gaussian,
-is projected on its eight principal axes and rounded once: the transformed exemplar. All steps are integer, or sums that
-are exact in doubles.
+level to level, so that any size and shape is allowed. The 5 x 5 neighbourhoods of all pixels, weighted by a Gaussian,
+are projected on their first eight principal axes and rounded once: the transformed exemplar. Arithmetic is in integers,
+or in sums that are exact in doubles.
 
 Optionally the distance to the nearest outline is a further channel (2006, section 3; Wu and Yu 2004): signed, to the
 outline of a mask, or unsigned, to detected edges.
@@ -28,13 +28,14 @@ from ..model import Exemplar
 from .appearance_kernels import project_neighbourhoods
 from .correction_kernels import MIDDLE
 
-FAR = 16  # px at which distances to outlines are clipped
-PARTS = 16  # units of distance in a px
+FAR = 16  # px: larger distances to outlines are clipped to this
+PARTS = 16  # units of distance per px
 
 
 @dataclass(frozen=True)
 class Outlines:
-    """The outlines whose distance is a feature channel, and its weight: 1 counts as much as all the colours.
+    """The outlines whose distance is a feature channel, and its weight: 1 gives it the variance of all other
+    channels together.
 
     ``drawn``: a field above 0.5 on one side of the outlines and below on the other; None: detected edges.
     """
@@ -44,16 +45,16 @@ class Outlines:
 
     @classmethod
     def of(cls, method: Any) -> Outlines | None:
-        """Return the outlines that the fields `feature` and `feature_weight` of a method ask for, or None."""
+        """Return the outlines given by the fields `feature` and `feature_weight` of a method, or None."""
         if method.feature is None or not method.feature_weight:
             return None
         return cls(method.feature if isinstance(method.feature, Field) else None, method.feature_weight)
 
     def over(self, exemplar: Exemplar) -> Outlines:
-        """Return the same outlines with a function replaced by the mask that it gives over the exemplar."""
+        """Return the same outlines; a function is replaced by its mask over the exemplar, evaluated once."""
         if self.drawn is None or not self.drawn.is_function:
             return self
-        drawn = self.drawn  # evaluated once for each exemplar, not for every window
+        drawn = self.drawn  # cached with the exemplar for all windows
         return replace(self, drawn=exemplar.latest("drawn", drawn, lambda: Field(marked(drawn, exemplar))))
 
     def channel(self, exemplar: Exemplar, picture: Array) -> Array:
@@ -85,7 +86,7 @@ def marked(drawn: Field, exemplar: Exemplar) -> Array:
 
 
 def outline_distances(there: Array, toroidal: bool) -> Array:
-    """Return the distance of each pixel to the nearest one in `there`: int64 (H, W), 1 / 16 px, at most 16 px."""
+    """Return the distance of each pixel to the nearest true one of `there`: int64 (H, W), 1 / 16 px, at most 16 px."""
     if not there.any():
         return np.full(there.shape, FAR * PARTS, np.int64)
     around = np.pad(there, FAR, mode="wrap") if toroidal else there
@@ -94,12 +95,12 @@ def outline_distances(there: Array, toroidal: bool) -> Array:
     return np.asarray(np.minimum(np.rint(inner * PARTS), FAR * PARTS), np.int64)
 
 
-AXES = 8  # of appearance vectors (2006)
-SAMPLE = 8192  # neighbourhoods that axes are measured on; halved and doubled: scores move by 1 % (docs/design/012)
-BITS = 4  # fractional bits of the stack
+AXES = 8  # dimensions of appearance vectors (2006)
+SAMPLE = 8192  # neighbourhoods from which axes are computed; halved, doubled: scores change by 1 % (docs/design/012)
+BITS = 4  # fractional bits of values of the stack
 WEIGHTS = np.array([[round(256 * 2.0 ** -(dy * dy + dx * dx)) for dx in (-1.0, -0.5, 0.0, 0.5, 1.0)]
                     for dy in (-1.0, -0.5, 0.0, 0.5, 1.0)], np.int64).ravel()  # fmt: skip
-"""Weights of the 5 x 5 taps, 256 = 1: a Gaussian of 1/2 at 2 px from the middle, so 1/4 for squared differences."""
+"""Weights of the 5 x 5 values, 256 = 1: a Gaussian, 1/2 at 2 px from the middle, so 1/4 for squared differences."""
 
 
 def without_gaps(picture: Array, exemplar: Exemplar) -> Array:
@@ -120,8 +121,8 @@ def bordered(picture: Array, border: int, toroidal: bool) -> Array:
 def stack_of(picture: Array, levels: int, closed: tuple[bool, bool]) -> Iterator[Array]:
     """Yield the Gaussian stack of a picture (H, W, ...): levels of spacing h = 1, 2, 4, ... px, int32 in 1 / 16.
 
-    From level to level the pixels at 0, +-h/2, +-h px are weighted 6, 4, 1 along either axis; `closed`: which axes
-    wrap.
+    A level is blurred from the one before with weights 6, 4, 1 of 16 at 0, +-h/2, +-h px along both axes; `closed`:
+    which axes wrap; others are mirrored.
     """
     out = np.asarray(picture, np.int32) << BITS
     for level in range(levels):
@@ -153,13 +154,16 @@ def transformed(picture: Array, h: int, toroidal: bool) -> Array:
 
 
 def whole_products(vectors: Array) -> Array:
-    """Return the sums of products (n, n) of centred integer vectors (N, n): below 2**53, so exact in any order."""
+    """Return the sums of products (n, n) of integer vectors (N, n), centred on their floored mean.
+
+    They are below 2**53, so exact in any order of summation.
+    """
     centred = vectors - np.floor(vectors.sum(axis=0) / len(vectors))
     return np.asarray(centred.T @ centred)
 
 
 def packed(lifted: Array) -> Array:
-    """Pack eight values a pixel, 0 .. 2046, (rows, columns, 8) int16 into two words: (positions, 2) uint64."""
+    """Pack eight values per pixel, 0 .. 2046, (rows, columns, 8) int16 into two words: (positions, 2) uint64."""
     return np.ascontiguousarray(lifted.astype("<u2")).reshape(-1, AXES).view("<u8").astype(np.uint64)
 
 

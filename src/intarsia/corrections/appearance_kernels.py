@@ -1,8 +1,9 @@
 """Kernels of the appearance space: projected neighbourhoods, and jump sets by a kd-tree and propagation.
 
-A kd-tree is asked for every fourth pixel; the others take what lies beside the results of their neighbours: what lies
-beside a similar place is similar to what lies beside the pixel (k-coherence, Ashikhmin 2001; propagation, Barnes et al.
-2009). This takes a quarter of the queries, which may be shallower, and finds nearer places than a query for each pixel.
+A kd-tree is queried for every fourth pixel. The others take the continuations of their neighbours' results, the pixels
+at the same offset from these as they have from the neighbour, which are likely to be similar (k-coherence, Ashikhmin
+2001; propagation, Barnes et al. 2009). A quarter of the queries, which may be shallower, find more similar pixels than
+one query per pixel.
 """
 
 from __future__ import annotations
@@ -15,23 +16,26 @@ from ..foundation.arrays import Int16, Int64, Mask
 from ..kernels.jit import kernel
 from ..kernels.kd_tree import FAR, asking_room, pixels_apart, query_apart
 
-BESIDE = np.int64(1) << 40  # added to the distance of what lies too near another jump
-KEPT = 4  # places that a pixel passes to its neighbours, for each jump; doubled: 1 % nearer, 1.25 times as long
+BESIDE = np.int64(1) << 40  # added to the distance of pixels too near another jump
+KEPT = 4  # results per jump that a queried pixel passes to its neighbours; doubled: 1 % nearer, 1.25 times the time
 
 
 class Similar(NamedTuple):
-    """The pixels among which similar ones are searched, row by row of a grid; a pixel is named by its number."""
+    """The pixels among which similar ones are searched, those of a grid, row by row; numbers count them."""
 
     vectors: Int16  # (N * n,): their neighbourhoods
     length: np.uint64  # n
     places: Int64  # (N, 2): row and column in the exemplar
     free: Mask  # (N,): whether it may be jumped to
-    limits: tuple[int, int, int, int, int]  # height, width, 1 if toroidal, px apart at least, leaves to look into
+    limits: tuple[int, int, int, int, int]  # height, width, 1 if toroidal, least distance in px, leaves searched
 
 
 @kernel
 def moved(number: Any, dy: Any, dx: Any, shape: Any, torus: Any) -> Any:
-    """Return the pixel at offset (dy, dx) from another on the grid; -1 beyond the border, or if there is none."""
+    """Return the pixel at offset (dy, dx) from another on the grid; -1 beyond the border, or if `number` is -1.
+
+    `shape`: of the grid; `torus`: it wraps.
+    """
     rows, columns, _ = shape
     y, x = number // columns + dy, number % columns + dx
     if torus:
@@ -43,10 +47,11 @@ def moved(number: Any, dy: Any, dx: Any, shape: Any, torus: Any) -> Any:
 
 @kernel
 def choose(known: Any, q: Any, offered: Any, n: Any, exact: Any, count: int, out: Any, at: Any) -> None:
-    """Write the nearest of `n` pixels offered to `q` into ``out[at]``, ties to the first of the exemplar.
+    """Write the numbers of the most similar of `n` candidates `offered` to `q` into ``out[at]``, ties to the lowest.
 
-    The first `count` are at least ``limits[3]`` px from one another, -1 where there are no more; the rest of ``out`` is
-    filled with the nearest others. ``exact`` (n,) is overwritten.
+    Candidates within ``limits[3]`` px of `q` are left out. The first `count` written are at least ``limits[3]`` px from
+    one another, -1 where there are no more; the rest of ``out[at]`` is filled with the nearest others. ``exact`` (n,)
+    is overwritten.
     """
     flat, length, places, limits = known.vectors, known.length, known.places, known.limits
     for c in range(n):
@@ -57,7 +62,7 @@ def choose(known: Any, q: Any, offered: Any, n: Any, exact: Any, count: int, out
         if pixels_apart(places[q, 0], places[q, 1], places[j, 0], places[j, 1], limits) < limits[3]:
             continue
         a, b = np.uint64(q) * length, np.uint64(j) * length
-        for i in range(length):  # here in place: a function would count references for each pair
+        for i in range(length):  # inlined: a function call would count references
             gap = np.int16(flat[a + i] - flat[b + i])
             total = np.int32(total + np.int32(gap) * np.int32(gap))
         exact[c] = total
@@ -80,7 +85,7 @@ def choose(known: Any, q: Any, offered: Any, n: Any, exact: Any, count: int, out
 def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
     """Return for every second pixel of every second row its most similar pixels: (rows / 2 * columns / 2, M).
 
-    Of `asked` candidates from the tree, the nearest by full neighbourhoods, for each jump one first.
+    They are the best by full neighbourhoods of `asked` candidates from the tree, as :func:`choose` orders them.
     """
     rows, columns, count = out.shape
     wide = (columns + 1) // 2
@@ -88,7 +93,7 @@ def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
     near, number = np.empty(asked, np.int64), np.empty(asked, np.int64)
     exact, own, room = np.empty(asked, np.int64), np.flatnonzero(known.free), asking_room(queries.shape[1])
     targets = known.places[own]
-    for q in np.concatenate((own[tree.order], np.flatnonzero(~known.free))):  # leaf by leaf, for caches
+    for q in np.concatenate((own[tree.order], np.flatnonzero(~known.free))):  # in the order of leaves, for the cache
         y, x = q // columns, q % columns
         if y % 2 == 0 and x % 2 == 0:
             at = known.places[q, 0], known.places[q, 1]
@@ -101,11 +106,11 @@ def ask_some(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> Any:
 
 @kernel
 def jump_sets(tree: Any, queries: Any, known: Any, asked: int, out: Any) -> None:
-    """Write for each pixel of a grid its most similar ones, at least some px apart: (rows, columns, k - 1).
+    """Write for each pixel of a grid its k - 1 most similar pixels: numbers, or -1, in `out` (rows, columns, k - 1).
 
-    ``queries`` (N, D): points. First each pixel takes the best continuations of up to four queried pixels around it.
-    Then, in one forward and one backward scan, the best continuations of its two predecessors. Numbers of pixels, or
-    -1.
+    They are at least ``known.limits[3]`` px from one another and from the pixel. ``queries`` (N, D): points of the
+    tree, of which `asked` are ranked per query. First each pixel takes the best continuations of the results of up to
+    four queried pixels around it, then, in one forward and one backward scan, of those of its two predecessors.
     """
     rows, columns, count = out.shape
     cells, torus, flat = ask_some(tree, queries, known, asked, out), known.limits[2], out.reshape(rows * columns, count)

@@ -1,7 +1,7 @@
 """Coarse-to-fine pyramid for any window of an endless map: upsample, jitter, correct (Lefebvre and Hoppe 2005).
 
-A pixel of the map depends on its absolute place, the seed and the parameters alone. To compute a window, every level
-is enlarged by what the corrections of the next finer one read.
+A pixel of the map depends only on its absolute position, the seed and the parameters. To compute a window, every level
+is computed with the margin that the corrections of the next finer level read.
 """
 
 from __future__ import annotations
@@ -49,14 +49,15 @@ from .span import (
 from .stack import ExemplarStack, StackLevel
 
 # Halved and doubled on 24 textures, eight of them with a lattice (docs/design/012).
-STAGE = 200505  # separates these draws from those of other methods
+STAGE = 200505  # key of these random numbers, which makes them independent of other methods
 REACH = 2  # px that a correction reads on each side: 5 x 5 neighbourhoods (2005, 2006)
-OFF_LATTICE = 2  # finest levels, on which jitter need not keep to a lattice; 4: dearer seams on five of eight
-ALWAYS_CORRECTED = 3  # levels of 1, 2 and 4 px, corrected even without jitter; 1: straight seams, 6: elements are lost
-PLACES_DRAWN = 8  # for each piece of half the exemplar; 4, 16: like another seed; 1: a quarter more is lost
-SIDE = 1024  # places at which functions are evaluated at once, along each axis
+OFF_LATTICE = 2  # finest levels, whose jitter is not by lattice vectors; 4: seams cost more on five of eight textures
+ALWAYS_CORRECTED = 3  # finest levels, corrected even without jitter; 1: straight seams, 6: elements are lost
+PLACES_DRAWN = 8  # places drawn per piece of half the exemplar; 4, 16: like another seed; 1: 1/4 more px unused
+SIDE = 1024  # places along each axis at which functions are evaluated in one call
 BAND = 32  # rows of a parallel task; 8 and 128: the same bytes
-# Reach of the candidates, and whether jumps are looked up first: ours, that of 2005, and the memorandum's (S4-05).
+# By rule: reach of the candidates in px, and 1 if jumps are looked up before shifting, as in 2005. "near" is our own,
+# "published" is of 2005, "memo" of the memorandum (S4-05).
 RULES = {"near": (1, 0), "published": (1, 1), "memo": (2, 0)}
 ALL = Field(1.0)  # all of the jitter
 
@@ -64,10 +65,10 @@ ALL = Field(1.0)  # all of the jitter
 
 @dataclass(frozen=True)
 class CorrectionParameters:
-    """Parameters of the corrections: `passes` of `subpasses` each, the candidates, and the price of jumps.
+    """Parameters of the corrections: `passes` of `subpasses` each, candidates, and the factor of jumps.
 
-    ``jitter``: of each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser ones.
-    ``factor``: of squared distances of jumps, 256 = 1; -1: no jumps.
+    ``jitter``: amplitude on each level, in 1 / 4096 of its spacing, from the finest on; the last holds for all coarser
+    ones. ``factor``: multiplies the squared distances of jumps, 256 = 1; -1: no jumps.
     """
 
     jitter: tuple[int, ...]
@@ -75,10 +76,10 @@ class CorrectionParameters:
     passes: int
     subpasses: int = 4  # by even and odd rows and columns; correction-2008 sets others, and other rules
     rule: str = "near"
-    lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, that the jitter keeps to
-    pins: tuple[tuple[int, ...], ...] = ()  # exemplar x, y shown at output x, y, and all within a radius; px
+    lattice: tuple[tuple[float, ...], ...] | None = None  # vectors (x, y), px, by which jitter moves pixels
+    pins: tuple[tuple[int, ...], ...] = ()  # exemplar x, y, output x, y, radius, px: copied there
     orientation: Orientation | None = None  # rotation and scale; None: as in the exemplar
-    # Share of the jitter over the output, and over the exemplar where the coordinates lie before it (2005, section 5).
+    # Factors of the jitter, 0 to 1: by output position, and by exemplar position before jitter (2005, section 5).
     output: Field = ALL
     exemplar: Field = ALL
 
@@ -99,7 +100,7 @@ class CorrectionParameters:
 
     @property
     def everywhere(self) -> bool:
-        """Whether the jitter is nowhere reduced."""
+        """Whether both factors of the jitter are 1 everywhere."""
         return self.output.number == self.exemplar.number == 1
 
     @property
@@ -113,7 +114,7 @@ class CorrectionParameters:
         return REACH if self.orientation is None else self.orientation.reach
 
     def spread(self, level: int) -> int:
-        """Return the jitter of a level, in 1 / 4096 px."""
+        """Return the jitter amplitude of a level, in 1 / 4096 px."""
         return self.jitter[min(level, len(self.jitter) - 1)] << level
 
 
@@ -156,17 +157,17 @@ class PyramidSynthesis:
         return coords
 
     def asked(self, rows: Span, cols: Span) -> list[list[Array]]:
-        """Return where fields over the output are evaluated: rows and columns in px, for each level.
+        """Return the positions at which fields over the output are evaluated: rows and columns in px, per level.
 
-        The places of a window are among those of any larger window around it.
+        Those of a window are contained in those of any larger window around it.
         """
         spans = self._spans(*self._wider(rows, cols))
         return [places_of(level, spans) for level in range(len(spans))]
 
     def oriented_window(self, rows: Span, cols: Span, run: Run) -> tuple[Array, Array, Array]:
-        """Return the map of a rotated or scaled texture; J of every pixel, (H, W, 2, 2) float32, and its remainder.
+        """Return the map of a rotated or scaled texture, J of every pixel, (H, W, 2, 2) float32, and its remainder.
 
-        The remainder, (H, W, 2) float32 in px, is the difference of a pixel's exact place from its whole coordinates.
+        The remainder, (H, W, 2) float32 in px, is a pixel's exact exemplar position minus its whole coordinates.
         """
         coords, frame = self.window(*self._wider(rows, cols), run), self._frame(0, [(rows, cols)])
         assert frame is not None
@@ -177,7 +178,7 @@ class PyramidSynthesis:
         return whole, frame.astype(np.float32).reshape(*size, 2, 2) * unit, sub.astype(np.float32) * unit
 
     def _wider(self, rows: Span, cols: Span) -> Spans:
-        """Return the spans needed of the finest level: with interpolation between pixels, those around as well."""
+        """Return the spans of the finest level that are needed, which are wider if pixels are interpolated."""
         return rows.wider(self.around), cols.wider(self.around)
 
     @property
@@ -197,7 +198,7 @@ class PyramidSynthesis:
         return max([min(ALWAYS_CORRECTED, most), *moved])
 
     def _scattered(self, level: int) -> bool:
-        """Return whether a level is that of pieces of half the exemplar, and it is jittered."""
+        """Return whether pieces of a level are scattered: the level of half the exemplar, jittered, not corrected."""
         return level == self.stack.count - 2 and level >= self._corrected_levels and self.rules.spread(level) > 0
 
     def _margin(self, level: int) -> int:
@@ -256,7 +257,7 @@ class PyramidSynthesis:
         return jitter_shares(self.rules.exemplar, np.arange(exemplar.height), np.arange(exemplar.width))
 
     def _begun(self, coords: Array, level: int, spans: list[Spans], frame: Array | None) -> Array:
-        """Return the coordinates of a level jittered, then changed as guide and pins ask; finer levels follow."""
+        """Return the coordinates of a level after jitter, the scatter of large pieces, the guide and the pins."""
         places, (rows, cols) = places_of(level, spans), (span.at for span in spans[level])
         drawn = PLACES_DRAWN if self._scattered(level) else 1
         out = np.empty((drawn, *coords.shape), np.int32)
@@ -279,7 +280,7 @@ class PyramidSynthesis:
         return made
 
     def _without_jitter(self, coords: Array, level: int, spans: list[Spans]) -> Array | None:
-        """Return which pixels of a level have no jitter: of those only fine levels are corrected. None: no pixel."""
+        """Return which pixels of a level have no jitter, and so are not corrected; None: no pixel, or a fine level."""
         if level < ALWAYS_CORRECTED or self.rules.everywhere:
             return None
         over = jitter_shares(self.rules.output, *places_of(level, spans))
@@ -288,7 +289,7 @@ class PyramidSynthesis:
     def _corrected(
         self, coords: Array, level: int, spans: list[Spans], run: Run, frame: Array | None = None
     ) -> Array:
-        """Return a level corrected, without its margin; each subpass is written when all of it is found."""
+        """Return a level corrected, without its margin; a subpass reads the map before it."""
         place, side = self.stack.levels[level].ready(), round(self.rules.subpasses**0.5)
         if self.wanted is not None:
             place = self.wanted.beside(place, level)
@@ -313,7 +314,7 @@ def subpass(
     work: Array, where: tuple[Array, Array], level: StackLevel, rules: CorrectionParameters, frame: Array | None,
     run: Run, each: Any,
 ) -> Array:  # fmt: skip
-    """Return better positions for the pixels of some rows and columns, in parallel bands; the map is unchanged."""
+    """Return corrected positions for some rows and columns of a map, in parallel bands; the map is unchanged."""
     rows, cols = where
     found = np.empty((len(rows), len(cols)), np.int32)
     rule = np.array([*RULES[rules.rule], rules.factor], np.int64)
@@ -336,7 +337,7 @@ def stepped(frame: Array, down: Array, across: Array) -> Array:
 def pinned(
     coords: Array, places: list[Array], periods: Pair, pin: tuple[int, ...], exemplar: Exemplar, frame: Array | None
 ) -> None:
-    """Place a feature into the coordinates (H, W, 2) of a level, in place: S[p] = u + J(p) (h p - q) in a disc.
+    """Write a feature into the coordinates (H, W, 2) of a level: S[p] = u + J(p) (h p - q) in a disc around q.
 
     Drag and drop (2005, section 5). ``pin``: exemplar x, y, output x, y, radius; ``places``: rows and columns of the
     level in the output, px; ``periods``: of the output along y and x, or 0.
@@ -361,17 +362,17 @@ def pinned(
 
 
 def local_jitter(whole: int, output: Array, exemplar: Array, coords: Array) -> Array:
-    """Return the jitter of each pixel of a level, in 1 / 4096 px: (H, W) int64.
+    """Return the jitter amplitude of each pixel of a level, in 1 / 4096 px: (H, W) int64.
 
-    `whole`: jitter of the level; `output` (H, W): its share for each pixel; `exemplar` (H', W'): its share for each
-    exemplar pixel, read at the coordinates before they are jittered, wrapped into the exemplar.
+    `whole`: amplitude of the level; `output` (H, W) and `exemplar` (H', W'): factors of pixels of the level and of the
+    exemplar in 1 / 4096, the latter read at the coordinates `coords` before jitter, wrapped into the exemplar.
     """
     part = output * exemplar[coords[..., 0] % exemplar.shape[0], coords[..., 1] % exemplar.shape[1]]
     return np.asarray((whole * part + (1 << (2 * FINE - 1))) >> (2 * FINE))
 
 
 def jitter_shares(field: Field, rows: Array, cols: Array) -> Array:
-    """Return the share of the jitter at places, in 1 / 4096: (rows, columns) int64."""
+    """Return the factor of the jitter at places, in 1 / 4096: (rows, columns) int64."""
     return np.asarray(np.rint(field.at(rows, cols) * (1 << FINE)), np.int64)
 
 
@@ -382,11 +383,14 @@ INTEGERS_OF: dict[str, Callable[[Field, Array, Array], Array]] = {
     "jitter_output": jitter_shares,
     "zoom": zooms,
 }
-"""Parameter -> the integers that it is used as, so that hashes differ exactly where pictures may."""
+"""Function parameter -> conversion to the integers that are used, so that hashes differ exactly if pictures may."""
 
 
 def field_hash(field: Field, used: Callable[[Field, Array, Array], Array], places: list[list[Array]]) -> str:
-    """Return SHA-256, 64 hexadecimal digits, of the integers that a field is used as at places (rows, columns)."""
+    """Return SHA-256, 64 hexadecimal digits, of the integers of a field at places (rows, columns).
+
+    `used`: the conversion to integers, of INTEGERS_OF.
+    """
     found = hashlib.sha256()
     for rows, cols in places:
         found.update(f"{len(rows)}x{len(cols)}|".encode())

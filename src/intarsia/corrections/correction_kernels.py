@@ -4,10 +4,10 @@ Lefebvre and Hoppe 2005 and 2006; a memorandum of 2008 on their correction opera
 map (H, W, 2) holds an exemplar pixel (y, x) for each output pixel. Neighbouring output pixels stand for exemplar pixels
 that are `h` px apart.
 
-All numbers are integer: features int16, distances int32, with the price of a jump int64.
+All numbers are integer: features int16, distances int32, times the factor of jumps int64.
 
-The memorandum's own candidates and colours (published/correction2008) are branches of this kernel: a second kernel
-would repeat continuations, choice and price, some 450 tokens, and be compiled in addition.
+The candidates and colours of the memorandum (method correction-2008) are branches of :func:`correct`: a second kernel
+would repeat continuations, choice and factor, and be compiled in addition.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from ..foundation.arrays import Int32, Int64
 from ..kernels.jit import kernel
 from ..kernels.random_numbers import STEP, mixed
 
-UNIT = 12  # fractional bits of a frame
-UPRIGHT = 1 << UNIT
-AROUND = 3  # px around a pixel whose predictions are averaged
-CLOSE, ONE_PX = 6144, 4096  # a pixel and a half
-TOROIDAL = 2  # of a size
+UNIT = 12  # fractional bits of a frame (the Jacobian J of the map)
+UPRIGHT = 1 << UNIT  # 1 in a frame
+AROUND = 3  # px to each side of a pixel whose predictions are averaged
+CLOSE, ONE_PX = 6144, 4096  # 1.5 px and 1 px, in 1 / 4096 px
+TOROIDAL = 2  # index in the size of a domain
 
 
 @kernel
@@ -35,7 +35,10 @@ def stepped(first: Any, second: Any, oy: Any, ox: Any) -> Any:
 
 @kernel
 def warped_direction(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> Any:
-    """Return which of the eight neighbours lies in the exemplar's direction (dy, dx): phi(D) of 2006."""
+    """Return the offset of the output neighbour nearest to the exemplar's direction (dy, dx): phi(D) of 2006, sec. 5.
+
+    `yy`, `yx`, `xy`, `xx`: the frame.
+    """
     vy, vx = xx * dy - yx * dx, yy * dx - xy * dy
     oy = (1 if vy > 0 else -1) if 3 * vy * vy >= vx * vx else 0
     ox = (1 if vx > 0 else -1) if 3 * vx * vx >= vy * vy else 0
@@ -44,10 +47,10 @@ def warped_direction(yy: Any, yx: Any, xy: Any, xx: Any, dy: Any, dx: Any) -> An
 
 @kernel
 def warped_offsets(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, reach: Any, moves: Any) -> None:
-    """Write the offsets of neighbours in the output, and of what they predict in the exemplar: (12 + 9 or 25, 2).
+    """Write offsets of output neighbours, and from their exemplar pixels to what they predict: (12 + 9 or 25, 2).
 
-    The first twelve predict the four diagonal points, three each; the others the pixel itself. ``strides``: of the
-    output and of the exemplar.
+    The first twelve predict the four diagonal points, three each; the others the pixel itself, from the neighbours
+    within `reach`. All are offsets in flat arrays; ``strides``: row lengths of output and exemplar; `h`: px spacing.
     """
     wide, long = strides
     for n in range(12 + (2 * reach + 1) ** 2):
@@ -66,10 +69,10 @@ def warped_offsets(yy: Any, yx: Any, xy: Any, xx: Any, h: Any, strides: Any, rea
 
 @kernel
 def subpixel_offsets(coords: Any, frame: Any, size: Any, out: Any) -> None:
-    """Write the mean offset of each pixel's exact place from its whole coordinates, (H, W, 2) in 1 / 4096 px.
+    """Write the offset of each pixel's exact exemplar position from its whole coordinates, (H, W, 2) in 1 / 4096 px.
 
-    Coordinates (H + 6, W + 6, 2) are rounded where the texture is rotated or scaled. Averaged are the predictions of
-    the 7 x 7 pixels around that agree to within a pixel and a half.
+    Coordinates (H + 6, W + 6, 2) are rounded to px if the texture is rotated or scaled. The exact position is the mean
+    of the predictions by the 7 x 7 pixels around that agree within 1.5 px; the offset is clamped to 1 px.
     """
     off, total = np.empty(2, np.int64), np.empty(2, np.int64)
     for i in range(out.shape[0]):
@@ -89,21 +92,21 @@ def subpixel_offsets(coords: Any, frame: Any, size: Any, out: Any) -> None:
                 out[i, j, a] = min(max(total[a] // count, -ONE_PX), ONE_PX)
 
 
-REACH, LOOKUP_FIRST, FACTOR = range(3)
-ONE = 256  # unit of FACTOR, the squared price of a jump
+REACH, LOOKUP_FIRST, FACTOR = range(3)  # indices in a rule
+ONE = 256  # unit of FACTOR, which multiplies the squared distance of a jump
 FINE = 12  # fractional bits of a jitter
-MIDDLE = 1023  # of packed appearance values, which run from 0 to 2046
-SCATTER_REACH = 2  # large pieces considered on each side when they are scattered
-SCATTER_CLASSES = 4  # classes of even and odd rows and columns, one after the other
-SHARE, FAR = 1024, 16  # units of the overlap and of the distance of a whole piece
+MIDDLE = 1023  # middle of packed appearance values, which run from 0 to 2046
+SCATTER_REACH = 2  # neighbouring pieces on each side that are considered when large pieces are scattered
+SCATTER_CLASSES = 4  # parity classes of rows and columns, processed one after the other
+SHARE, FAR = 1024, 16  # units per side of a piece of overlaps, and of distances
 
 
 class CoordinateDomain(NamedTuple):
-    """Where the coordinates of a map may lie."""
+    """The set of exemplar coordinates of a map."""
 
     size: Int64  # (3,): height, width, 1 if toroidal
     home: Int32  # (H * W,): for each exemplar pixel the nearest usable one, or empty
-    lattice: Int64  # (2, 2): vectors (y, x), 1/256 px, by which coordinates move; or empty
+    lattice: Int64  # (2, 2): vectors (y, x), 1/256 px, by which coordinates may move; or empty
 
 
 @kernel
@@ -118,7 +121,7 @@ def nearest_lattice_vector(dy: Any, dx: Any, lattice: Any) -> Any:
 
 @kernel
 def wrapped_by_lattice(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
-    """Return (y, x) moved into the exemplar, by lattice vectors from (by, bx) if that is possible."""
+    """Return (y, x) moved into the exemplar, by lattice vectors from (by, bx) if a nearby lattice point is inside."""
     height, width = room.size[0], room.size[1]
     wy, wx = y % height, x % width
     if len(room.lattice) == 0:
@@ -136,11 +139,11 @@ def wrapped_by_lattice(y: Any, x: Any, by: Any, bx: Any, room: Any) -> Any:
 
 @kernel
 def jittered(coords: Any, rows: Any, cols: Any, state: Any, spread: Any, free: bool, room: Any, out: Any) -> None:
-    """Jitter coordinates by draws at the places (rows, cols), and bring them back into the exemplar.
+    """Jitter coordinates by random numbers keyed by (rows, cols), and move them back into the exemplar.
 
-    S[p] = coords + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the draws before the
-    place is mixed in (uint64); ``spread`` (H, W): h r in 1 / 4096 px, over `out` or a single number for all; ``free``:
-    whether the jitter need not keep to the lattice.
+    S[p] = coords + floor(h r H(p) + 1/2), H(p) in [-1, 1) (2005, equations 1 and 2). ``state``: of the random
+    numbers before rows and columns are mixed in (uint64); ``spread``: h r in 1 / 4096 px, (H, W) or (1, 1) for all;
+    ``free``: jitter may move pixels by any offset, else by lattice vectors, if there is a lattice.
     """
     height, width = room.size[0], room.size[1]
     everywhere, half, home = spread.size == 1, np.int64(1) << (FINE + 30), room.home
@@ -177,7 +180,10 @@ def colours_here(work: Any, at: Any, stride: Any, level: Any, here: Any) -> None
 
 @kernel
 def published_jumps(work: Any, at: Any, stride: Any, level: Any, reach: Any, found: Any, count: int) -> int:
-    """Append the jumps of 2005, pixels similar to a neighbour's pixel, then shifted: C_i(S[p + D]) - h D."""
+    """Append the jumps of 2005, similar pixels of a neighbour's pixel, then shifted: C_i(S[p + D]) - h D.
+
+    Return the new number of candidates in `found`.
+    """
     below, across = level.h * level.stride, level.h
     for dy in range(-reach, reach + 1):
         for dx in range(-reach, reach + 1):
@@ -199,20 +205,20 @@ def published_jumps(work: Any, at: Any, stride: Any, level: Any, reach: Any, fou
 def correct(
     coords: Any, rows: Any, cols: Any, low: int, high: int, level: Any, rule: Any, frame: Any, out: Any
 ) -> None:
-    """Write better positions for the pixels (rows[low:high], cols) of a map (H, W) into `out` (rows, cols).
+    """Write corrected positions for the pixels (rows[low:high], cols) of a map (H, W) into `out` (rows, cols).
 
     Candidates are the distinct continuations of the neighbours, S[p + o] - h J(p) o, and jumps to similar pixels, whose
     squared distance is multiplied by rule[FACTOR] / 256 (no jumps if that is negative). The least distance wins; ties
     go to the first, the pixel's own continuation before others, continuations before jumps; where no candidate is open
     the pixel stays. The map is only read: the caller writes the results when all pixels of the subpass are done. The
-    squared difference between the guide at a candidate and under the pixel is added, for jumps without their factor:
-    jumps break coherence, not the guide. ``frame``: J of every pixel (H, W, 4), or None if all are upright.
+    squared difference between the guide at a candidate and the target at the pixel is added; it is not multiplied by
+    the factor of jumps. ``frame``: J of every pixel (H, W, 4), or None if all are upright.
 
     The appearance around a pixel is that of four diagonal points, each the sum of three predictions (2006, section 4):
     see :func:`warped_offsets`. A word holds four values of 16 bits; three of at most 2046 add up without carry.
     """
-    # One function: calls that take arrays would count references for every pixel, for all threads at once. It is
-    # compiled separately for frames and for None.
+    # One function, as calls with array arguments would count references for every pixel, contended between threads.
+    # It is compiled separately for frames and for None.
     stride, factor, reach, first = np.int64(coords.shape[1]), rule[FACTOR], rule[REACH], rule[LOOKUP_FIRST]
     h, long, work = np.int64(level.h), np.int64(level.stride), coords.reshape(coords.size)
     packed, table, inner, may, jumps = level.packed, level.table, level.inner, level.open, level.jumps
@@ -222,7 +228,7 @@ def correct(
     here = words.view(np.int16)[:n]
     found, moves = np.empty((last - 12) * (1 + more), np.int64), np.empty((last, 2), np.int64)
     warped_offsets(UPRIGHT, 0, 0, UPRIGHT, h, (stride, long), reach, moves)
-    three, next_row = np.uint64(3), np.uint64(long)  # a difference below 0 is a large unsigned one
+    three, next_row = np.uint64(3), np.uint64(long)  # negative differences become large unsigned ones
     old_y, old_x, old_z = np.int64(UPRIGHT), np.int64(0), np.int64(UPRIGHT)
     for i in range(low, high):
         for j in range(len(cols)):
@@ -296,10 +302,11 @@ def correct(
 
 @kernel
 def weighted_overlap(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: Any, size: Any) -> Any:
-    """Return how much of the exemplar a piece at (ay, ax) shares with another, weighted by their nearness.
+    """Return the overlap in the exemplar of two pieces of h x h px, at (ay, ax) and (by, bx), weighted by nearness.
 
-    The other one, at (by, bx) of the exemplar, lies `di`, `dj` pieces of h x h px from it in the output. Both wrap
-    around the exemplar, so that they may overlap twice along either axis.
+    The second lies `di`, `dj` pieces from the first in the output. The weight is 1 / (1 + d^2), d the distance between
+    the overlapping parts in the output in 1/16 pieces. Pieces wrap around the exemplar, so that they may overlap twice
+    along either axis.
     """
     high, wide = (by - ay) % size[0], (bx - ax) % size[1]
     total = 0 * h
@@ -317,10 +324,11 @@ def weighted_overlap(ay: Any, ax: Any, by: Any, bx: Any, di: int, dj: int, h: An
 
 @kernel
 def spread_large_pieces(choices: Any, rows: Any, cols: Any, h: Any, size: Any, out: Any) -> None:
-    """Choose for each pixel of a level (rows, columns), absolute coordinates, one of its places (K, H, W, 2).
+    """Choose for each pixel of a level one of K places, `choices` (K, H, W, 2), that overlaps least with those around.
 
-    Turns go by even and odd coordinates; a pixel considers those of earlier turns only, so that a choice depends on
-    SEEN (TURNS - 1) px around it. Ties go to the first place. ``out`` (H, W, 2): exemplar pixels (y, x).
+    ``rows``, ``cols``: absolute coordinates, whose parities give the class of a pixel. Classes are processed in turn,
+    and a pixel considers pixels of earlier classes only, so that it depends on SCATTER_REACH (SCATTER_CLASSES - 1) px
+    to each side. Ties go to the first place. ``out`` (H, W, 2): exemplar pixels (y, x).
     """
     height, width = out.shape[:2]
     for turn in range(SCATTER_CLASSES):

@@ -1,7 +1,7 @@
 """Guides for corrections: labels or target pictures as feature channels on every level (2006, section 5).
 
-Source and target go through the same Gaussian stack: near a boundary a pixel of a coarse level partly belongs to both
-labels, so that boundaries are placed on boundaries before the finer levels decide pixel by pixel.
+Source and target are blurred by the same Gaussian stack. Near a boundary a pixel of a coarse level partly has both
+labels, so that coarse levels match boundaries to boundaries before finer ones decide single pixels.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from .appearance import BITS, bordered, stack_of, without_gaps
 from .guide_kernels import GuideOrder, place_anew
 from .stack import ExemplarStack, StackLevel
 
-TRIES = 8  # random places of which the best is taken
-ENOUGH = 4  # a difference of 1 / 4 of the full one is accepted
-NEAR = 3  # finest levels on which continuations of neighbours are accepted first
-EDGE = 2  # level whose blur gives finer ones the distance to a boundary
-SOME = 4096  # neighbourhoods on which the variance is measured
-FULL = ONE << BITS
+TRIES = 8  # random exemplar pixels of which the best is taken
+ENOUGH = 4  # differences up to the full one divided by this are accepted
+NEAR = 3  # finest levels, on which a pixel stays if the continuation of a neighbour matches the target
+EDGE = 2  # level whose blur tells finer ones the distance to a boundary
+SOME = 4096  # neighbourhoods from which the variance is computed
+FULL = ONE << BITS  # the full difference of a channel
 FINE = 32  # fractional bits of a scale
 
 
@@ -31,10 +31,13 @@ class StackGuide:
     """The guide of one canvas on all levels.
 
     Attributes
-    ---------- unit : int The squared difference of a pixel that differs fully from its target. enough : int The squared
-    difference up to which a pixel matches its target. For pictures smaller, the higher their weight: tones that no
-    candidate has must come from new places. Not so for labels: on coarse levels only what lies far from all boundaries
-    would match the inside of a region, and repeat.
+    ----------
+    unit : int
+        The squared difference of a pixel that differs fully from its target.
+    enough : int
+        The squared difference up to which a pixel matches its target. For pictures it decreases with their weight, as
+        tones that no candidate has must come from new places. For labels it does not: on coarse levels only pixels far
+        from all boundaries would match the inside of a region, and repeat.
     """
 
     def __init__(self, canvas: Canvas, stack: ExemplarStack) -> None:
@@ -53,16 +56,17 @@ class StackGuide:
         self._asked: list[Array] = []
 
     def lay(self, places: list[list[Array]]) -> None:
-        """Read the target at the places (rows, columns) of every level, px, clamped to the canvas."""
+        """Set the target of every level: that at its places (rows, columns), px, clamped to the canvas."""
         sides = self._target.shape[:2]
         inside = [[np.clip(at, 0, n - 1) for at, n in zip(pair, sides, strict=True)] for pair in places]
         asked = stacked(self._target, inside, self._wraps, self._edge)
         self._asked = [values.reshape(-1, values.shape[2]) for values in asked]
 
     def placed_by_guide(self, coords: Array, level: int, at: tuple[Array, Array], drawn: Pair, lattice: Array) -> Array:
-        """Return a map (H, W, 2) in which pixels that miss the target are placed anew.
+        """Return a map (H, W, 2) in which pixels that do not match the target are replaced by random ones that do.
 
-        ``at``: absolute rows and columns, ``drawn``: seed and stage, of the draws; ``lattice`` to keep to, or empty.
+        ``at``: absolute rows and columns; ``drawn``: seed and stage of the random numbers; ``lattice``: vectors by
+        which pixels may move, or empty.
         """
         states = np.array([seed_state(*drawn, level * TRIES + n) for n in range(TRIES)], np.uint64)
         near = 1 << level if level < min(NEAR, len(self._stack.levels)) else 0
@@ -71,10 +75,10 @@ class StackGuide:
         return np.asarray(place_anew(coords, at[0], at[1], states, choice, asked, rule, lattice))
 
     def beside(self, level: StackLevel, number: int) -> StackLevel:
-        """Return a level with the guide of both sides, scaled to the level's appearance.
+        """Return a level with the guides of exemplar and target, scaled to the appearance of the level.
 
-        A pixel that differs fully counts `weight` times the root mean square difference in appearance of any two places
-        of the exemplar: appearance has no full range, and is normalised on every level.
+        A full difference counts `weight` times the root mean square difference in appearance of random pairs of
+        exemplar pixels, as the range of appearance differs between levels.
         """
         exemplar, table = self._stack.exemplar, level.table.reshape(len(level.inner), -1)
         counts = self._weight * math.sqrt(2 * _variance(table[level.open > 0]) / self.unit)
@@ -88,14 +92,14 @@ class StackGuide:
 
 
 def _variance(vectors: Array) -> float:
-    """Return the mean squared distance of vectors (N, n) from their mean, measured on some of them, exactly."""
+    """Return the mean squared distance of vectors (N, n) from their mean, from a sample, exactly; 1 at least."""
     some = vectors[:: max(1, len(vectors) // SOME)].astype(np.int64)
     total = some.sum(axis=0)
     return max((len(some) * int((some * some).sum()) - int((total * total).sum())) / len(some) ** 2, 1.0)
 
 
 def _open(stack: ExemplarStack, level: int) -> Array:
-    """Return the open pixels of a level: (H, W), 1 or 0; of a level that is not corrected those of the coarsest one."""
+    """Return the open pixels of a level: (H, W), 1 or 0; for uncorrected levels those of the coarsest corrected one."""
     if not stack.levels:
         return stack.exemplar.free.astype(np.uint8)
     place = stack.levels[min(level, len(stack.levels) - 1)]
@@ -121,8 +125,8 @@ def stacked(picture: Array, places: list[list[Array]], closed: tuple[bool, bool]
     """Return the Gaussian stack of a picture (H, W, C) at places (rows, columns) of each level: int16 in 1 / 16.
 
     One channel at a time, so that no level is kept in full; ``closed``: which axes wrap. Levels finer than ``edge``
-    also hold its channels, which encode the distance to a boundary: what lies along it in the exemplar, a rim or
-    shadow, is placed along the new one, and the sharp channels keep the boundary in place.
+    also hold its blurred channels, which encode the distance to a boundary: a rim or shadow along it in the exemplar is
+    placed along the new one, while the sharp channels keep the boundary in place.
     """
     sharp: list[list[Array]] = [[] for _ in places]
     soft: list[list[Array]] = [[] for _ in places]

@@ -1,4 +1,4 @@
-"""Kernels of guides: pixels of a coordinate map that miss their target are moved to a random place that matches it."""
+"""Kernels of guides: pixels of a coordinate map that do not match their target move to random pixels that do."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .correction_kernels import nearest_lattice_vector
 class GuideOrder(NamedTuple):
     """Exemplar pixels of one level, grouped by their quantised guide values."""
 
-    shown: Int16  # (H * W, G): the guide beside the exemplar
-    may: UInt8  # (H, W): 1 where a candidate may lie
-    places: Int32  # exemplar pixels y * W + x, group after group
-    begins: Int64  # (groups + 1,): where each group begins, and the end
-    means: Int16  # (groups, G)
+    shown: Int16  # (H * W, G): the guide of the exemplar
+    may: UInt8  # (H, W): 1 for candidates
+    places: Int32  # candidates y * W + x, group after group
+    begins: Int64  # (groups + 1,): index in `places` at which each group begins, and the end
+    means: Int16  # (groups, G): mean guide of each group
 
 
 @kernel
@@ -64,11 +64,12 @@ def offered(coords: Any, i: int, j: int, h: Any, choice: Any, target: Any, torus
 def place_anew(
     coords: Any, rows: Any, cols: Any, states: Any, choice: Any, target: Any, rule: Any, lattice: Any
 ) -> Any:
-    """Return a map in which pixels whose guide differs by more than ``rule[0]`` move to the best of some random places.
+    """Return a map in which pixels whose guide differs by more than ``rule[0]`` move to the best of random pixels.
 
-    ``rows``, ``cols``: absolute coordinates of the draws; ``states``: of one draw each, before the place is mixed in.
-    ``rule``: the accepted squared difference; the spacing h if continuations of neighbours are accepted, else 0; 1 for
-    a torus. A new place must differ by less than half of the old one. With a lattice pixels move by lattice vectors.
+    These are drawn from the group whose mean is nearest to the target. ``rows``, ``cols``: absolute coordinates, keys
+    of the random numbers; ``states``: one per try, before these are mixed in. ``rule``: the accepted squared
+    difference; the spacing h if a pixel stays where the continuation of a neighbour matches, else 0; 1 for a torus. The
+    squared difference must fall below half of the old one. With a lattice pixels move by lattice vectors.
     """
     enough, h, torus = rule[0], rule[1], rule[2] > 0
     height, width = choice.may.shape

@@ -25,14 +25,14 @@ from .guide import StackGuide
 from .span import Span, Spans
 from .stack import ComparisonSettings, exemplar_stack, is_cloudy, levels_within
 
-FARTHEST = 1 << 48  # px: in 1 / 4096 px, as frames and the jitter have it, it stays within an int64
-# By eye: large pieces move anywhere, small ones a little.
-FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on, the last for all up to a quarter element
-ANYWHERE = 1.0  # the levels of half the exemplar and of all of it
+FARTHEST = 1 << 48  # px: largest coordinate, which in units of 1 / 4096 px fits into an int64
+# Jitter in units of a level's spacing, set by eye: large pieces move anywhere, small ones a little.
+FINE = (0.0, 0.0, 0.1, 0.2)  # automatic jitter from the finest level on; the last holds up to a quarter element
+ANYWHERE = 1.0  # automatic jitter of the two coarsest levels, of half the exemplar and of all of it
 
 
 def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas) -> ParallelControllable:
-    """Return the method with automatic parameters decided; raise if weights, sizes, guide or feature do not fit."""
+    """Return the method with automatic parameters decided; raise if parameters do not fit the exemplar."""
     size = None if canvas.endless else (canvas.height, canvas.width)
     check_sizes(method, (exemplars[0].height, exemplars[0].width), size)
     if isinstance(method.feature, Field):
@@ -46,7 +46,9 @@ def resolved(method: ParallelControllable, exemplars: Exemplars, canvas: Canvas)
 def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = False) -> ParallelControllable:
     """Return the method with jitter, keep_lattice and lattice decided.
 
-    Large pieces move anywhere, small ones a little, and nothing moves where corrections could not hide it.
+    Automatic jitter moves large pieces anywhere and small ones a little; levels between a quarter of an element and
+    half the exemplar are not jittered, unless the lattice is kept, there is a feature, or the texture is cloudy,
+    rotated or scaled.
     """
     lattice, jitter, keep = method.lattice, method.jitter, method.keep_lattice
     if keep == "auto":
@@ -69,7 +71,7 @@ def decided(method: ParallelControllable, exemplar: Exemplar, guided: bool = Fal
 def synthesize(
     method: ParallelControllable, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run
 ) -> SourceMap:
-    """Return the map of a canvas from (0, 0) on; along axes that wrap, a torus of its size."""
+    """Return the map of a canvas, that of the endless texture from (0, 0) on; axes that wrap are periodic."""
     return _map(method, exemplars[0], canvas, seed, run)
 
 
@@ -83,10 +85,10 @@ def window(method: ParallelControllable, exemplars: Exemplars, box: Box, seed: i
 def coarse(
     method: ParallelControllable, exemplars: Exemplars, box: Box, level: int, seed: int, run: Run
 ) -> Int32 | None:
-    """Return the exemplar pixels at the middles of squares of 2**level px, (h, w, 2), as that level has them.
+    """Return the exemplar pixels at the middles of squares of 2**level px, (h, w, 2), after synthesis of that level.
 
-    Finer levels move them a little; it costs as much as a window of that many pixels. `box`: of whole squares. None if
-    the exemplar is too small, or the texture is rotated or scaled.
+    Finer levels would move them a little. The time is that of a window of h x w px. `box`: of whole squares. None if
+    the exemplar has no such level, or the texture is rotated or scaled.
     """
     descent = _descent(method, exemplars[0], box, seed)
     if descent.rules.orientation is not None or level >= descent.stack.count:
@@ -97,9 +99,8 @@ def coarse(
 def asked(method: ParallelControllable, exemplars: Exemplars, where: Canvas | Box) -> dict[str, str]:
     """Return a hash of the values of each function parameter at all places where a picture evaluates it.
 
-    A recipe cannot hold a function, and its name identifies nothing; but a picture depends on no more than these
-    values. Functions over the output are also evaluated beside it, where its coarse levels begin; functions over the
-    exemplar at all of its pixels.
+    A recipe cannot store a function, but a picture depends only on these values. Functions over the output are also
+    evaluated outside of it, at positions of coarser levels; functions over the exemplar at all of its pixels.
     """
     exemplar, over = exemplars[0], {p.name: p.over for p in parameters(method)}
     outside = _descent(method, exemplar, where, 0).asked(*_spans(where))

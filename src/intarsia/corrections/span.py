@@ -16,9 +16,9 @@ from ..foundation.arrays import Array
 from ..foundation.field import Field
 from .correction_kernels import UNIT
 
-TURN = 5760  # units of a full turn, 16 a degree
+TURN = 5760  # units of a full turn, 16 per degree
 ZOOM = 256  # units of scale 1
-SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM  # what methods allow
+SMALLEST, LARGEST = ZOOM // 4, 4 * ZOOM  # scales that methods allow: 1/4 to 4
 SINES = np.array([round((1 << UNIT) * math.sin(2 * math.pi * n / TURN)) for n in range(TURN)], np.int64)
 
 
@@ -101,7 +101,7 @@ class Span(NamedTuple):
         return every % self.period if self.period else every
 
     def wider(self, margin: int) -> Span:
-        """Return the span enlarged by so many px on either side."""
+        """Return the span enlarged by `margin` px on either side."""
         return Span(self.start - margin, self.stop + margin, self.period)
 
     def above(self) -> Span:
@@ -134,7 +134,7 @@ def place_of(at: Array, period: int, level: int, whole: int) -> Array:
 
 
 def previewed(coords: Array, places: list[Array], wanted: Spans, size: Array) -> Array:
-    """Return the output as if it ended with the pixels of some level, each of them a square: (H, W, 2).
+    """Return the output as if synthesis ended at some level, each pixel of which gives a square copy: (H, W, 2).
 
     `places`: their rows and columns, px; if there are more than in the map, those in the middle. `wanted`: the rows and
     columns of the output. `size`: of the exemplar, at which coordinates wrap.
@@ -153,7 +153,10 @@ def previewed(coords: Array, places: list[Array], wanted: Spans, size: Array) ->
 
 
 def whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
-    """Return two lattice vectors as (y, x) in 1/256 px, right-handed; a single one is completed by 1 px across it."""
+    """Return two lattice vectors as (y, x) in 1/256 px, of positive determinant; empty without vectors.
+
+    A single vector is completed by one of 1 px perpendicular to it.
+    """
     if not vectors:
         return np.zeros((0, 2), np.int64)
     whole = [[round(256 * y), round(256 * x)] for x, y in vectors]
@@ -165,7 +168,7 @@ def whole_lattice(vectors: tuple[tuple[float, ...], ...] | None) -> Array:
 
 
 def residues(places: Array, lattice: Array, axis: int) -> Array:
-    """Return (place, 0) or (0, place) reduced by lattice vectors: (N, 2), 1/256 px, at any distance."""
+    """Return (place, 0) (axis 0) or (0, place) reduced by lattice vectors: (N, 2), 1/256 px, for places of any size."""
     far = 256 * places.astype(object)
     y, x = (far, 0 * far) if axis == 0 else (0 * far, far)
     return np.stack(modulo_lattice(y, x, lattice.tolist()), axis=1).astype(np.int64)

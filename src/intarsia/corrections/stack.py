@@ -2,7 +2,7 @@
 
 Jump sets hold similar exemplar pixels (Lefebvre and Hoppe 2005: candidates by k-coherence; named so by the memorandum
 of 2008, docs/sources-004.md). On coarse levels they are searched for every (h / 2)-th pixel only, in large exemplars
-for no more than 512 x 512 of them; the pixels between take those of a neighbour.
+for about 512 x 512 of them; pixels between take the continuations of a neighbour's jumps.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ from .appearance_kernels import Similar, jump_sets
 from .correction_kernels import MIDDLE
 
 UInt64 = NDArray[np.uint64]
-CLOUDS = 16  # px of the widest grain; by eye: of 80 textures eight are cloudy, halved: 35, doubled: two
-CLOUDY = 3, 10  # share of the variance from which a picture is cloudy, 3 / 10; halved: 29 of 80, doubled: one
-SEARCHED = 1 << 18  # px of an exemplar for which similar ones are searched on one level: a limit of time
-KEPT = 1 << 28  # bytes of tables that are kept; larger ones are computed for every window
-APART = 0.05  # of the exemplar's longer side (S4-26); halved: 0.4 %, doubled: 29 % of px differ, six of 24 repeat more
-LEAVES = 4  # of the tree, searched for one pixel: a limit of time; doubled: 2 % nearer, 1.25 times as long
-ASKED = 8  # candidates from the tree for each jump, ranked exactly: a limit of time; doubled: not 0.5 % nearer
+CLOUDS = 16  # px: structures wider than this are clouds; by eye: 8 of 80 textures are cloudy, halved: 35, doubled: 2
+CLOUDY = 3, 10  # least share of clouds in the variance of a cloudy picture, 3 / 10; halved: 29 of 80, doubled: 1
+SEARCHED = 1 << 18  # pixels of a level for which similar ones are searched, about: bounds the time
+KEPT = 1 << 28  # bytes of tables that are cached; if they are larger, they are computed for every window
+APART = 0.05  # of the longer side: least jump (S4-26); halved: 0.4 % of px differ, doubled: 29 %, 6 of 24 repeat more
+LEAVES = 4  # leaves of the kd-tree searched per query: bounds the time; doubled: 2 % nearer, 1.25 times as long
+ASKED = 8  # candidates per jump from the tree, ranked exactly: bounds the time; doubled: less than 0.5 % nearer
 
 
 class StackLevel(NamedTuple):
@@ -57,12 +57,12 @@ class StackLevel(NamedTuple):
     """
 
     h: int  # px from one pixel to the next
-    border: int  # px
-    stride: int
+    border: int  # px on each side
+    stride: int  # positions per row
     packed: UInt64  # (positions, 2): eight 16-bit appearance values of each pixel, all at least 0
     values: Int16  # (positions, C): colours
     roots: Int64  # (25,): of the weights that squared differences of the 5 x 5 colours have, 256 = 1
-    inner: Int32  # (positions,): the position inside that the border repeats, or -1 outside
+    inner: Int32  # (positions,): the position in the exemplar itself; in the border of a torus that opposite, else -1
     open: UInt8  # (positions,): 1 for candidates
     table: Int16 = np.zeros(0, np.int16)  # (positions * n,): the neighbourhood of each exemplar pixel
     jumps: Int32 = np.zeros((0, 0), np.int32)  # (positions, k - 1): similar pixels, -1 where there is none
@@ -78,7 +78,7 @@ class StackLevel(NamedTuple):
         return np.stack(np.divmod(positions, np.int32(self.stride)), axis=2) - np.int32(self.border)
 
     def ready(self) -> StackLevel:
-        """Return the level with its table, which is computed here if it was too large to be kept."""
+        """Return the level with its table, which is computed here if it was too large to be cached."""
         return self if len(self.table) else self._replace(table=table_of(self))
 
 
@@ -103,8 +103,8 @@ def table_of(level: StackLevel) -> Int16:
 class ExemplarStack:
     """The levels of an exemplar, of spacing 1, 2, 4, ... px; `count` of them, the coarsest one a single pixel.
 
-    ``levels``: those that are corrected, the finest first; coarser ones would read beyond the exemplar. ``home``: for
-    each pixel the nearest usable one, or empty.
+    ``levels``: those that can be corrected, finest first; 5 x 5 neighbourhoods of coarser ones exceed the exemplar.
+    ``home``: for each pixel the nearest usable one, or empty if all are usable.
     """
 
     exemplar: Exemplar
@@ -115,7 +115,7 @@ class ExemplarStack:
 
 @dataclass(frozen=True)
 class ComparisonSettings:
-    """What of an exemplar is compared, and how.
+    """Features and neighbourhoods of an exemplar that are compared.
 
     ``neighbourhood``: "appearance", or "colour" for plain 5 x 5 neighbourhoods, whose squared differences
     ``neighbourhood_mask`` weighs (25 numbers of 0 to 1, or None: a Gaussian, 1/4 at 2 px); ``k`` - 1 jumps for each
@@ -130,7 +130,7 @@ class ComparisonSettings:
 
     @classmethod
     def of(cls, method: Any) -> ComparisonSettings:
-        """Return what the fields of a method ask for."""
+        """Return the settings given by the fields of a method."""
         own = {name: getattr(method, name) for name in cls.__dataclass_fields__ if hasattr(method, name)}
         return cls(outlines=Outlines.of(method), **own)
 
@@ -189,7 +189,7 @@ def levels_within(exemplar: Exemplar) -> int:
 
 
 def is_cloudy(exemplar: Exemplar) -> bool:
-    """Return whether structures wider than 16 px make up three tenths of the variance: clouds, stains, large shades.
+    """Return whether structures wider than 16 px make up 3/10 of the variance: clouds, stains, shades.
 
     Such textures need corrections on coarse levels.
     """
@@ -206,12 +206,13 @@ def _cloudy(exemplar: Exemplar) -> bool:
 
 
 def border_left_out(h: int, far: Array, cloudy: bool) -> int:
-    """Return how many px at the exemplar's border are no candidates on a level of spacing `h`.
+    """Return the width in px of the exemplar's border whose pixels are no candidates on a level of spacing `h`.
 
-    Their neighbourhoods include mirrored pixels. With 2 h px left out, so that all neighbourhoods are the exemplar's
-    own, the middle is used twice as often as on average, and the border hardly ever; only clouds need it. With h / 4
-    left out, the exemplar's straight border was visible as an edge in rock; with h it was not, and nearly as much is
-    used. (With 2 h 13 of 24 textures repeat a tenth more, with 1 or 4 px at least none, see docs/design/012.)
+    Their neighbourhoods include mirrored pixels. `far`: from :func:`border_distances`. It is h, 2 at least; 2 h, which
+    avoids all mirrored pixels, if the texture is cloudy; never more than a quarter of the largest distance. With 2 h
+    the middle is used twice as often as on average, and the border hardly ever: 13 of 24 textures repeat a tenth more.
+    With h / 4 the exemplar's straight border was visible as an edge in rock; with h it was not, and nearly as much of
+    the exemplar is used. A least width of 1 or 4 px changes none (docs/design/012).
     """
     return min(2 * h if cloudy else max(2, h), int(far.max()) // 4)
 
@@ -231,7 +232,7 @@ def border_distances(exemplar: Exemplar) -> Array:
 def jump_spacing(h: int, height: int, width: int) -> int:
     """Return the spacing in px at which similar pixels are searched on a level of spacing `h`.
 
-    At most 2 h + 1: what lies beside a jump must lie within the border.
+    At most 2 h + 1, so that continuations of jumps lie within the border, and at least h / 2.
     """
     least = math.isqrt(max(height * width - 1, 0) // SEARCHED) + 1
     return max(min(least, 2 * h + 1), h // 2)
@@ -240,7 +241,7 @@ def jump_spacing(h: int, height: int, width: int) -> int:
 def jumps_of_all(cells: Array, level: StackLevel) -> Int32:
     """Return the jumps of all pixels, as positions (positions, k - 1), from those of a grid (rows, columns, k - 1, 2).
 
-    A pixel between grid pixels takes what lies beside the jump; -1 where that is outside.
+    A pixel between grid pixels takes the continuation of their jump; -1 if that is outside.
     """
     edge, inner = level.border, level.inner.reshape(-1, level.stride)
     height, width = (n - 2 * edge for n in inner.shape)

@@ -2,11 +2,11 @@
 
 A lattice is found from the exemplar alone. Candidates come from peaks of its autocorrelation and of its spectrum. Each
 is scored by how much better the texture matches itself at the lattice points than anywhere else in the cell; the best
-are fitted to a fraction of a px, and the winner is accepted only if enough points support it. Courses without a period
-along them have one vector. Most textures have no lattice.
+are fitted to a fraction of a px, and the winner is accepted only if enough points support it. Courses that do not
+repeat along themselves have one vector, perpendicular to them. Most textures have no lattice.
 
-Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another goodness, see ``fit.py``. All decisions
-compare whole numbers.
+Source: Lopez Recas 2011 (near-regular textures), chapter 3. Departures: another score of candidates, see ``fit.py``;
+scores are whole numbers.
 
 This module also finds canvas lengths around which a lattice closes (no paper; a definition): along an axis of n px it
 closes where one of its vectors is (n, 0). The misfit is the distance of the nearest lattice vector from (n, 0).
@@ -48,7 +48,10 @@ Pairs = Sequence[Sequence[float]] | None
 def lattice_of(
     exemplar: Exemplar, slug: str, channel_weights: Weights = None
 ) -> Steps:
-    """Return the lattice vectors of an exemplar, (x, y) in px. Raise MethodError if it has none."""
+    """Return the lattice vectors of an exemplar, one or two of (x, y) in px. Raise MethodError if it has none.
+
+    `slug`: name of the method for the message; `channel_weights`: weights of the feature channels, None: default.
+    """
     found = lattices_of(exemplar, channel_weights)
     if found.accepted is None:
         confidence = found.ranked[0].confidence if found.ranked else 0.0
@@ -68,7 +71,7 @@ def lattices_of(exemplar: Exemplar, channel_weights: Weights = None) -> Lattices
 
 
 def vectors_of(found: Lattice) -> Steps:
-    """Return the vectors of a lattice as methods take them: (x, y) px."""
+    """Return the vectors of a lattice in the form of method parameters: (x, y) in px."""
     return tuple((x / UNIT, y / UNIT) for y, x in found.vectors)
 
 
@@ -78,7 +81,11 @@ def check_lattice(lattice: Pairs, exemplar: Exemplar) -> None:
 
 
 def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | None]:
-    """Return the lattice vectors as (rows, columns) in 1/256 px. Raise ParameterError if they span no lattice."""
+    """Return one or two lattice vectors, given as (x, y) in px, as (rows, columns) in 1/256 px; None: no second.
+
+    `shape`: rows and columns of the exemplar, px. Raise ParameterError for vectors shorter than 1 px, longer than the
+    longer side, or within about 6 degrees of parallel.
+    """
     vectors = [(round(y * UNIT), round(x * UNIT)) for x, y in lattice or ()]
     for v in vectors:
         if not UNIT <= math.hypot(*v) <= UNIT * max(shape):
@@ -92,17 +99,20 @@ def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | No
 
 
 def misfit_message(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
-    """Return the message for a canvas size that does not close: why, and which sizes do."""
+    """Return the message for a canvas size around which the lattice does not close: why, and which sizes do.
+
+    `axis`: 0 height, 1 width; `length`: px; `what`: the finding; `strain`: a share of 1; `good`: lengths that close.
+    """
     remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
     return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
 
 
-NEAR = 0.05  # of the shortest vector: 2 px on tiles of 40 px, which a joint hides
-LEAST = 1.5  # px: no finer misfit is seen, rounding to whole px makes half of it, and photographs bend by as much
+NEAR = 0.05  # allowed misfit as a share of the shortest vector: 2 px for tiles of 40 px, hidden by a joint
+LEAST = 1.5  # px, allowed misfit at least: not visible; rounding to whole px gives half of it, lens distortion as much
 
 
 def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vector]]:
-    """Return the step of `length` px along an axis, and lattice points near it without the origin; 1/256 px."""
+    """Return the vector of `length` px along an axis, and the lattice points near it but the origin; 1/256 px."""
     (a, b), (c, d) = vectors
     goal = (length * UNIT, 0) if axis == 0 else (0, length * UNIT)
     area = a * d - b * c
@@ -114,8 +124,8 @@ def _points(vectors: Vectors, length: int, axis: int) -> tuple[Vector, list[Vect
 def closing_vector(vectors: Vectors, length: int, axis: int) -> Vector:
     """Return the lattice vector, (rows, columns) in 1/256 px, that goes once around `length` px of an axis.
 
-    `axis`: 0 rows, 1 columns. It is the vector nearest to the exact step, relative to its own length, so that a canvas
-    of less than half a period holds one period and not none.
+    `axis`: 0 rows, 1 columns. The distance of a vector from (length, 0) or (0, length)
+    is taken relative to its own length, so that a canvas below half a period holds one period, not none.
     """
     (y, x), points = _points(vectors, length, axis)
     return min(points, key=lambda p: Fraction((p[0] - y) ** 2 + (p[1] - x) ** 2, p[0] ** 2 + p[1] ** 2))
@@ -142,8 +152,9 @@ def allowed_misfit(vectors: Sequence[Vector]) -> float:
 def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int = 1) -> int | None:
     """Return the largest multiple of `unit` up to `length` px, at least half of it, around which a lattice closes.
 
-    Of neighbouring multiples that close the one with the least misfit is returned; `length` itself if it closes, or if
-    it runs along courses that nearly keep to the axis. None if no length closes.
+    `length` itself is returned if it closes, multiple or not, or if there is one vector and less than one pitch fits
+    along the axis. Otherwise, of the consecutive multiples that close, from the largest down, the one with the least
+    misfit. None if no length closes.
     """
     most = allowed_misfit(vectors)
     if len(vectors) == 1 and length * UNIT * abs(vectors[0][axis]) < math.hypot(*vectors[0]) ** 2:
@@ -157,9 +168,9 @@ def closing_length(vectors: Sequence[Vector], length: int, axis: int, unit: int 
     return min(first, key=lambda n: misfit(vectors, n, axis))
 
 
-LEAST_SIDE = 16  # px: four of the shortest vectors; a smaller exemplar has no room for a lattice
-SHOWN = 5  # candidates that are reported
-FAMILY = 6  # best lattices whose double and half cells are tried as well
+LEAST_SIDE = 16  # px: four times the shortest vector searched; nothing is searched in smaller exemplars
+SHOWN = 5  # candidates that are returned
+FAMILY = 6  # best lattices of which double and half cells are scored as well
 
 
 def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = False) -> Lattices:
@@ -172,7 +183,7 @@ def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = Fa
     usable : bool array, shape (H, W), optional
         False where pixels do not count.
     courses : bool
-        Whether to look for one vector only.
+        Whether to search for a pitch of courses (one vector) only.
 
     Returns
     -------
@@ -198,7 +209,7 @@ def find_lattice(features: Int16, usable: Mask | None = None, courses: bool = Fa
 
 
 def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
-    """Detect the lattice of features of at most the working size."""
+    """Detect the lattice of features of at most 512 px a side; `one`: search for one vector only."""
     prepared = pictures(features, usable)
     found = correlation_map(prepared)
     if found is None:
@@ -217,7 +228,7 @@ def _found(features: Int64, usable: Mask | None, one: bool) -> Lattices:
 
 
 def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) -> list[Lattice]:
-    """Return the best lattices of two vectors: shortlist, fit, score, then try double and half cells of the best."""
+    """Return the best lattices of two vectors: shortlist, fit, score, then add double and half cells of the best."""
     size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)
     scored = score(found, lattices)
@@ -230,7 +241,7 @@ def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) ->
 
 
 def _at_full_size(found: Lattices, features: Int16, usable: Mask | None, factor: int) -> Lattices:
-    """Scale the vectors back, and refine those of the accepted lattice (the first one) at full resolution."""
+    """Multiply vectors and residuals by `factor`; refine the accepted lattice, the first, at full resolution."""
     ranked = [
         replace(one, vectors=tuple((y * factor, x * factor) for y, x in one.vectors), residual=one.residual * factor)
         for one in found.ranked

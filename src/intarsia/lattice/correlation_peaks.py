@@ -1,10 +1,11 @@
 """Lattice candidates: pairs of peaks of the autocorrelation, and pairs of peaks of the spectrum.
 
-A texture that repeats has correlation peaks at its lattice vectors and spectral peaks at the waves of its reciprocal
-lattice. Either alone misses some textures; together they miss few. Both only propose candidates, the score decides.
+A texture that repeats has autocorrelation peaks at its lattice vectors and spectral peaks at the frequencies of its
+reciprocal lattice. Either alone misses some textures; together they miss few. Both only propose candidates; the score
+in ``fit.py`` decides.
 
-Two pictures are correlated with themselves: the high-pass filtered colours, and the edge strength, which joints share
-where stones differ in colour. The correlation map is the mean of both.
+Two pictures are correlated with themselves: the high-pass filtered colours, and the edge strength, which repeats at
+joints even if the stones differ in colour. The correlation map is the mean of both.
 
 Source: Lopez Recas 2011, sections 3.1 to 3.3 (correlation, peaks, pairs, reduction); regions of dominance: Liu, Collins
 and Tsin, "A computational model for periodic pattern perception", PAMI 2004. Departures: high-pass filter, edge
@@ -26,10 +27,10 @@ from ..foundation.filters import blurred, fast_length, highest, widely_blurred
 from ..foundation.geometry import UNIT
 from .scoring_kernels import top_of
 
-MILLION = 1_000_000  # correlations are kept in millionths: rounding errors of transforms are far below
+MILLION = 1_000_000  # correlations are kept in millionths; rounding errors of the transforms are far smaller
 READ = 0.3  # offsets at which less than this share of the pixels overlaps have weight 0
-REACH = 0.8  # of each side: the largest offset
-LIGHT = 6  # the short side over this is the sigma of what counts as light
+REACH = 0.8  # the largest offset, as a share of each side
+LIGHT = 6  # the shorter side divided by this is the sigma of the high-pass filter, which removes illumination
 
 
 class CorrelatedPictures(NamedTuple):
@@ -40,8 +41,8 @@ class CorrelatedPictures(NamedTuple):
 
     colours: Floats  # (H, W, C)
     edges: Floats  # (H, W, 1)
-    usable: Mask | None  # (H, W): which pixels of the colours count,
-    inner: Mask | None  # and of the edges: those with four usable neighbours
+    usable: Mask | None  # (H, W): which pixels of `colours` count
+    inner: Mask | None  # (H, W): which pixels of `edges` count: usable ones with four usable neighbours
 
 
 class CorrelationMap(NamedTuple):
@@ -50,8 +51,8 @@ class CorrelationMap(NamedTuple):
     All arrays are (2 rows + 1, 2 columns + 1).
     """
 
-    values: Int32  # correlations in millionths,
-    smooth: Int32  # and after a Gaussian of sigma 1 px
+    values: Int32  # correlations in millionths
+    smooth: Int32  # `values` blurred by a Gaussian of sigma 1 px
     # 1000 times the root of the share of pixels that overlap; 0 where that share is below 0.3.
     weights: Int32
     share: Int32  # the share of pixels that overlap, in thousandths
@@ -79,7 +80,7 @@ def _evened(features: Int64, usable: Mask | None) -> Floats:
 
 
 def correlation_map(prepared: CorrelatedPictures) -> CorrelationMap | None:
-    """Return the autocorrelation map of the pictures; None if they are constant."""
+    """Return the mean autocorrelation of both pictures, up to 0.8 of each side; None if both are constant."""
     height, width = prepared.colours.shape[:2]
     reach = int(REACH * height), int(REACH * width)
     colours, pairs = autocorrelation(prepared.colours, prepared.usable, reach)
@@ -101,22 +102,25 @@ def high_pass(picture: Floats, usable: Mask | None, sigma: float) -> Floats:
 
     With a mask the blur is divided by the blurred mask, so that masked pixels do not leak in.
     """
-    planes = np.moveaxis(picture, 2, 0).copy()  # transforms of one at a time stay in a core's cache
+    planes = np.moveaxis(picture, 2, 0).copy()  # transformed one by one, each stays in the cache of a core
     weight = np.ones(picture.shape[:2]) if usable is None else usable.astype(np.float64)
     mass = 1.0 if usable is None else np.maximum(widely_blurred(weight, sigma), 1e-9)
     return np.stack([(plane - widely_blurred(plane * weight, sigma) / mass) * weight for plane in planes], axis=2)
 
 
-SHORTEST = 4  # px: shorter vectors are grain, not elements
-PEAKS = 45  # correlation peaks that are paired
-LOOKED_AT = 1000  # strongest peaks whose dominance is known
-EQUAL = 10_000  # millionths: peaks that differ less are equally high
-WAVES = 10  # spectral peaks that are paired, of each picture
-LONGEST_WAVE = 1.5  # waves that fit fewer times into the short side are light
+SHORTEST = 4  # px: shorter vectors are repetitions of grain, not of elements
+PEAKS = 45  # correlation peaks of which all pairs become candidates
+LOOKED_AT = 1000  # strongest peaks for which the dominance is computed
+EQUAL = 10_000  # millionths: peaks whose heights differ by less count as equally high
+WAVES = 10  # spectral peaks of each picture of which all pairs become candidates
+LONGEST_WAVE = 1.5  # periods that fit fewer times into the shorter side count as illumination
 
 
 def overlap(shape: Sequence[int], shift: Pair) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Return two indices into a picture: the pixels that have another one a shift (y, x) away, and those others."""
+    """Return the indices of the two parts of a picture that overlap if it is shifted by (y, x).
+
+    The second part lies (y, x) from the first; both have the same shape.
+    """
     here, there = (
         tuple(slice(max(0, -k * d), max(0, n - max(0, k * d))) for d, n in zip(shift, shape, strict=False))
         for k in (1, -1)
@@ -147,19 +151,19 @@ def lattice_points(first: Pair, v1: Pair, v2: Pair, low: Sequence[int], high: Se
 
 
 class Sensible:
-    """Bounds of candidates: what an exemplar can show at all."""
+    """Bounds of candidates: lattices beyond them cannot be observed in the exemplar."""
 
-    cells = 0.6  # of the picture: the largest cell, so that a second one is begun in it; halved, doubled: as is
-    overlap = 200  # thousandths of the pixels must meet at a peak; 400: two of 35 lattices differ
-    parallel = 1e-7  # squared cycles per px: waves of one direction span no lattice
-    far = 1e6  # px: no picture is so large
+    cells = 0.6  # largest cell as a share of the exemplar's area, which holds more than one; halved, doubled: no change
+    overlap = 200  # thousandths: least share of pixels that overlap at a peak; 400: 2 lattices of 35 differ
+    parallel = 1e-7  # cycles^2 per px^2: least determinant of two frequencies; below it they are parallel
+    far = 1e6  # px: longest vector component; larger than any picture
 
 
 def canonical(vectors: Int64) -> Int64:
     """Reduce pairs of whole vectors (n, 2, 2) to the shortest pair of the same lattice (Gauss reduction).
 
-    The shorter one comes first; both have dx > 0, or dx = 0 and dy > 0. Equal lattices give equal pairs, except for
-    ties of length.
+    The shorter one comes first; both have dx > 0, or dx = 0 and dy > 0. Equal lattices give equal pairs, unless two
+    vectors have the same length.
     """
     v, w = vectors[:, 0].copy(), vectors[:, 1].copy()
     for _ in range(64):
@@ -180,8 +184,8 @@ def canonical(vectors: Int64) -> Int64:
 def correlation_peaks(found: CorrelationMap) -> Floats:
     """Return the best correlation peaks of one half plane: (n, 2) offsets in px.
 
-    Ranked by height times dominance, the distance to the next peak that is as high or higher: a peak of the lattice
-    dominates a cell, peaks between lattice points do not.
+    Ranked by height times dominance. The dominance of a peak is the distance to the nearest peak that is as high or
+    higher, the origin included: large for peaks of the lattice, small for those between its points.
     """
     smooth = found.smooth
     i, j = _maxima(smooth, found.share >= Sensible.overlap).T
@@ -196,20 +200,20 @@ def correlation_peaks(found: CorrelationMap) -> Floats:
     dominance = np.minimum(apart.min(axis=1, initial=far), square)
     half = (square >= SHORTEST**2) & ((at[:, 1] > 0) | ((at[:, 1] == 0) & (at[:, 0] > 0)))
     at, value, dominance, square = at[half], value[half], dominance[half], square[half]
-    rank = value * value // 1000 * dominance  # the square of height x distance
+    rank = value * value // 1000 * dominance  # proportional to (height x distance)^2
     order = np.lexsort((at[:, 1], at[:, 0], square, -rank))[:PEAKS]
     return _refined(smooth, at[order])
 
 
 def _maxima(values: Array, among: Mask) -> Int64:
-    """Return the positions (n, 2) of local maxima above 0, of equal neighbours the last one; none at the border."""
+    """Return the positions (n, 2) of local maxima above 0; the last of equal neighbours, none on the border."""
     ranked = values.astype(np.int64) * values.size + np.arange(values.size).reshape(values.shape)  # no two are equal
     top = (highest(ranked, 3, "edge") == ranked) & (values > 0) & among
     return np.asarray(np.argwhere(top[1:-1, 1:-1]) + 1, np.int64)
 
 
 def _refined(values: Array, at: Int64) -> Floats:
-    """Return peaks (n, 2), px from the middle, moved to the vertex of the parabola along each axis."""
+    """Return peaks (n, 2), px from the middle, moved to the vertex of a parabola through 3 values along each axis."""
     result = at.astype(np.float64)
     for n, (i, j) in enumerate((at + np.array(values.shape) // 2).tolist()):
         result[n, 0] += top_of(*values[i - 1 : i + 2, j].astype(np.float64).tolist())
@@ -218,9 +222,9 @@ def _refined(values: Array, at: Int64) -> Floats:
 
 
 def spectral_peaks(picture: Floats) -> Floats:
-    """Return the strongest waves of a picture (H, W, C), strongest first: (n, 2), cycles per px.
+    """Return the strongest peaks of a picture's (H, W, C) spectrum, at most 10, strongest first: (n, 2), (fy, fx).
 
-    Only periods of at least 4 px that fit 1.5 times or more into the shorter side.
+    In cycles per px. Only periods of at least 4 px that fit 1.5 times or more into the shorter side.
     """
     height, width = picture.shape[:2]
     window = [0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in (height, width)]
@@ -231,7 +235,7 @@ def spectral_peaks(picture: Floats) -> Floats:
         power += wave.real**2 + wave.imag**2
     power = np.fft.fftshift(power, axes=0)
     opposite = power[::-1] if size[0] % 2 else np.roll(power[::-1], 1, axis=0)
-    power = np.concatenate([opposite[:, 2:0:-1], power], axis=1)  # two columns of what lies beyond fx = 0
+    power = np.concatenate([opposite[:, 2:0:-1], power], axis=1)  # two columns of negative fx before fx = 0
     scale = power.max()
     if scale <= 0:
         return np.zeros((0, 2))
@@ -248,7 +252,10 @@ def spectral_peaks(picture: Floats) -> Floats:
 
 
 def lattice_candidates(found: CorrelationMap, waves: list[Floats], height: int, width: int) -> Int64:
-    """Return the candidates: pairs of correlation peaks and of waves, reduced, each once; (n, 2, 2) in 1/256 px."""
+    """Return the candidates: pairs of correlation peaks and of frequencies, reduced; (n, 2, 2) in 1/256 px.
+
+    `waves`: one array of frequencies per picture, from :func:`waves_of`; `height`, `width`: of the exemplar, px.
+    """
     peaks = correlation_peaks(found)
     i, j = np.triu_indices(len(peaks), 1)
     pairs = [np.stack([peaks[i], peaks[j]], axis=1)]
@@ -268,7 +275,10 @@ def lattice_candidates(found: CorrelationMap, waves: list[Floats], height: int, 
 
 
 def distinct(lattices: Int64, height: int, width: int) -> Int64:
-    """Return the first of reduced lattices that agree to half a px, without vectors too short or cells too large."""
+    """Return reduced lattices in their order, of those that agree to half a px only the first.
+
+    Left out: vectors below 4 px, and cells of more than 0.6 of height x width.
+    """
     area = np.abs(lattices[:, 0, 0] * lattices[:, 1, 1] - lattices[:, 0, 1] * lattices[:, 1, 0])
     long = (lattices[:, 0] ** 2).sum(axis=1) >= (SHORTEST * UNIT) ** 2
     lattices = lattices[long & (area > 0) & (area <= Sensible.cells * height * width * UNIT**2)]
@@ -278,7 +288,7 @@ def distinct(lattices: Int64, height: int, width: int) -> Int64:
 
 
 def waves_of(prepared: CorrelatedPictures) -> list[Floats]:
-    """Return the spectral peaks of both pictures: of the colours, and of the edges minus their mean."""
+    """Return the spectral peaks, cycles per px, of both pictures: the colours, and the edges minus their mean."""
     edges = prepared.edges
     known = np.ones(edges.shape[:2], bool) if prepared.inner is None else prepared.inner
     steps = (edges - edges[known].mean()) * known[..., None] if known.any() else edges

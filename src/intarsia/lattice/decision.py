@@ -1,12 +1,12 @@
 """Lattice decision: accepted, tentative or refused, with reasons; pitch of courses without a second period.
 
-Textures without a lattice match themselves somewhere by chance. How well depends on how many points must agree and on
-whether peaks lie on the points. Three equal objects on a plain ground agree with each other as well as lattice cells
-do; but a lattice repeats in nearly every part of the exemplar, which is checked as well.
+A texture without a lattice also matches itself at some offsets by chance. The decision therefore depends on the number
+of lattice points and on how near to them the correlation peaks lie. Three equal objects on a plain ground match each
+other as well as lattice cells do; but a lattice repeats in nearly every part of the exemplar, which is checked too.
 
 Textures that repeat in one direction only (courses of stones, planks, lines of text) have a pitch: a vector
-perpendicular to the courses. Shifted by it along any line parallel to the courses the texture matches itself, shifted
-by half of it it does not.
+perpendicular to the courses. Shifted by that pitch, and by any amount along the courses, the texture matches itself;
+shifted by half the pitch it does not.
 
 Source: no paper. Thresholds were set on photographs with and without a lattice and checked on other crops of them.
 """
@@ -29,22 +29,22 @@ from .scoring_kernels import NOTHING, course_profile, top_of
 
 
 class Turning:
-    """How the direction and pitch of courses are refined.
+    """Refinement of the direction and pitch of courses.
 
-    Halved and doubled on 35 textures: all accept what they did, a few moved by a pixel. The contrasts of the courses
-    that are listed differ (docs/design/012).
+    Each value was halved and doubled on 35 textures: none accepts another lattice; the comments give how many of the
+    accepted vectors change by a px. The contrasts of rejected candidates differ (docs/design/012).
     """
 
-    turn = 9 / 1024  # about half a degree; halved and doubled: two move, 0: three
-    finer = 8  # of the steps by which the direction is made exact; 4: two move, 16: one
-    turns = 4  # steps to either side: waves of a few periods know their direction to about 2 degrees; 2: one moves
-    waves = 3  # best waves that are refined; 6 and 12: the same
-    stretch = 12  # steps by which the pitch is made longer and shorter; 6: one moves, 24: the same
-    step = 400  # of them in a pitch: 1/4 %; 200 and 800: the same on eight
-    reach = 0.24  # half px a px of pitch: peaks are looked for within an eighth of it; halved, doubled: as is
-    least = 2  # half px, and at least so far; 1 and 4: the same
-    drift = 0.03  # of a pitch, as far as it is stretched: a fit that moves further found others; at 0 three move
-    apart = 0.02  # of a pitch, and 1 px: nearer ones are one; 0 to 0.04: the same
+    turn = 9 / 1024  # radians, half a degree: step of the first pass; halved, doubled: two change, 0: three
+    finer = 8  # the second pass has steps of `turn` divided by this; 4: two change, 16: one
+    turns = 4  # steps to either side: a spectral peak of few periods is 2 degrees wide; 2: one changes
+    waves = 3  # spectral peaks that are refined, the best; 6 and 12: the same
+    stretch = 12  # steps to either side in which the pitch is varied; 6: one changes, 24: the same
+    step = 400  # such a step is the pitch divided by this, 1/4 %; 200 and 800: the same on eight textures
+    reach = 0.24  # half px per px of pitch: peaks are searched within an eighth of it; halved, doubled: no change
+    least = 2  # half px: least search radius of peaks; 1 and 4: the same
+    drift = 0.03  # of a pitch, as far as it is varied: fits that change it by more are ignored; 0: three change
+    apart = 0.02  # of a pitch, plus 1 px: pitches that differ by less count as one; 0 to 0.04: the same
 
 
 class RowPitch(NamedTuple):
@@ -52,8 +52,8 @@ class RowPitch(NamedTuple):
 
     pitch: tuple[float, float]  # (dy, dx) across the rows, px
     contrast: int  # millionths: the mean correlation along the rows minus that halfway between
-    lines: int  # rows, on one side of the origin, whose offset leaves enough overlap
-    residual: float  # how far the rows lie from whole pitches, rms, px
+    lines: int  # multiples of the pitch, in one direction, at which enough of the exemplar overlaps
+    residual: float  # distance of the correlation peaks from multiples of the pitch, rms, px
 
     @property
     def rank(self) -> tuple[int, tuple[float, float]]:
@@ -62,12 +62,15 @@ class RowPitch(NamedTuple):
 
 
 def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
-    """Return the pitches of all waves tried as courses, the best refined; best first, nearly equal ones once."""
+    """Return the pitch of courses across each frequency, best contrast first; of nearly equal ones the first.
+
+    `waves`: arrays of frequencies (fy, fx), cycles per px. The best three are refined in direction.
+    """
     vectors = [np.rint(UNIT * f / (f @ f)) for f in np.concatenate(waves)]
     vectors = [v for v in vectors if SHORTEST * UNIT <= math.sqrt(float(v @ v)) <= UNIT * max(found.values.shape) / 2]
     tried = [(one, v) for v in vectors if (one := _turned(found, v, 0.0)) is not None]
     tried.sort(key=lambda known: known[0].rank)
-    hint = MILLION * Limits.courses / 4  # of 158 textures none gained more than a fifth by a finer direction
+    hint = MILLION * Limits.courses / 4  # refining adds at most a fifth to a contrast (158 textures)
     best = [_refined(found, v, one) if one.contrast >= hint else one for one, v in tried[: Turning.waves]]
     kept: list[RowPitch] = []
     for one in sorted(best, key=lambda one: one.rank):
@@ -78,11 +81,11 @@ def row_pitches(found: CorrelationMap, waves: list[Floats]) -> list[RowPitch]:
 
 
 def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
-    """Refine the direction: first by half degrees, then by eighths of that."""
+    """Return the pitch refined in direction: first in steps of half a degree, then in eighths of that."""
     turn = 0.0
     for step in (Turning.turn, Turning.turn / Turning.finer):
         middle = turn
-        for k in (*range(-Turning.turns, 0), *range(1, Turning.turns + 1)):  # 0 is known
+        for k in (*range(-Turning.turns, 0), *range(1, Turning.turns + 1)):  # 0: `best`
             one = _turned(found, v, middle + k * step)
             if one is not None and one.contrast > best.contrast:
                 best, turn = one, middle + k * step
@@ -90,7 +93,10 @@ def _refined(found: CorrelationMap, v: Floats, best: RowPitch) -> RowPitch:
 
 
 def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
-    """Return the best pitch near the length of v (1/256 px), perpendicular to v + turn * (v turned by 90 degrees)."""
+    """Return the best pitch near the length of v (1/256 px), parallel to v + turn * (v rotated by 90 degrees).
+
+    None if it repeats nowhere within the map, or its contrast is not above 0.
+    """
     length = math.sqrt(float(v @ v)) / UNIT
     y, x = v[0] - turn * v[1], v[1] + turn * v[0]
     norm = math.sqrt(y * y + x * x)
@@ -109,7 +115,10 @@ def _turned(found: CorrelationMap, v: Floats, turn: float) -> RowPitch | None:
 
 
 def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
-    """Return the mean of a profile at whole pitches minus that at half pitches; pitches in 1/256 of a step."""
+    """Return the mean of a profile at multiples of each pitch minus that halfway between them.
+
+    `mean`, `mass`: the profile and its weights; `pitches`: in 1/256 of an entry of the profile.
+    """
     seen, levels = int(mass.nonzero()[0].max(initial=0)), []
     for half in range(2):
         at = (pitches >> half)[:, None] + pitches[:, None] * np.arange((seen << 8) // int(pitches.min()) + 1)
@@ -123,7 +132,10 @@ def pitch_contrasts(mean: Int64, mass: Int64, pitches: Int64) -> Int64:
 
 
 def _fit(mean: Int64, mass: Int64, pitch: float) -> tuple[float, float, int]:
-    """Fit the pitch to the peaks of the profile near its multiples: pitch, rms residual (px), lines seen."""
+    """Return the pitch, px, fitted to the peaks near its multiples, the rms residual, px, and how many multiples.
+
+    The pitch is returned unchanged, with residual 0, if the fit changes it by more than 3 %.
+    """
     found, lines = [], 0
     for k in itertools.count(1):
         at = 2 * k * pitch
@@ -150,30 +162,31 @@ SURE: Verdict = "sure"
 TENTATIVE: Verdict = "faint"
 REFUSED: Verdict = "refused"
 
-PARTS = 5  # along each side of the overlap; 3: a floor and a wall of setts are lost, 10: planks at 45 degrees are rows
-LEAST_PART = 6  # px: smaller parts say nothing; 1 to 12: the same on 92 textures, it matters for tiny exemplars
-ALIKE = 0.2  # correlation of a part that repeats; halved: three false lattices, doubled: eight true ones are lost
+PARTS = 5  # parts per side of the overlap; 3: a floor and a wall of setts refused, 10: 45 degree planks get courses
+LEAST_PART = 6  # px: least side of a part; 1 to 12: the same on 92 textures, it matters for tiny exemplars
+ALIKE = 0.2  # least correlation of a part that repeats; halved: 3 false lattices, doubled: 8 true ones refused
 
 
 class Limits:
-    """Thresholds of the decision; set on 50 photographs, 21 with one: 20 were right, 1 refused, 4 false alarms.
+    """Thresholds of the decision, set on 50 photographs, 21 of them with a lattice.
 
-    Each was halved and doubled on 92 textures, 44 of which were not used to set it (docs/design/012).
+    Of the 21, 20 were accepted and 1 refused; 4 of the others were accepted wrongly. Each value was halved and doubled
+    on 92 textures, 44 of which were not used to set it (docs/design/012).
     """
 
-    least = 0.05  # confidence K; halved: two walls of free bricks get two, doubled: two lattices are lost
-    courses = 0.145  # contrast of rows; halved: rows are hinted at on five more, doubled: two walls lost
-    two = 0.18  # and where only two rows are seen; halved: the same, doubled: a pavement of loose setts is lost
-    pair = 0.5  # contrast asked of two points; 0.2: a wall of 96 px, seen to five bricks, gets a false lattice
-    few = 0.2  # and of three; at 0 a wall of free bricks gets two vectors, 0.4: one more cell
-    everywhere = 0.6  # of the parts must repeat by them; 0.4: setts beside slabs get a lattice, 0.8: as is
-    parts = 0.4  # and by all others; halved: knitted wool gets a false one, 0.6: a floor is lost
-    rows = 0.45  # and by rows; 0.4: planks at 45 degrees are rows, 0.6: a wall is lost
-    scattered = 0.75  # off the points as by chance: 1; halved: the same, at 1 free setts have two vectors
-    faint = 0.03  # confidence where there are no rows; halved: the same, 0.05: a floor of tiles is lost
-    exact = 12.0  # 10 to this: the odds against its peaks lying so; 0: two pavements of 180 crops get one
+    least = 0.05  # least confidence K; halved: two walls of irregular bricks get vectors, doubled: two lattices refused
+    courses = 0.145  # least contrast of courses; halved: five more textures get courses, doubled: two walls refused
+    two = 0.18  # least contrast of only two courses; halved: the same, doubled: a pavement of loose setts refused
+    pair = 0.5  # least contrast of two lattice points; 0.2: a wall of 96 px with five bricks gets a false lattice
+    few = 0.2  # least contrast of three points; 0: a wall of irregular bricks gets two vectors, 0.4: one other cell
+    everywhere = 0.6  # least repeating share of parts for two or three points; 0.4: setts near slabs get one, 0.8: same
+    parts = 0.4  # least repeating share for four points or more; halved: knitted wool gets one, 0.6: a floor refused
+    rows = 0.45  # least repeating share for courses; 0.4: planks at 45 degrees get courses, 0.6: a wall refused
+    scattered = 0.75  # largest scatter of the peaks, 1: as by chance; halved: the same, 1: irregular setts get one
+    faint = 0.03  # least confidence of a tentative lattice; halved: the same, 0.05: a floor of tiles refused
+    exact = 12.0  # least log10 of the odds against chance of a tentative one; 0: two pavements of 180 crops get one
     least_tentative = 0.025  # least confidence for the chance test; halved: jeans get one, doubled: bamboo loses its
-    told = 4.0  # 10 to this: odds that pass the chance test; halved: the same, doubled: bamboo and lizards lose it
+    told = 4.0  # least log10 of the odds in the chance test; halved: the same, doubled: bamboo and lizards lose theirs
 
 
 @dataclass(frozen=True)
@@ -187,20 +200,20 @@ class Lattice:
     confidence : float
         Two vectors: K = contrast (1 - 1 / sqrt(points)). One: the contrast.
     contrast : float
-        Mean correlation at the lattice points minus the best anywhere else in the cell; of courses, minus
-        that between them.
+        Two vectors: mean correlation at the lattice points minus that at the best other phase of the cell. One: mean
+        correlation at multiples of the pitch minus that halfway between.
     points : int
-        Lattice points, or courses, that support it; opposite ones count once.
+        Lattice points, or courses, whose offset leaves enough overlap; opposite ones count once.
     residual : float
         Distance of the correlation peaks from the lattice points (rms), px: how irregular the texture is.
     reasons : tuple of str
         The findings for and against it, in short sentences; the last one is the decision.
     verdict : "sure", "faint" or "refused"
-        ``faint`` (tentative) is accepted only if the texture has no courses either.
+        ``faint`` (tentative) is accepted only if no pitch of courses is ``sure``.
     repeats : float
-        Least share of the exemplar that repeats by the vectors, 0 to 1; 1 if that was not measured.
+        Share of the exemplar that repeats, of the worse of both vectors, 0 to 1; 1 if not measured.
     odds : float
-        Decimal logarithm of the odds against its peaks lying so near to its points by chance; 0 if not measured.
+        Decimal logarithm of the odds against the peaks lying so near to the lattice points by chance; 0 for courses.
     """
 
     vectors: tuple[Pair, ...]
@@ -225,7 +238,7 @@ class Lattice:
 
     @property
     def share(self) -> float:
-        """Confidence divided by the threshold: compares lattices of both kinds."""
+        """Confidence divided by its threshold, by which lattices of one and of two vectors are compared."""
         return self.confidence / (Limits.least if self.kind == "2-D" else Limits.courses)
 
 
@@ -236,9 +249,9 @@ class Lattices:
     Attributes
     ----------
     accepted : Lattice or None
-        The lattice; None if none is sure enough.
+        The first of `ranked` if it is accepted, else None.
     ranked : tuple of Lattice
-        The best candidates, best first, accepted or not.
+        At most five candidates, best first, accepted or not.
     reason : str
         Why the first was accepted or refused.
     """
@@ -249,14 +262,15 @@ class Lattices:
 
 
 def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepared: CorrelatedPictures) -> Lattice:
-    """Return the k-th of the scored lattices with its decision, by its score, its fit, and where it repeats.
+    """Return the k-th of the scored lattices with its decision.
 
-    The repeating share and the final fit are computed only if the score alone does not refuse it.
+    `one`: its fit. The repeating share and the final fit are computed only if the score does not refuse it, or if it
+    may still pass the chance test.
     """
     mean, contrast, confidence = (int(a[k]) / MILLION for a in (scored.mean, scored.contrast, scored.confidence))
     points = int(scored.points[k])
     near = regularity(one)
-    odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))  # a peak says two things, the vectors are four
+    odds = max(0, 2 * one.used - 4) * -math.log10(max(near, 0.01))  # degrees of freedom: 2 a peak, less 4
     near = near if one.used > ENOUGH else 0.0
     rows = scored.vectors[k]
     lattice = Lattice((), confidence, contrast, points, one.residual, odds=odds)
@@ -274,7 +288,7 @@ def two_vectors(found: CorrelationMap, scored: Scored, k: int, one: Fit, prepare
 
 
 def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
-    """Decide whether two vectors are a lattice, and why; `near`: how far the peaks lie from its points, 0 to 1."""
+    """Decide whether two vectors are a lattice, and why; `near`: scatter of the peaks, 0 to 1."""
     points, confidence, contrast = one.points, one.confidence, one.contrast
     if points < ENOUGH:
         if points < 2 or contrast < (Limits.pair if points == 2 else Limits.few):
@@ -296,9 +310,9 @@ def _judge(one: Lattice, near: float) -> tuple[Verdict, str]:
 def lattice_by_chance_test(ranked: Sequence[Lattice]) -> Lattice | None:
     """Return the most confident lattice whose peaks pass the chance test, refused or not; None if there is none.
 
-    Elements of different shapes and colours on a lattice agree little with each other, and only in parts; yet their
-    peaks lie on the lattice, at twice as many points as are required elsewhere (with four, boards of planks get one).
-    Blocks cut by such a lattice do not fit, but patches can be aligned to it.
+    Elements of different shapes and colours on a lattice correlate little and only in parts, but their correlation
+    peaks lie on the lattice. Eight lattice points are required, twice as many as elsewhere; with four, planks get one.
+    Blocks cut along such a lattice do not match, but patches can be aligned to it.
     """
     enough = (one for one in ranked if one.points >= 2 * ENOUGH and one.confidence >= Limits.least_tentative)
     told = (one for one in enough if one.odds >= Limits.told)
@@ -306,7 +320,7 @@ def lattice_by_chance_test(ranked: Sequence[Lattice]) -> Lattice | None:
 
 
 def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
-    """Return a pitch of courses with its decision, by its contrast, the number of courses, and where they repeat."""
+    """Return a pitch of courses with its decision: by its contrast, number of courses, and repeating share."""
     pitch = round(UNIT * found.pitch[0]), round(UNIT * found.pitch[1])
     if pitch[1] < 0 or (pitch[1] == 0 and pitch[0] < 0):
         pitch = -pitch[0], -pitch[1]
@@ -325,7 +339,10 @@ def one_vector(found: RowPitch, prepared: CorrelatedPictures) -> Lattice:
 
 
 def support(prepared: CorrelatedPictures, vector: Pair) -> float:
-    """Return the share of parts of the overlap that match themselves when shifted by a vector (1/256 px)."""
+    """Return the share of parts of the exemplar, at most 5 x 5, that match the place a vector (1/256 px) away.
+
+    A part counts if half of its pixels are usable in both; it matches if colours or edges correlate by 0.2 or more.
+    """
     shape, (dy, dx) = prepared.colours.shape[:2], ((abs(v) + 128) // 256 * (1 if v > 0 else -1) for v in vector)
     other, one = overlap(shape, (dy, dx))
     usable = np.ones(shape) if prepared.usable is None else prepared.usable
@@ -339,18 +356,18 @@ def support(prepared: CorrelatedPictures, vector: Pair) -> float:
         return np.asarray(np.add.reduceat(np.add.reduceat(values, down, axis=-2), right, axis=-1))
 
     count, size = added(known * 1.0), added(np.ones(known.shape))
-    alike = count < 0  # none yet
+    alike = count < 0  # all False
     for layer in (prepared.colours, prepared.edges):
         planes = np.ascontiguousarray(np.moveaxis(layer, 2, 0))
         f, g = planes[:, *one] * known, planes[:, *other] * known
         p, q = added(f), added(g)
         ff, gg, fg = (count * added(u * v) - s * t for u, v, s, t in ((f, f, p, p), (g, g, q, q), (f, g, p, q)))
-        below = np.sqrt(np.maximum(ff * gg, 0)).sum(axis=0)  # channels count by their contrast
+        below = np.sqrt(np.maximum(ff * gg, 0)).sum(axis=0)  # channels are weighted by contrast
         alike |= (fg.sum(axis=0) >= ALIKE * below) & (below > 0)
     seen = 2 * count >= size
     return float(alike[seen].mean()) if seen.any() else 0.0
 
 
 def _begins(length: int, parts: int) -> list[int]:
-    """Return where about equal parts of a length begin, symmetric from either end."""
+    """Return the first indices of nearly equal parts of a length, mirror-symmetric as far as possible."""
     return [k * length // parts if 2 * k <= parts else length - (parts - k) * length // parts for k in range(parts)]

@@ -25,17 +25,18 @@ from ..foundation.geometry import UNIT
 from .correlation_peaks import CorrelationMap, canonical, distinct
 from .scoring_kernels import NOTHING, best_shift, fit_step, means
 
-POINTS = 12  # lattice points compared: two of each direction
-ANGLES = 6  # directions of a half circle, 30 degrees each, over which they are spread
-FARTHEST = 0.5  # of each side: the other half is left to compare
-SPARE = 2  # px besides those that one px of the reduced copy stands for: the peak may lie beside its px
-SPANNED = 0.5  # the determinant of whole numbers is 0 where all points lie in a row, 1 or more else
+POINTS = 12  # lattice points compared at full resolution: two per direction
+ANGLES = 6  # sectors of 30 degrees of a half circle over which these points are spread
+FARTHEST = 0.5  # largest offset as a share of each side, so that half of it overlaps
+SPARE = 2  # px: search radius beyond the reduction factor, as peaks may lie next to the px of the reduced copy
+SPANNED = 0.5  # least determinant of indices, a whole number: 0 if all points are collinear, else 1 or more
 
 
 def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -> Int64 | None:
-    """Return the vectors (1/256 px) refined at full resolution; None if the exemplar does not allow it.
+    """Return the vectors (1/256 px) refined at full resolution; None if that fails.
 
-    Weighted least squares over the lattice points that lie furthest out: their error is divided by many cells.
+    Least squares over at most 12 lattice points far from the origin, as their error is divided by many cells. Fails if
+    no point has a clear minimum of differences, all are collinear, or the vectors move by more than `factor` px.
     """
     mask = np.ones((1, 1), np.bool_) if usable is None else usable
     rows, right, found = [], [], np.empty(2)
@@ -48,7 +49,10 @@ def refined(features: Int16, usable: Mask | None, vectors: Int64, factor: int) -
 
 
 def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
-    """Return the furthest lattice points that leave half of each side to compare, spread over directions."""
+    """Return the indices of at most 12 lattice points far from the origin, spread over six directions.
+
+    Their offsets are at most half of each side; the furthest of each direction come first, then the second ones.
+    """
     n, found = len(vectors), []
     most = [max(1, int(FARTHEST * max(height, width) * UNIT / math.hypot(*v))) for v in vectors]
     for a in range(most[0] + 1):
@@ -66,7 +70,10 @@ def _furthest(vectors: Int64, height: int, width: int) -> list[tuple[int, ...]]:
 
 
 def _least_squares(a: Floats, p: Floats, vectors: Int64, factor: int) -> Int64 | None:
-    """Return the vectors that fit places p (n, 2), px, of points a (n, 1 or 2) of their lattice, in 1/256 px."""
+    """Return the vectors, 1/256 px, by least squares from indices a (n, 1 or 2) and positions p (n, 2) in px.
+
+    None if the points are collinear, or a component changes by more than `factor` px.
+    """
     if len(vectors) == 1:
         across = vectors[0] / math.hypot(*vectors[0])
         exact = ((a[:, 0] * (p @ across)).sum() / (a[:, 0] ** 2).sum()) * across[None]
@@ -92,32 +99,32 @@ RING = np.array(
         if max(min(i, 8 - i), min(j, 8 - j)) >= 2 and (i, j) <= ((8 - i) % 8, (8 - j) % 8)
     ]
 )
-"""Phases of the cell, in eighths, away from the lattice points; of opposite ones, which agree, one."""
-ENOUGH = 4  # lattice points of a half plane that do not agree by chance; 2: three accept another one, 8: one
+"""Phases of the cell, in eighths of both vectors, two or more from the lattice points; one of each opposite pair."""
+ENOUGH = 4  # lattice points in a half plane beyond chance agreement; 2: three of 35 textures accept another, 8: one
 
 
 class Ranking:
-    """Which lattice is ranked first; halved and doubled on 35 textures: how many change (docs/design/012)."""
+    """Ranking of lattices. Comments: how many of 35 textures change by other values (docs/design/012)."""
 
-    promising = 400  # those whose mean is best: only they are compared with half cells; halved and doubled: none
-    fitted = 60  # and only so many with the whole ring; 30 and 120: none
-    rival = 85  # per cent of the confidence of the most confident, and; 42 and 100: none; two of 96 crops have one
-    better = 130  # per cent of its mean correlation, lead instead; 115: two get another one, 260: none
-    finer = 80  # per cent of its confidence, and; 40 and 95: none
-    alike = 90  # per cent of its mean, let a lattice that holds all its points and more lead; 45: one
-    whole = 0.1  # steps of the finer one: so near to whole numbers it holds them; halved and doubled: none
+    promising = 400  # lattices of the best mean, which are contrasted with half cells; halved, doubled: none
+    fitted = 60  # best of these, which are fitted and contrasted with all phases; 30, 120: none
+    rival = 85  # per cent: least confidence, of one preferred for its mean (2 of 96 crops); 42, 100: none
+    better = 130  # per cent: and least mean correlation, of that of the most confident; 115: two change, 260: none
+    finer = 80  # per cent: least confidence, of that of the first, of a sublattice preferred to it; 40, 95: none
+    alike = 90  # per cent: least mean, of that of the first, of a lattice with all its points and more; 45: one
+    whole = 0.1  # largest distance from whole numbers of its vectors in those of the finer; halved, doubled: none
 
 
 class Fitting:
-    """Where correlation peaks are looked for. Halved and doubled on 35 textures: how many accept another one."""
+    """Search and fit of correlation peaks. Comments: how many of 35 textures accept another lattice."""
 
-    radius = 0.12  # of the shorter vector: peaks are looked for within; halved: three, doubled: one
-    least = 1.5  # px, and at least so far; halved and doubled: none
-    drift = 0.15  # of the shorter vector: a fit that moves further found another lattice; 0: a rule differs
-    slack = 2.0  # px more, for grain; 1 and 4: none
-    loose = 0.01  # of the shorter vector: peaks further off make a lattice loose,; 0: one is 1 px off
-    blur = 0.05  # and its map is blurred by this much; halved and doubled: one or two move by 1 px
-    sigma = 1.5  # px: no less is blurred, beside the map's own 1 px; 3: one moves by 1 px
+    radius = 0.12  # search radius as a share of the shorter vector; halved: three, doubled: one
+    least = 1.5  # px: least search radius; halved, doubled: none
+    drift = 0.15  # of the shorter vector: a fit that moves a vector further is rejected; 0: a test texture differs
+    slack = 2.0  # px: added to that limit, for short vectors; 1 and 4: none
+    loose = 0.01  # of the shorter vector: a lattice with a larger residual is fitted again, blurred; 0: one is 1 px off
+    blur = 0.05  # of the shorter vector: sigma of that blur; halved, doubled: one or two move by 1 px
+    sigma = 1.5  # px: least sigma of that blur, as the map is already blurred by 1 px; 3: one moves by 1 px
 
 
 class Scored(NamedTuple):
@@ -125,22 +132,22 @@ class Scored(NamedTuple):
 
     vectors: Int64  # (n, 2, 2): in 1/256 px, rows (dy, dx)
     mean: Int64  # (n,): M at the points, in millionths
-    contrast: Int64  # (n,): C = M - the best of the ring
+    contrast: Int64  # (n,): C = M - the highest mean of the other phases compared
     confidence: Int64  # (n,): K = C (1 - 1 / sqrt(points))
     points: Int64  # (n,): lattice points in one half plane whose offset leaves enough overlap
 
     def best(self, most: int) -> Int64:
-        """Return the numbers of the `most` most confident lattices; ties by cell area, then by the vectors."""
+        """Return the indices of the `most` lattices of highest confidence; ties by cell area, then by the vectors."""
         v = self.vectors
         area = np.abs(v[:, 0, 0] * v[:, 1, 1] - v[:, 0, 1] * v[:, 1, 0])
         return np.lexsort([*v.reshape(-1, 4).T[::-1], area, -self.confidence])[:most]
 
     def ranked(self, most: int) -> Int64:
-        """Return the best, first the lattice that leads.
+        """Return the indices of :meth:`best`, with one exception for the first.
 
-        A lattice that is about as confident as the most confident one but has a far better mean correlation comes
-        first: a cell of many small tiles, equal but for their colour, has more points, but only the larger cell keeps
-        the colours.
+        A lattice about as confident as the most confident one but of a much higher mean correlation comes first: small
+        tiles that differ only in colour give a small cell of many points, but only the larger cell keeps the colours.
+        A finer lattice that contains all points of that one and is about as good comes before it.
         """
         order = self.best(most)
         if len(order):
@@ -158,9 +165,9 @@ class Scored(NamedTuple):
         return order
 
     def _refines(self, k: int, top: int) -> bool:
-        """Return whether lattice k contains all points of the leading one and more, and is about as good.
+        """Return whether lattice k contains all points of lattice `top` and more, and is about as good.
 
-        The ring of eighths detects the double cell of a lattice, but not its sevenfold one.
+        Needed as phases in eighths reveal that a cell is twice too large, but not that it is seven times too large.
         """
         sure = 100 * self.confidence[k] >= Ranking.finer * self.confidence[top]
         if not sure or 100 * self.mean[k] < Ranking.alike * self.mean[top]:
@@ -174,12 +181,12 @@ class Scored(NamedTuple):
 
 
 def score(found: CorrelationMap, vectors: Int64) -> Scored:
-    """Return the scores of lattices, contrasted with the ring of phases."""
+    """Return the scores of lattices (n, 2, 2) in 1/256 px, contrasted with all phases away from their points."""
     return _contrasted(found, vectors, means(found.values, found.weights, vectors, POINT), RING)
 
 
 def shortlist(found: CorrelationMap, vectors: Int64) -> Int64:
-    """Return the most promising lattices: by their mean, then by the contrast with their half cells."""
+    """Return the 60 most promising lattices: the 400 best by their mean, then by the contrast with half cells."""
     known = means(found.values, found.weights, vectors, POINT)
     mean, points = known
     keep = np.flatnonzero((points >= 2) & (mean > 0))
@@ -203,18 +210,20 @@ def _contrasted(found: CorrelationMap, vectors: Int64, known: Int64, phases: Int
 
 
 class Fit(NamedTuple):
-    """Vectors (2, 2) in px that fit the peaks best, and the distance of the peaks from their points (rms, px)."""
+    """Vectors fitted to correlation peaks."""
 
-    vectors: Floats
-    residual: float
-    used: int
+    vectors: Floats  # (2, 2), rows (dy, dx), px
+    residual: float  # distance of the peaks from their lattice points, rms, px
+    used: int  # number of peaks
 
 
 def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
-    """Fit the vectors of a lattice to correlation peaks; None if there are none, or the vectors move too far.
+    """Fit the vectors of a lattice, given in 1/256 px, to correlation peaks.
 
-    Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: points further out
-    need a more exact vector to find their peak, and make it more exact.
+    None if fewer than half of the points have a peak, all peaks are collinear, or a vector moves too far.
+
+    Weighted least squares over the peaks near the lattice points up to index 2, then 5, then all: peaks of far points
+    are found only from vectors that are already accurate, and make them more accurate.
     """
     start = current = vectors / float(UNIT)
     length, sums, used = _shorter(start), np.empty(9), 0
@@ -222,7 +231,7 @@ def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
     for most in (2, 5, 1 << 20):
         used, tried = fit_step(found.smooth, found.weights, current, most, radius, sums)
         aa, ab, bb = sums[:3].tolist()
-        least = 1e-6 * max(aa, bb) ** 2  # rounding: peaks in one line give 0
+        least = 1e-6 * max(aa, bb) ** 2  # above rounding errors; collinear peaks give 0
         moved = _spanned(aa, ab, bb, sums[3:5], sums[5:7], least)
         if moved is None or 2 * used < tried:
             return None
@@ -234,10 +243,10 @@ def fit(found: CorrelationMap, vectors: Int64) -> Fit | None:
 
 
 def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
-    """Return the vectors of a loose lattice fitted again to wider peaks; unchanged if the lattice is not loose.
+    """Return the vectors, 1/256 px, of an irregular lattice fitted again to a blurred map.
 
-    If the peaks lie further than a hundredth of the shorter vector from the lattice points, the map is blurred by a
-    twentieth of it first, so that no single peak decides.
+    A lattice is irregular if its residual, px, is more than a hundredth of the shorter vector; the map is blurred by a
+    sigma of a twentieth of it. Unchanged if it is regular, that sigma is below 1.5 px, or the residual does not shrink.
     """
     length = _shorter(vectors / float(UNIT))
     sigma = Fitting.blur * length
@@ -249,10 +258,10 @@ def resolved(found: CorrelationMap, vectors: Int64, residual: float) -> Int64:
 
 
 def regularity(one: Fit) -> float:
-    """Return how far the peaks lie from the lattice points: 0 on them, 1 as far as peaks found by chance would.
+    """Return how far the peaks lie from the lattice points: 0 on them, 1 as far as by chance.
 
-    By chance they would be uniform over the disc in which they are looked for. 1 for less than 3 peaks, which every
-    lattice can be fitted to.
+    By chance peaks would be uniform over the disc in which they are searched. 1 for fewer than 3 peaks, to which any
+    lattice can be fitted.
     """
     if one.used < 3:
         return 1.0
@@ -276,7 +285,10 @@ def _spanned(aa: float, ab: float, bb: float, t0: Floats, t1: Floats, least: flo
 
 
 def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, dict[tuple[int, ...], Fit]]:
-    """Fit many lattices, without those whose fit fails. Return them in 1/256 px, and the fit of each."""
+    """Return the fitted lattices, (n, 2, 2) in 1/256 px, and a map from vectors to fits; failed fits are left out.
+
+    `size`: rows and columns of the exemplar, px.
+    """
     fits = {}
     for lattice in vectors:
         one = fit(found, lattice)
@@ -286,7 +298,7 @@ def fitted(found: CorrelationMap, vectors: Int64, size: Pair) -> tuple[Int64, di
 
 
 def relatives(vectors: Int64) -> Int64:
-    """Return the lattices of double and half cells: the most frequent errors of candidates."""
+    """Return the lattices with cells twice and half as large, the most frequent errors of candidates."""
     v, w = vectors[:, 0], vectors[:, 1]
     double = [(2 * v, w), (v, 2 * w), (v + w, v - w)]
     half = [(v // 2, w), (v, w // 2), ((v + w) // 2, w)]

@@ -1,7 +1,7 @@
 """Kernels of lattice scoring: sums of a correlation map over lattice points, in whole numbers.
 
-A map holds the correlation at every offset in millionths, offset 0 in its middle; its weights are 0 where too little
-overlaps. Positions are in 1/2048 px, an eighth of 1/256 px, so that phases are whole numbers, too.
+A map holds the correlation at every offset in millionths, offset 0 in its middle; its weights are 0 where too few
+pixels overlap. Positions are in 1/2048 px, an eighth of 1/256 px, so that eighths of vectors are whole numbers, too.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ def top_of(before: float, here: float, after: float) -> float:
     return 0.5 * (after - before) / bend if bend > 0 else 0.0
 
 
-WINDOW = 512  # px: side of what is compared; as much as a search sees that reduces nothing
-SPARSE = 128  # px: of larger overlaps every second px is compared along each axis
+WINDOW = 512  # px: largest side of the compared region, equal to the side above which exemplars are reduced
+SPARSE = 128  # px: if the shorter side of the region is longer, every second px of each axis is compared
 
 
 @kernel
@@ -31,10 +31,12 @@ def best_shift(
     radius: int,
     found: Floats,
 ) -> bool:
-    """Find the shift near `near` of least squared difference of a picture from itself; False if none stands out.
+    """Find the shift near `near`, (dy, dx) px, at which a picture differs least from itself; write it to `found`.
 
-    For every shift the same px are compared, at most WINDOW x WINDOW around the middle of the overlap, every second one
-    if there are many, in whole numbers; a constant difference is subtracted. `usable` of one px: all px are usable.
+    The cost of a shift is the variance of the differences, summed over channels. For all shifts within `radius` px per
+    axis the same px are compared, at most WINDOW x WINDOW around the middle of the overlap. The minimum is refined by a
+    parabola per axis. False if it lies on the border of the search, or fewer than 8 px a side or 64 pixels can be
+    compared. `usable` of one px: all px are usable.
     """
     height, width, channels = picture.shape
     top, left = max(0, radius - near[0]), max(0, radius - near[1])
@@ -77,15 +79,15 @@ def best_shift(
     return True
 
 
-NOTHING = -(1 << 40)  # the mean of no point at all
+NOTHING = -(1 << 40)  # returned in place of a mean if no point counts
 
 
 @kernel
 def sample_at(values: Int32, y: int, x: int) -> int:
-    """Return the map between its pixels, at (y, x) in 1/2048 px from its first; bilinear, rounded down."""
+    """Return the map at (y, x), in 1/2048 px from its first pixel; bilinear interpolation, rounded down."""
     i, j = y >> 11, x >> 11
     fy, fx = y & 2047, x & 2047
-    a, b = np.uint64(i), np.uint64(j)  # unsigned: places are not asked whether they lie before the first
+    a, b = np.uint64(i), np.uint64(j)  # unsigned: spares numba the check for negative indices
     k, m = np.uint64(min(i + 1, values.shape[0] - 1)), np.uint64(min(j + 1, values.shape[1] - 1))
     above = np.int64(values[a, b]) * (2048 - fx) + np.int64(values[a, m]) * fx
     below = np.int64(values[k, b]) * (2048 - fx) + np.int64(values[k, m]) * fx
@@ -94,7 +96,7 @@ def sample_at(values: Int32, y: int, x: int) -> int:
 
 @kernel
 def weight_at(weights: Int32, y: int, x: int) -> int:
-    """Return the weight of the nearest offset; 0 outside of the map."""
+    """Return the weight of the offset nearest to (y, x), in 1/2048 px; 0 outside of the map."""
     high, wide = weights.shape[0] >> 1, weights.shape[1] >> 1
     if abs(y) > high << 11 or abs(x) > wide << 11:
         return 0
@@ -105,10 +107,10 @@ def weight_at(weights: Int32, y: int, x: int) -> int:
 def lattice_mean(
     values: Int32, weights: Int32, lattice: Int64, i: int, j: int
 ) -> Pair:
-    """Return the mean of the map over all points (a + i/8) v1 + (b + j/8) v2, and the number of points.
+    """Return the weighted mean of the map over all points (a + i/8) v1 + (b + j/8) v2, and the number of points.
 
-    `lattice` holds v1 and v2 as rows (dy, dx) in 1/256 px. At phase (0, 0) one half plane is read without the origin,
-    as the map is symmetric.
+    `lattice` holds v1 and v2 as rows (dy, dx) in 1/256 px. At phase (0, 0) only one half plane without the origin
+    is read, as the map is symmetric.
     """
     p, q, r, s = lattice[0, 0], lattice[0, 1], lattice[1, 0], lattice[1, 1]
     determinant = abs(p * s - q * r)
@@ -118,7 +120,7 @@ def lattice_mean(
     total, mass, count = 0, 0, 0
     for a in range(0 if whole else -most, most + 1):
         y0, x0 = (8 * a + i) * p + j * r, (8 * a + i) * q + j * s
-        # The b between which y0 + 8 b r stays in the map, or x0 + 8 b s where v2 is flat.
+        # The range of b for which y0 + 8 b r stays in the map, or x0 + 8 b s if v2 is nearly horizontal.
         if abs(r) * wide >= abs(s) * high:
             step, start, reach = 8 * r, y0, 8 * high
         else:
@@ -140,7 +142,10 @@ def lattice_mean(
 
 @kernel
 def means(values: Int32, weights: Int32, lattices: Int64, phases: Int64) -> Int64:
-    """Return the best mean of every lattice over the phases (n, 2), eighths of its vectors, and its points: (2, n)."""
+    """Return the highest mean of each lattice over phases (m, 2), in eighths of its vectors, and its points: (2, n).
+
+    `lattices`: (n, 2, 2) in 1/256 px. NOTHING and 0 for a lattice no point of which counts.
+    """
     best = np.zeros((2, len(lattices)), np.int64)
     for k in range(len(lattices)):
         best[0, k] = NOTHING
@@ -153,10 +158,10 @@ def means(values: Int32, weights: Int32, lattices: Int64, phases: Int64) -> Int6
 
 @kernel
 def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) -> Int64:
-    """Return the mean of the map along straight lines, and their weights: (2, count).
+    """Return the weighted mean of the map along parallel lines, and the sum of weights of each: (2, count).
 
-    Entry s is the line s/2 px from the middle; 0 if no pixel of it counts. `direction` (dy, dx) is perpendicular to the
-    lines and has length 65536; lines are read every second px.
+    Entry s is the line s/2 px from the middle; 0 if no point of it counts. `direction` (dy, dx) is perpendicular to the
+    lines and has length 65536; lines are sampled every 2 px.
     """
     p, q = direction[0], direction[1]
     high, wide = (values.shape[0] >> 1) << 17, (values.shape[1] >> 1) << 17
@@ -166,7 +171,7 @@ def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) 
         total, weight = 0, 0
         y0, x0 = s * p, s * q
         first, last = -(1 << 40), 1 << 40
-        for axis in range(2):  # the t between which the line stays in the map; rounded down along the other axis
+        for axis in range(2):  # the range of t for which the line stays in the map
             step, start, reach = (2 * p, x0, wide) if axis == 1 else (-2 * q, y0, high)
             low, top = -reach, reach + (0 if (axis == 1) == along else 63)
             if step < 0:
@@ -190,10 +195,10 @@ def course_profile(values: Int32, weights: Int32, direction: Int64, count: int) 
 def peak_near(
     smooth: Int32, y: float, x: float, radius: float, found: Floats
 ) -> bool:
-    """Find the peak of a map near (y, x), px from its middle; False if none lies within `radius` px.
+    """Find the peak of a map near (y, x), px from its middle; write its position (y, x) and height to `found`.
 
-    The highest px that is no lower than its eight neighbours, refined by a parabola along each axis. `found`: its place
-    and height.
+    It is the highest px within `radius` px, refined by a parabola along each axis. False if one of its eight neighbours
+    is higher, as it then is no peak.
     """
     height, width = smooth.shape
     cy, cx = y + (height >> 1), x + (width >> 1)
@@ -227,8 +232,9 @@ def fit_step(
 ) -> Pair:
     """Accumulate the normal equations of v1 and v2 over the peaks near their points up to index `most`.
 
-    `sums`: w aa, w ab, w bb, w a y, w a x, w b y, w b x, w residual^2, w. Return how many points had a peak, and how
-    many were tried. Points are weighted by overlap and height; peaks below 0 count as none.
+    `vectors`: px; `sums`: w aa, w ab, w bb, w a y, w a x, w b y, w b x, w residual^2, w, for peaks (y, x) of points of
+    index (a, b). Return how many points had a peak within `radius` px, and how many were tried. The weight w is that of
+    the offset times the height of the peak; peaks not above 0 are ignored.
     """
     sums[:] = 0.0
     found = np.empty(3)

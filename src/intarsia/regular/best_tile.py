@@ -24,7 +24,7 @@ def resolved(method: BestTile, exemplars: Exemplars, canvas: Canvas) -> BestTile
 
 
 def synthesize(method: BestTile, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Find the best tile and repeat it; the seed changes nothing."""
+    """Find the best tile and repeat it over the canvas; the seed is not used."""
     run.tick(0, 2)
     layout = _layout(method, exemplars[0], canvas)
     run.tick(1, 2)

@@ -1,6 +1,6 @@
 """Block grid of near-regular textures: parallelograms of whole periods whose edges lie in the joints.
 
-All lengths are whole numbers of 1/256 px, so that the place of a block is exact however far out it lies (rows and
+All lengths are whole numbers of 1/256 px, so that the position of a block is exact even far from the origin (rows and
 columns may be as large as 2**40 px). A block is spanned by two lattice vectors; for the usual lattices of bricks, tiles
 and weaves it is a rectangle.
 """
@@ -22,21 +22,21 @@ from . import block_kernels
 Places = dict[Pair, Int64]
 Cell = tuple[Vector, Vector | None]
 
-LEAST_SIDE = 40.0  # a block covers at least this many px, so that single odd elements are not scattered
+LEAST_SIDE = 40.0  # px: least side of a block, so that single atypical elements are not scattered
 UPRIGHT = 0.12  # a vector within this slope of an axis counts as lying along it
-COMBINATIONS = 6  # of lattice vectors up to so many times each, those nearest to the axes span a block
-BORDER = 14  # px: the band of a cut, as near-regular has it by default
-PAIRS = 10  # shifted copies that the cost of a phase is averaged over
+COMBINATIONS = 6  # largest multiple of each lattice vector in the sums among which the sides of a block are searched
+BORDER = 14  # px: width of the band of a cut, the default of method near-regular
+PAIRS = 10  # lattice vectors by which the exemplar is shifted to measure the cost of a phase
 
 
 @dataclass(frozen=True)
 class BlockGrid:
     """Where blocks lie: block (i, j) begins at ``phase + i rows + j columns``."""
 
-    rows: Vector  # the step down from block to block, (dy, dx) in 1/256 px
-    columns: Vector  # and the step aside
-    phase: Vector  # where block (0, 0) begins, in the exemplar as on the canvas, 1/256 px
-    cell: Cell  # the lattice vectors, 1/256 px; None for the second where one direction is free
+    rows: Vector  # offset from a block to the one below, (dy, dx) in 1/256 px
+    columns: Vector  # offset from a block to the one on its right
+    phase: Vector  # first corner of block (0, 0), the same in the exemplar and on the canvas, 1/256 px
+    cell: Cell  # the lattice vectors, 1/256 px; the second is None if there is no period along the courses
 
     @property
     def vectors(self) -> Vectors:
@@ -74,9 +74,9 @@ class BlockGrid:
 def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> BlockGrid:
     """Return a grid of blocks of whole periods, along the axes if the lattice allows it; its phase is 0.
 
-    If the lattice has courses only, a block is as wide as their pitch. `target`: wanted side in px (None: one period,
-    or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes at most half. The second
-    side is turned so that both are right-handed.
+    If there are courses only, a block spans whole pitches across them, and any length along them. `target`: wanted side
+    in px (None: one period, or enough to reach 40 px); `room`: rows and columns of the exemplar, of which a block takes
+    at most half. The second side is reversed if needed, so that the determinant is positive.
     """
     v1, v2 = cell
     if v2 is None:
@@ -97,10 +97,11 @@ def block_grid(cell: Cell, target: float | None, room: tuple[int, ...]) -> Block
 
 
 def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Floats | None:
-    """Return what cuts along an axis cost at every phase of a period, 1/16 of a feature unit a px; None if unknown.
+    """Return the cost per px of cuts at every phase of a period, 1/16 of a feature unit; None if unknown.
 
-    For every row (axis 0) the cheapest path along it is measured, between the exemplar and itself shifted by lattice
-    vectors, and averaged over the rows that are whole periods apart; infinite at phases without a row.
+    `axis` 0: horizontal cuts, one phase per row of a period; 1: vertical cuts. The exemplar is compared with itself
+    shifted by lattice vectors; around every row the cheapest path in a band of `border` px is found, and costs are
+    averaged over rows that are whole periods apart. Infinite at phases without a row.
     """
     picture, band = features if axis == 0 else features.swapaxes(0, 1), max(border, 2)
     period = abs((grid.rows[0], grid.columns[1])[axis]) / UNIT
@@ -120,14 +121,14 @@ def phase_costs(features: Int16, grid: BlockGrid, border: int, axis: int) -> Flo
 
 
 def colour_distances(a: Array, b: Array) -> Int64:
-    """Return how far pixels (..., C) differ, 1/16 of a feature unit."""
+    """Return the Euclidean distances of pixels (..., C), 1/16 of a feature unit, rounded down."""
     return np.asarray(np.floor(16.0 * np.sqrt(((a.astype(np.int64) - b) ** 2).sum(axis=-1))), np.int64)
 
 
 def joint_contrast(picture: Int16, cell: Cell) -> float:
-    """Return how clearly joints separate blocks: the cost of cuts in them, divided by the cost of cuts anywhere.
+    """Return the cost of cuts at the best phase, in the joints, divided by the mean cost over all phases.
 
-    The larger one of both axes; 0: cuts cost nothing, 1: the phase makes no difference, or is unknown.
+    The larger one of both axes. 0: cuts in joints cost nothing; 1: the phase makes no difference, or is unknown.
     """
     grid, worst = block_grid(cell, None, picture.shape), 0.0
     for axis in (0, 1):
@@ -141,7 +142,7 @@ def joint_contrast(picture: Int16, cell: Cell) -> float:
 def with_best_phase(picture: Int16, grid: BlockGrid, border: int) -> tuple[BlockGrid, tuple[float, float]]:
     """Return the grid with the phase at which cuts are cheapest, on all axes along which it has a period.
 
-    Also return what these cuts cost, 1/16 of a feature unit a px along each axis.
+    Also return the cost per px of these cuts for each axis, 1/16 of a feature unit; 0 where it is unknown.
     """
     (down, along), second = grid.cell
     found = [(0, 0.0), (0, 0.0)]
@@ -155,16 +156,16 @@ def with_best_phase(picture: Int16, grid: BlockGrid, border: int) -> tuple[Block
 
 
 def phase_of(picture: Int16, cell: Cell) -> tuple[float, float]:
-    """Return where the grid of the smallest blocks begins, (y, x) px."""
+    """Return the best phase of the grid of the smallest blocks, (y, x) px."""
     y, x = with_best_phase(picture, block_grid(cell, 1.0, picture.shape), BORDER)[0].phase
     return y / UNIT, x / UNIT
 
 
 def block_places(grid: BlockGrid, valid: Mask, kind: Pair) -> Int64:
-    """Return the places in the exemplar where a block may be read: (n, 2) in 1/256 px, corners of blocks.
+    """Return the positions in the exemplar where a block may be read: (n, 2) in 1/256 px, its first corner.
 
-    `valid` (H, W): usable pixels; the whole block must lie on them. `kind`: 0 or 1 each, for blocks of half periods:
-    those an odd number of rows or columns away from block (0, 0) have other places.
+    `valid` (H, W): usable pixels; the whole block must lie on them. `kind`: parity of its
+    row and column; for blocks of half periods the positions differ between parities.
     """
     v1, v2 = grid.vectors
     height, width = valid.shape
@@ -185,7 +186,7 @@ def _upright(v1: Vector, v2: Vector, room: tuple[int, ...]) -> Vectors:
     """Return the shortest vectors of a lattice along both axes; the two given if there are none."""
     times = slice(-COMBINATIONS, COMBINATIONS + 1)
     sums = np.mgrid[times, times].reshape(2, -1).T @ np.array((v1, v2))
-    # Half periods: the two kinds of fields of a checkered lattice, such as basket weave.
+    # Then half periods, as in checkered lattices such as basket weave.
     for some in (sums.tolist(), (sums // 2).tolist()):
         down, across = _shortest_along(some, 0, room), _shortest_along(some, 1, room)
         if down is not None and across is not None and down[0] * across[1] != down[1] * across[0]:

@@ -1,4 +1,7 @@
-"""Kernels of block mosaics: costs of phases, mitred wedges, the search for the best block of a gap, its graph cut."""
+"""Kernels of block mosaics: costs of phases, overlap regions, the search for the block of a gap, its graph cut.
+
+A gap is a block between random ones (``mosaic.py``); its overlap with each neighbour is a wedge with mitred ends.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +15,13 @@ from ..kernels.jit import kernel
 from ..kernels.maxflow import FREE, NEW, OLD
 from ..kernels.shortest_paths import accumulate
 
-FAR = np.int64(1) << 60
+FAR = np.int64(1) << 60  # mismatch of shifts that cannot be used
 LIMIT = np.int64(1) << 32  # above any mismatch
 
 
 @kernel
 def crossings(cost: Any, band: int) -> Any:
-    """Return what the cheapest path along each band of a field (n, k) costs a px: (k - band + 1,)."""
+    """Return the cost per px of the cheapest path down each band of columns of a field (n, k): (k - band + 1,)."""
     out = np.empty(cost.shape[1] - band + 1, np.int64)
     for first in range(len(out)):
         out[first] = accumulate(cost[:, first : first + band], 0)[-1].min() // len(cost)
@@ -45,10 +48,10 @@ def all_usable(places: Any, sides: Any, valid: Any) -> Any:
 
 @kernel
 def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
-    """Compute the window of a block: `sides` (h, w), the neighbour each pixel lies towards, and `core`, the block.
+    """Write the window of a block: `sides` (h, w), the neighbour whose overlap a pixel belongs to, and `core` (h, w).
 
-    Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px from the block's edges, and for
-    pixels of none of the four (a corner, or nearer to another edge of the neighbour): the wedges are mitred. `frame`:
+    `core` is true in the block itself. Neighbours are 0 up, 1 down, 2 left, 3 right; -1 for pixels more than `half` px
+    from the block's edges, and outside of the block at its corners or nearer to another edge of the neighbour. `frame`:
     block sides (rows, columns; dy, dx) and corner in 1/256 px, relative to the window's first pixel.
     """
     determinant = float(frame[0] * frame[3] - frame[1] * frame[2])
@@ -57,8 +60,8 @@ def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
     for y in range(core.shape[0]):
         for x in range(core.shape[1]):
             dy, dx = y * UNIT - frame[4], x * UNIT - frame[5]
-            a = float(dy * frame[3] - dx * frame[2]) / determinant * down  # px from the upper edge,
-            b = float(dx * frame[0] - dy * frame[1]) / determinant * across  # and from the left one
+            a = float(dy * frame[3] - dx * frame[2]) / determinant * down  # px from the upper edge
+            b = float(dx * frame[0] - dy * frame[1]) / determinant * across  # px from the left edge
             side, depth = 0, a
             for k, edge in enumerate((down - a, b, across - b)):
                 if edge < depth:
@@ -73,10 +76,11 @@ def wedges(frame: Any, half: float, sides: Any, core: Any) -> None:
 
 @kernel
 def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> Any:
-    """Return the pixels of the neighbours in every `step`-th pixel of a gap's overlap: places (n, 2), values (n, C).
+    """Return every `step`-th pixel of a gap's overlap as its neighbours have it: places (n, 2), values (n, C).
 
-    Also return from how many pixels they were taken: those that a neighbour cannot show are left out. `zone` (m, 3):
-    rows, columns, side of the overlap's pixels (canvas px relative to the window); `t` (4, 2): the neighbours' shifts.
+    Also return the number of pixels sampled; those for which the neighbour has no usable source are left out. `zone`
+    (m, 3): rows, columns, side of the overlap's pixels (canvas px relative to the window); `t` (4, 2): the neighbours'
+    shifts.
     """
     channels = picture.shape[2]
     places = np.empty((len(zone), 2), np.int64)
@@ -95,10 +99,10 @@ def neighbours_of(picture: Any, usable: Any, zone: Any, t: Any, step: int) -> An
 
 @kernel
 def mismatch(picture: Any, usable: Any, seen: Any, ty: int, tx: int, limit: Any) -> Any:
-    """Return the mean squared difference (1/16 units) around a gap that is filled with shift (ty, tx).
+    """Return 16 times the mean squared difference in the overlap of a gap that is read at shift (ty, tx).
 
-    `seen`: from :func:`neighbours_of`. Pixels without a source here do not count; FAR if fewer than half have both
-    sources, or if the mean is certainly above `limit`.
+    `seen`: from :func:`neighbours_of`. Pixels without a usable source are left out; FAR if fewer than half of those
+    sampled have both sources, or if the result is certainly above `limit`.
     """
     height, width = usable.shape
     places, values, sampled = seen
@@ -132,9 +136,10 @@ def covers(usable: Any, core: Any, ty: int, tx: int) -> bool:
 def best_fits(
     picture: Any, usable: Any, core: Any, zone: Any, t: Any, shifts: Any, tolerance: int, keep: int
 ) -> Any:
-    """Return the best shifts for a gap, at most `keep`: mismatch, shift, (n, 3).
+    """Return the best shifts for a gap, at most `keep`: rows of mismatch, ty, tx, (n, 3).
 
-    All `shifts` (n, 2) are compared on a part of the overlap, the best `keep` are then refined by up to `tolerance` px.
+    All `shifts` (n, 2) are compared on some 300 pixels of the overlap; the best `keep` are refined by up to `tolerance`
+    px per axis, and measured on some 1200. Shifts at which the block is not usable throughout are left out.
     """
     rough = neighbours_of(picture, usable, zone, t, max(1, len(zone) // 300))
     fine = neighbours_of(picture, usable, zone, t, max(1, len(zone) // 1200))
@@ -159,7 +164,7 @@ def best_fits(
 
 @kernel
 def best_shifts(picture: Any, usable: Any, seen: Any, shifts: Any, keep: int) -> Any:
-    """Return the numbers of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
+    """Return the indices of the `keep` shifts with the least mismatch, the best first; of equals the first ones."""
     order, cost = np.empty(keep, np.int64), np.empty(keep, np.int64)
     count = 0
     for n in range(len(shifts)):
@@ -178,10 +183,11 @@ def best_shifts(picture: Any, usable: Any, seen: Any, shifts: Any, keep: int) ->
 
 @kernel
 def fill_gap(picture: Any, usable: Any, sides: Any, core: Any, t: Any, ty: int, tx: int) -> Any:
-    """Cut a gap's block into its window (min cut): which pixels it owns, (h, w), and the exemplar pixels, (h, w, 2).
+    """Cut a gap's block into its window by a min cut.
 
-    `sides` (h, w): the neighbour that a pixel of the overlap lies towards, or -1; `core` (h, w): the block; `t` (4, 2):
-    the neighbours' shifts, `ty`, `tx` the gap's, relative to the window's first pixel.
+    Return which pixels of the window it owns, (h, w), and the exemplar pixels, (h, w, 2): owned ones may be taken from
+    a neighbour. `sides` (h, w): the neighbour that a pixel of the overlap belongs to, or -1; `core` (h, w): the block;
+    `t` (4, 2): the neighbours' shifts, `ty`, `tx` the gap's, relative to the window's first pixel.
     """
     h, w = core.shape
     channels = picture.shape[2]
@@ -220,10 +226,9 @@ def readable(usable: Any, y: int, x: int) -> bool:
 
 @kernel
 def at_rim(sides: Any, core: Any, y: int, x: int) -> bool:
-    """Return whether a pixel of the overlap touches one outside of it.
+    """Return whether a pixel of the overlap touches one outside of it, or, in the gap, another neighbour's overlap.
 
-    Or, inside the gap, one that lies towards another neighbour: if both kept their neighbours, these two would meet
-    along the mitre in a seam that no cut counts.
+    Such pixels are fixed: if both kept their neighbours, these would meet along the mitre in a seam of no counted cost.
     """
     h, w = core.shape
     for k in range(4):

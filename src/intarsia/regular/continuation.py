@@ -1,4 +1,4 @@
-"""Exemplar places of mosaic blocks: all whole blocks, and periods cut by the border that are completed from others.
+"""Positions in the exemplar of mosaic blocks: whole blocks, and periods cut by the border, completed from others.
 
 Photographs of tiles are often cut to whole periods, but not along the joints: then one row and one column of periods is
 cut in two. If at least half of such a period is there, the rest is taken one or more periods away (from the opposite
@@ -22,14 +22,14 @@ from ..kernels.shortest_paths import BARRED
 from ..methods.near_regular import NearRegular
 from .block_grid import BlockGrid, Cell, Places, block_grid, block_places, colour_distances, with_best_phase
 
-LEAST_KNOWN = 0.5  # of a period: less of it is not completed
-WELL = 1.3  # a seam may cost so much more than the average one between blocks
-UNSEEN = 4 * 16  # a seam of 4 grey levels of 1023 is never seen
-SPARE = 2  # px more than is missing, since places are rounded
-ASIDE = 4  # px at the ends of a strip that repeat the last one
-REACH = 24  # multiples of the vectors that are tried
-TRIED = 6  # continuations of which the seam is sought
-COVERED = 0.6  # of a strip must exist
+LEAST_KNOWN = 0.5  # share of a period that must exist for it to be completed
+WELL = 1.3  # a seam may cost at most so many times the average one between blocks, plus UNSEEN
+UNSEEN = 4 * 16  # 1/16 of a feature unit: a seam of 4 of 1023 levels is invisible
+SPARE = 2  # px added to what is missing, as positions are rounded
+ASIDE = 4  # px by which a strip may exceed the exemplar; they repeat its last px
+REACH = 24  # largest multiple of each vector that is tried
+TRIED = 6  # continuations of least mismatch whose seams are compared
+COVERED = 0.6  # share of the added part of a strip that must exist
 
 
 class ContinuedExemplar(NamedTuple):
@@ -52,8 +52,8 @@ def continued(
 ) -> ContinuedExemplar:  # fmt: skip
     """Complete the periods at the four edges.
 
-    `grid`: the blocks; `steps`: px from period to period along both axes; `costs`: what a seam between blocks costs
-    across each, 1/16 of a feature unit a px; `border`: px in which a seam may lie.
+    `grid`: the blocks; `steps`: periods along both axes, px; `costs`: cost per px of seams between blocks for each
+    axis, 1/16 of a feature unit; `border`: width in px of the band in which a seam may lie.
     """
     size = usable.shape
     out, before = ContinuedExemplar(picture, usable, np.moveaxis(np.indices(size, np.int32), 0, 2)), [0, 0]
@@ -77,7 +77,7 @@ def _longer(
     known: ContinuedExemplar, axis: int, end: int, more: int, vectors: Int64, border: int, limit: float
 ) -> ContinuedExemplar | None:
     """Add `more` px at one end of an axis; None if no continuation joins at a cost of at most `limit`."""
-    sign = 1 if end else -1  # so that what is added comes below
+    sign = 1 if end else -1  # axes are swapped and flipped so that rows are added at the bottom
     picture, usable, source = (np.moveaxis(a, axis, 0)[::sign] for a in (known.picture, known.usable, known.source))
     moves: list[Pair] = np.unique(vectors[:, (axis, 1 - axis)] * (sign, 1), axis=0).tolist()
     steps = [_last_step(picture, m) for m in moves if 0 < m[0] < len(picture) and abs(m[1]) <= ASIDE]
@@ -85,7 +85,7 @@ def _longer(
     fitting = [s for s in sorted(strips, key=lambda s: (s.incomplete, s.mismatch))[:TRIED] if s.cost <= limit]
     if not fitting:
         return None
-    # From far away if possible: whole periods do not use that part.
+    # The one read nearest to the opposite edge: blocks of whole periods do not use that part.
     best = min(fitting, key=lambda s: (s.incomplete, int(s.y[0]), s.cost))
     rows, columns = np.indices(best.there.shape)
     own = np.zeros(rows.shape, bool)
@@ -100,7 +100,7 @@ def _longer(
 
 
 def _last_step(picture: Array, move: Pair) -> Int64:
-    """Return the change from the last row to the next, one lattice vector before: (W, C)."""
+    """Return the difference between the rows a lattice vector before the last row and the one after it: (W, C)."""
     x = np.clip(np.arange(picture.shape[1]) - move[1], 0, picture.shape[1] - 1)
     y = len(picture) - move[0]
     return np.asarray(picture[y, x].astype(np.int64) - picture[y - 1, x])
@@ -109,13 +109,13 @@ def _last_step(picture: Array, move: Pair) -> Int64:
 class Strip(NamedTuple):
     """The last rows of a picture and those to be added below them, read at one translation."""
 
-    y: Array  # (rows,): what is read
-    x: Array  # (columns,): the same
-    there: Mask  # (rows, columns): which of it exists
+    y: Array  # (rows,): exemplar rows that are read
+    x: Array  # (columns,): exemplar columns that are read
+    there: Mask  # (rows, columns): which of these pixels exist
     path: Int64  # (columns,): the row of the cheapest seam
-    incomplete: bool  # whether some of it does not exist
-    mismatch: float  # how far the last rows differ from what is read, on average, 1/16 of a feature unit
-    cost: float  # what a px of that seam costs, on average
+    incomplete: bool  # whether some of these pixels do not exist
+    mismatch: float  # mean distance of the last rows from the pixels read, 1/16 of a feature unit
+    cost: float  # mean cost of the seam per px
 
 
 def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, steps: list[Int64]) -> Strip | None:
@@ -131,7 +131,7 @@ def _strip(picture: Array, usable: Array, move: Pair, more: int, border: int, st
         return None
     both = there[:border] & usable[-border:]
     apart = np.where(both, colour_distances(picture[np.ix_(y[:border], x)], picture[-border:]), 0)
-    if before[-1]:  # from the opposite edge: no seam but a straight one, good where the step across it is usual
+    if before[-1]:  # read from the opposite edge: a straight seam, cheap if the change across it is usual
         across = picture[y[border], x].astype(np.int64) - picture[-1]
         nearest = min((colour_distances(across, s) for s in steps), key=lambda d: int(d.sum()), default=None)
         among = [int(colour_distances(s, t).mean()) for k, s in enumerate(steps) for t in steps[:k]]
@@ -152,10 +152,10 @@ class FewPlaces(MethodError):
 def grid_and_places(
     settings: NearRegular, picture: Int16, usable: Mask, cell: Cell
 ) -> tuple[BlockGrid, ContinuedExemplar, Places]:
-    """Choose the blocks, smaller ones if there are too few places for large ones; complete the periods around them.
+    """Choose the size and phase of blocks, of one period if large ones have too few places; complete cut periods.
 
-    Return the grid in the exemplar, what blocks are read from, and their places there. Raise FewPlaces if there are
-    fewer than two for a block of one period.
+    Return the grid in the exemplar, the continued exemplar, and the places of blocks there by parity. Raise FewPlaces
+    if there are fewer than two for a block of one period.
     """
     one = block_grid(cell, 1.0, picture.shape)
     periods = one.rows[0] / UNIT, abs(one.columns[1]) / UNIT

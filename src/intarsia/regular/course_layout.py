@@ -1,8 +1,9 @@
 """Course layout by dynamic programming: bricks between fixed knots, joints staggered against the courses around.
 
-A knot (anchor) is a joint at a place that follows from its number only, followed by a random brick. Between two knots
-the cheapest sequence of bricks that fits exactly is found. Every fourth course is laid out first, then the one half-way
-between, then the others: each depends on earlier ones around it only, so that any part can be made alone.
+A knot (``anchor`` in the code) is a head joint near a column that follows from its number. Between two knots the
+cheapest sequence of bricks that fits exactly, a chain, is found by dynamic programming. Every fourth course is laid out
+first, then the one half-way between, then the others: each depends only on courses around it that come earlier, so that
+any part can be computed alone.
 """
 
 from __future__ import annotations
@@ -23,44 +24,44 @@ from .masonry import Bricks, Masonry, Sorting
 from .unequal_courses import Unequal
 from .wall_kernels import NO_JOINT
 
-Around = list[tuple[int, list[Piece]]]  # chains: how many courses off, and their pieces
+Around = list[tuple[int, list[Piece]]]  # chains: distance in courses, and their pieces
 
 
 def neighbours(chain: list[Piece]) -> list[Pair]:
-    """Return the pairs of adjacent stones, left and right."""
+    """Return the pairs of adjacent bricks of a chain, numbers of the left and the right one."""
     return [(a.brick, b.brick) for a, b in pairwise(chain)]
 
 
-LONG = 512  # px from anchor to anchor; halved: repeats in brick walls rise from 46 to 59, doubled: they stay
-LEAST_LONG = 8  # usual bricks from anchor to anchor; halved: 25 joints lie over others instead of 9, doubled: 8
-HAND = 16  # bricks that a chain chooses among; halved: 73 joints over others instead of 40, doubled: 29 in more time
-NEARBY = 2.5  # usual bricks that a brick keeps away from itself; halved: 816 returns instead of 608, doubled: 528
+LONG = 512  # px between knots; halved: repeats in brick walls rise from 46 to 59, doubled: the same
+LEAST_LONG = 8  # least mean bricks between knots; halved: 25 stacked joints instead of 9, doubled: 8
+HAND = 16  # bricks a chain chooses among; halved: 73 stacked joints instead of 40, doubled: 29, slower
+NEARBY = 2.5  # mean bricks within which reuse of a brick costs; halved: 816 reuses instead of 608, doubled: 528
 NEVER = 1_000_000  # more than any chain costs
 
 
 class Costs:
-    """Costs of a course; only their ratios count. Counts are sums over 16 walls of 512 px (docs/design/012)."""
+    """Costs of a chain; only their ratios matter. Counts are sums over 16 walls of 512 px (docs/design/012)."""
 
-    turn = 100  # a brick that it is not the turn of: the unit; without it a third fewer bricks are used
-    again = 2000  # a brick used one or two before: at 0 1590 of them instead of 654; halved and doubled: the same
-    near = 500  # a brick beside itself; halved: 730 instead of 652 near themselves, doubled: 138 instead of 150
-    loose = 15  # bricks that are no neighbours in the exemplar; at 0: 2666 such pairs instead of 2404, at 60: 2399
-    odd = 150  # bricks of courses of other lengths; at 0 a drawn English bond mixes 118 pairs instead of 32
+    turn = 100  # at most, the unit: a brick out of its turn in the shuffled hand; at 0 a third fewer bricks are used
+    again = 2000  # a brick among the three before; 0: 1590 such instead of 654; halved, doubled: the same
+    near = 500  # at most, a brick near itself; halved: 730 such instead of 652, doubled: 138 instead of 150
+    loose = 15  # bricks that are not adjacent in the exemplar; 0: 2666 such pairs instead of 2404, 60: 2399
+    odd = 150  # at most, pairs from courses of other mean length; 0: a drawn English bond has 118 instead of 32
     border = 30  # a brick cut by the border of the exemplar; halved: 379 are used instead of 339, doubled: 266
     cut = 250  # a brick cut to fit; halved: 50 cut ones instead of 42, doubled: the same on 13 walls of 16
-    drawn = 60  # up to so much by chance, at anchors; halved and doubled: other places, nothing is seen
+    drawn = 60  # random part of the cost of a knot, below this; halved, doubled: other places, no visible effect
 
 
 class StoneChoice:
-    """Which stones fit a course, and what pairs that are repeated cost."""
+    """Choice of stones for courses of unequal heights, and cost of repeated pairs."""
 
-    near = 0.12  # of a course's height a stone may be higher or lower. At 0.18 stones touch across beds
-    fewest = 7  # stones to choose from, or others that are like them, too; at 5 twice as many pairs return in rows
-    twice = 600  # a pair that is used nearby already; at 300 125 are repeated in rows, not 106
-    give = 4  # joints are so many times as wide as they may become wider or narrower, 1 px or more, and at most
-    wider = 2  # px: a stone that is too long by more is a cut one
-    cut = 1500  # what a stone costs that is cut to fit; of 2000 stones none is, with 250 some are
-    rounds = 6  # times at most that a chain is made while it repeats pairs; 4 and 8: a few pairs more or less
+    near = 0.12  # largest difference in height, as a share of the course's height; 0.18: stones touch across beds
+    fewest = 7  # least number of stones to choose from, filled up with those nearest in height; 5: twice the repeats
+    twice = 600  # cost of a pair of stones used nearby already; 300: 125 pairs are repeated in rows instead of 106
+    give = 4  # joints may change in width by their mean width divided by this, by 1 px at least
+    wider = 2  # px: and by this at most; a stone longer than its place by more than 2 px counts as cut
+    cut = 1500  # cost of a stone cut to fit; of 2000 stones none is cut, at 250 some are
+    rounds = 6  # largest number of times a chain is computed while it repeats pairs; 4, 8: a few pairs differ
 
 
 class CourseLayout:
@@ -70,13 +71,13 @@ class CourseLayout:
         self.rows, self.seed, self.bricks = rows, seed, bricks
         usual, wide = max(bricks.usual, 1.0), rows.width
         step = round(max(LEAST_LONG, round(LONG / usual)) * usual * UNIT)  # whole bricks
-        # Px from anchor to anchor, as a fraction: of a canvas that wraps, and how many are around it.
+        # Px between knots, as a fraction; if the canvas wraps, its width and the number of knots around it.
         self.pace = (wide, max(1, round(wide * UNIT / step))) if wide else (step, UNIT)
         self._known, self._anchors = dict[Pair, list[Piece]](), dict[Pair, int]()
         course = bricks.table[:, 0]
         self.mean = np.array([bricks.sizes[course == k].mean() for k in course])
-        # Px by which a joint may be wider or narrower, what a brick costs that is cut to fit, times that a chain is
-        # made, and which bricks each course of the exemplar may use.
+        # Px by which a joint may be wider or narrower, cost of a brick cut to fit, largest number of rounds, and for
+        # each course of the exemplar the bricks that it may use.
         self.give, self.cut, self.rounds = 1, Costs.cut, 0
         self.cards: list[Sequence[int]] = [range(len(bricks.table))]
         if own is not None:
@@ -84,7 +85,7 @@ class CourseLayout:
             self.rounds, self.cards = StoneChoice.rounds, [_alike(bricks, own, height) for height in rows.heights]
 
     def pieces(self, i: int, first: int, end: int) -> list[Piece]:
-        """Return the pieces of course i that touch some columns, from left to right."""
+        """Return the pieces of course i that meet columns `first` to `end` - 1, from left to right."""
         s = first * self.pace[1] // self.pace[0] - 1
         found: list[Piece] = []
         while self.anchor(i, s) < end:
@@ -109,29 +110,33 @@ class CourseLayout:
         return [p._replace(first=p.first + by, end=p.end + by) for p in self._known[i, s]]
 
     def named(self, i: int, s: int) -> tuple[int, int, int]:
-        """Return the course and the knot modulo the canvas, and how many columns further on they lie."""
+        """Return the course and the knot modulo the canvas, and the columns from there to course i, knot s."""
         turns, s = divmod(s, self.pace[1]) if self.rows.width else (0, s)
         return self.rows.named(i, turns), s, turns * self.rows.width
 
     def _around(self, i: int, s: int) -> Around:
-        """Return the chains around that are made earlier: how many courses off, and their pieces."""
+        """Return the chains up to two courses away that are laid out earlier: distance in courses, and pieces."""
         around = [(off, part) for off in (-2, -1, 1, 2) for part in (s - 1, s, s + 1)]
         before = [p for p in around if self.rows.rank(self.named(i + p[0], p[1])[0]) < self.rows.rank(i)]
         return [(abs(off), self.chain(i + off, part)) for off, part in before]
 
     def _around_anchor(self, i: int, s: int) -> Around:
-        """Return the same for a knot; none if slanted courses meet others once around, as both would wait."""
+        """Return the same for a knot; none for knot 0 of courses that continue as others once around the canvas.
+
+        Otherwise each would depend on the other.
+        """
         return [] if s == 0 and self.rows.turn else self._around(i, s)
 
     def _knot_offset(self, i: int, s: int, place: int, room: int) -> int:
-        """Return how far behind its place a knot lies, less than `room`: best staggered against the courses around."""
+        """Return the offset of a knot from column `place`, 0 to `room`, at which joints around it are best staggered.
+        """
         choices = [int((m + 0.5) * self.bricks.usual) for m in range(max(1, int(room / self.bricks.usual)))]
         drawn = [below(Costs.drawn, draw(self.seed, STAGE, 1 + m, i, s)) for m in range(len(choices))]
         late = (np.array(choices, np.int64) + self.bricks.common * (i % 2)) % max(1, room)
         return int(late[np.argmin(self._joints(self._around_anchor(i, s), late + place) + np.array(drawn))])
 
     def _joints(self, around: Around, at: Array) -> Int64:
-        """Return the cost of joints at some columns, by the joints around."""
+        """Return the cost of joints at columns `at`, from the distance to the nearest joints of the chains around."""
         total = np.zeros(len(at), np.int64)
         for off, table in ((1, self.bricks.beside), (2, self.bricks.beyond)):
             placed = np.array([*{u for o, chain in around if o == off for p in chain for u in (p.first, p.end)}])
@@ -141,7 +146,10 @@ class CourseLayout:
         return total
 
     def _candidates(self, i: int, s: int) -> list[int]:
-        """Return the bricks that a chain may use, the first one first: from a shuffled deck, so that all are used."""
+        """Return the numbers of the bricks that a chain may use, first the one that it begins with.
+
+        They are drawn without replacement from shuffled decks, so that all are used.
+        """
         cards = self.cards[self.rows.kind(i)]
         n = len(cards)
         held = min(HAND, n)
@@ -153,19 +161,19 @@ class CourseLayout:
             start = ([e for e in order if self.bricks.table[e, 3] != NO_JOINT] or order)[:1]
             mine = [*start, *mine[1:]]
         at, around = self.anchor(i, s), self._around_anchor(i, s)
-        # A brick of the same kind nearby makes another one begin.
+        # The chain begins with a brick that is not used nearby.
         costs = self._starts(start, around, at, 0)[:, 0] if around else np.zeros(len(start))
         first = start[int(np.argmin(costs))]
         return [first, *[e for e in mine if e != first]]
 
     def _chained(self, i: int, s: int) -> list[Piece]:
-        """Return the cheapest chain, or of several the one that repeats the fewest pairs."""
+        """Return the cheapest chain; with stones, of up to six the one that repeats the fewest pairs nearby."""
         if not self.rounds:
             return self._linked(i, s, {})
         near = Counter[Pair]()
         for _, chain in self._around(i, s):
             near.update(neighbours(chain))
-        if s % 2:  # every other chain of a course knows those beside it
+        if s % 2:  # odd chains are computed after both even neighbours
             for beside in (s - 1, s + 1):
                 if self.named(i, beside)[1] % 2 == 0:
                     near.update(neighbours(self.chain(i, beside)))
@@ -183,7 +191,7 @@ class CourseLayout:
         return best
 
     def _linked(self, i: int, s: int, more: Mapping[Pair, int]) -> list[Piece]:
-        """Return the cheapest chain; `more`: additional costs of some pairs."""
+        """Return the cheapest chain between knots s and s + 1; `more`: additional costs of pairs of bricks."""
         first, end = self.anchor(i, s), self.anchor(i, s + 1)
         length = end - first
         hand = self._candidates(i, s)
@@ -207,7 +215,7 @@ class CourseLayout:
         return [self._piece(hand[int(k)], first + int(a), first + int(b)) for k, a, b in out[:count]]
 
     def _piece(self, brick: int, first: int, end: int) -> Piece:
-        """Return a brick from column to column; cut at its right end if it is much too long."""
+        """Return a brick placed in columns `first` to `end` - 1, cut at its right end if it is over 2 px too long."""
         k, low, high, left, right = (int(v) for v in self.bricks.table[brick])
         over = end - first - (high - low)
         if over < -2:
@@ -215,7 +223,7 @@ class CourseLayout:
         return Piece(first, end, low - over // 2, k, left, right, low, high, brick)
 
     def _pairs(self, hand: list[int]) -> Int64:
-        """Return the cost of each brick after each other one."""
+        """Return the cost of pairs of bricks: (n, n), the row is the left one."""
         left, right, mean = self.bricks.table[hand, 3], self.bricks.table[hand, 4], self.mean[hand]
         apart = np.abs(mean[:, None] - mean) / self.bricks.usual
         cost = Costs.loose + np.rint(Costs.odd * np.minimum(apart, 1)).astype(np.int64)
@@ -228,7 +236,7 @@ class CourseLayout:
     def _starts(
         self, hand: list[int], around: Around, first: int, length: int
     ) -> Int64:
-        """Return the cost of each brick by the column that it begins at."""
+        """Return the cost of each brick by the column that it begins at: (n, length + 1), columns from `first`."""
         count, usual = len(hand), self.bricks.usual
         turn = (np.arange(length + 1) / usual).astype(np.int64)
         cost = Costs.turn * ((np.arange(count)[:, None] - turn) % count) // count
@@ -246,21 +254,24 @@ class CourseLayout:
 
 
 def boards_of(work: Masonry) -> Bricks:
-    """Return courses without joints as bricks, one each, cut by the border of the exemplar at both ends."""
+    """Return each course, which has no head joints, as one brick, cut by the exemplar's border at both ends."""
     table = []
     for k, (x0, x1) in work.spans.items():
         spare = min(Sorting.margin, (x1 - x0 - 1) // 2)
         table.append((k, x0 + spare, x1 - spare, NO_JOINT, NO_JOINT))
     usual = float(np.mean([end - begin for _, begin, end, _, _ in table]))
-    free = np.zeros(int(2 * usual) + 2, np.int64)  # no joint lies better than another
+    free = np.zeros(int(2 * usual) + 2, np.int64)  # joints cost nothing
     least = max(2, int(Sorting.half * usual))
     return Bricks(np.array(table, np.int64), usual, least, free, free, int(usual / 2))
 
 
 def _alike(bricks: Bricks, own: Int64, height: int) -> list[int]:
-    """Return the stones about as high as a course; those nearest in height if they are few."""
+    """Return the numbers of the stones about as high as a course, filled up with those nearest in height if few.
+
+    `own`: heights of stones; `height`: of the course, px. At least one stone has a joint at its left end.
+    """
     off = np.abs(own - height)
-    beyond = np.maximum(off - int(StoneChoice.near * height), 0)  # px too high or too low
+    beyond = np.maximum(off - int(StoneChoice.near * height), 0)  # px beyond the tolerance
     order = np.argsort(beyond, kind="stable")
     near = int((off <= Unequal.like * height).sum())
     whole = int(np.flatnonzero(bricks.table[order, 3] != NO_JOINT)[0]) + 1

@@ -1,6 +1,6 @@
-"""Course rows of a canvas: straight courses at exact places, which close around a canvas that wraps.
+"""Course rows of a canvas: rows at which straight courses begin, exact anywhere, closing around a canvas that wraps.
 
-Courses of one pitch have the height 1.
+Courses of one pitch have the height 1, in units of that pitch.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from ..lattice import misfit_message
 from ..model.canvas import Canvas
 from .masonry import Line
 
-DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # levels of draws: of bricks, of courses, of where these begin
-SPARE = 64  # px above the height of a canvas up to which sums of heights are tried: far above the strain
-STAGE = 2012  # keeps the draws of courses apart from those of others
-STRAIN = 0.02  # how much the pitch may be stretched to close around a wrapped canvas
+DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # keys of random numbers: decks of bricks, order of courses, first row
+SPARE = 64  # px by which sums of heights that are tried may exceed the canvas; far more than the strain allows
+STAGE = 2012  # key of the random numbers of courses, which makes them independent of other stages
+STRAIN = 0.02  # largest relative change of the pitch to close around a wrapped canvas
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class Rows:
 
     width: int  # columns of a canvas that wraps along the courses, else 0
     around: int  # courses around a canvas that wraps down the rows, else 0
-    turn: int  # once around along the courses, course i goes on as course i + turn
+    turn: int  # once around the canvas along the courses, course i continues as course i + turn
     phase: int  # the row at which course 0 begins in column 0, 1/256 px
-    pitch: Pair  # px that a height of 1 is, as a fraction
+    pitch: Pair  # px per unit of height, as a fraction
     slope: Pair = (0, 1)  # px down for each px along, as a fraction
-    heights: tuple[int, ...] = (1,)  # of the courses of the exemplar, shuffled again and again
-    seed: int = 0  # of that
-    order: tuple[int, ...] = (0,)  # which of them again and again instead, if any
+    heights: tuple[int, ...] = (1,)  # of the courses of the exemplar, which follow in shuffled decks
+    seed: int = 0  # of the shuffles
+    order: tuple[int, ...] = (0,)  # if not empty: fixed order of these courses, repeated, in place of the decks
 
     @classmethod
     def equal(cls, line: Line, canvas: Canvas, upright: bool) -> Rows:
@@ -80,12 +80,12 @@ class Rows:
         return cls(width if along else 0, len(order), 0, phase, (height, total), (0, 1), heights, seed, order)
 
     def _dealt(self, i: int) -> tuple[int, Sequence[int], int]:
-        """Return how often all courses come before course i, their order then, and its place in that order."""
+        """Return the number of whole decks before course i, the deck that it is in, and its index there."""
         number, k = divmod(i, len(self.order or self.heights))
         return number, self.order or cached_deck(len(self.heights), self.seed, STAGE, ORDER, number, 0), k
 
     def kind(self, i: int) -> int:
-        """Return which course of the exemplar has the height of course `i`."""
+        """Return the index of the exemplar course whose height course `i` has."""
         _, order, k = self._dealt(i)
         return order[k]
 
@@ -95,13 +95,16 @@ class Rows:
         return number * sum(self.heights[c] for c in order) + sum(self.heights[c] for c in order[:k])
 
     def place(self, twice: int, u: Any) -> Any:
-        """Return the row at which course `twice` / 2 begins in columns (whole numbers), 1/256 px; exact anywhere."""
+        """Return the row at which course `twice` / 2 begins in columns `u`, 1/256 px, for whole numbers of any size.
+
+        Odd `twice`: the middle of a course.
+        """
         (a, b), (c, d) = self.pitch, self.slope
         at = self._top(twice // 2) + self._top((twice + 1) // 2)
         return self.phase + (at * UNIT * a * d + u * c * 2 * UNIT * b) // (2 * b * d)
 
     def row(self, twice: int, u: Any) -> Any:
-        """Return `place` in whole px."""
+        """Return :meth:`place` in px, rounded down."""
         return self.place(twice, u) // UNIT
 
     def rows(self, i: int, first: int, count: int, y0: int) -> Int64:
@@ -109,7 +112,7 @@ class Rows:
         return np.asarray(self.row(2 * i, first + np.arange(count).astype(object)) - y0, np.int64)
 
     def course_at(self, y: int, u: int) -> int:
-        """Return the course that covers a pixel."""
+        """Return the number of the course that covers row `y` in column `u`."""
         low, high = -1, 1
         while self.row(2 * low, u) > y:
             low *= 2
@@ -126,14 +129,17 @@ class Rows:
         return i % self.around if self.around else i
 
     def rank(self, name: int) -> int:
-        """Return when a course is made: after those of lower rank, of which at most two are adjacent to it."""
+        """Return the rank of a course: it is laid out after the courses of lower rank within two of it."""
         if self.around and name >= self.around - self.around % 4:
             return 4 + name % 4
         return (0, 2, 1, 3)[name % 4]
 
 
 def course_axes(canvas: Canvas, upright: bool) -> tuple[bool, bool, int, int]:
-    """Return whether a canvas wraps across and along its courses, then its sides so (`upright`: courses run down)."""
+    """Return whether a canvas wraps across, and along its courses, and its sides in this order, px.
+
+    `upright`: the courses run down the rows.
+    """
     wraps, sides = (canvas.wrap.y, canvas.wrap.x), (canvas.height, canvas.width)
     return (*wraps[::-1], *sides[::-1]) if upright else (*wraps, *sides)
 
@@ -142,7 +148,8 @@ cached_deck = lru_cache(1 << 12)(deck)
 
 
 def closing(heights: tuple[int, ...], height: int, seed: int) -> tuple[int, ...]:
-    """Return courses whose heights add up to a canvas as nearly as possible, all used about equally often."""
+    """Return indices of courses whose heights add up to `height` px as nearly as possible, about equally often each.
+    """
     most = max(0, height // sum(heights) - 1)
     decks = [cached_deck(len(heights), seed, STAGE, ORDER, number, 0) for number in range(most + 3)]
     rest = height - most * sum(heights)
@@ -158,12 +165,12 @@ def closing(heights: tuple[int, ...], height: int, seed: int) -> tuple[int, ...]
 class Piece(NamedTuple):
     """A piece of a course on the canvas."""
 
-    first: int  # its columns on the canvas, up to the middle of the joints at both ends
-    end: int
+    first: int  # first column on the canvas, in the middle of the joint
+    end: int  # column on the canvas after the last, in the middle of the next joint
     source: int  # the exemplar column at `first`
-    course: int  # of the exemplar that it is a piece of
-    left: int  # what lies at its left end: a joint, or FACE
-    right: int  # and at its right end
-    low: int  # the exemplar column of the left end
-    high: int  # and of the right one
-    brick: int  # its number
+    course: int  # number of its course in the exemplar
+    left: int  # number of the joint at its left end; NO_JOINT: it is cut there
+    right: int  # number of the joint at its right end, or NO_JOINT
+    low: int  # exemplar column of the left end
+    high: int  # exemplar column of the right end
+    brick: int  # its number in the table of bricks

@@ -22,7 +22,7 @@ from .wall_kernels import NO_JOINT as CUT
 
 
 def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, Array, Array]:
-    """Return features, features without slopes, and usable pixels; axes are swapped if courses are upright."""
+    """Return features, features without slopes of normals, and usable pixels; axes are swapped if `upright`."""
     found = feats.pictures[0], feats.level, exemplar.free
     one, two, three = (np.ascontiguousarray(a.swapaxes(0, 1)) for a in found) if upright else found
     return one, two, three
@@ -31,7 +31,7 @@ def along_x(feats: Features, exemplar: Exemplar, upright: bool) -> tuple[Array, 
 def peaks(profile: Array, height: float, prominence: float, distance: int) -> list[int]:
     """Return the peaks of a profile (n,) of at least this height, prominence and distance, as SciPy's find_peaks does.
 
-    The middle of a plateau counts. Of two nearer than `distance` the higher one stays, the later one of two as high.
+    The middle of a plateau is its peak. Of two peaks nearer than `distance` the higher one stays, the later of equals.
     """
     found = [at for at in _tops(profile) if profile[at] >= height]
     kept: list[int] = []
@@ -51,7 +51,7 @@ def _tops(profile: Array) -> list[int]:
 
 
 def _prominence(profile: Array, at: int) -> float:
-    """Return the prominence of a peak: the least descent to a higher point, or to the end."""
+    """Return the prominence of a peak: its least descent towards a higher point, or to the end, on either side."""
     lowest = []
     for side in (profile[at::-1], profile[at:]):
         higher = np.flatnonzero(side > profile[at])
@@ -59,19 +59,19 @@ def _prominence(profile: Array, at: int) -> float:
     return float(profile[at] - max(lowest))
 
 
-FACE = 255  # what a pixel of a face counts; one of mortar counts 0
+FACE = 255  # value of a pixel on the face of a brick in maps of faces; mortar has 0
 
 
 class Mortar:
-    """How mortar is classified. What halving and doubling does is of 16 walls (docs/design/012)."""
+    """Classification of mortar. Effects of other values are of 16 walls (docs/design/012)."""
 
-    noise = 16.0  # variance of a channel at least; at 1 2 joints of 25 are lost, at 256 one course of 5
-    near = 1  # tenths of the way from mortar to faces that are still mortar; at 0 one wall loses a joint of 43,
-    far = 8  # and all face; at 7 one loses two of 25
-    middle = (3, 7)  # tenths of a course are faces; (4, 6): 54 joints of 113, (1, 9): all walls differ
-    dull = FACE // 3  # the least of a face: it is raised to a full one; halved and doubled: nothing is seen
-    sharp = 4096  # the largest weight of a channel: whole numbers, so that no last bit decides
-    least = 4  # px of each are the fewest to compare; halved and doubled: nothing
+    noise = 16.0  # added variance of each channel; 1: 2 joints of 25 are lost, 256: one course of 5
+    near = 1  # up to so many tenths of the way from mortar to faces a pixel is mortar; 0: a wall loses 1 joint of 43
+    far = 8  # from so many tenths on it is face; 7: one wall loses two joints of 25
+    middle = (3, 7)  # tenths of a course's height sampled as face; (4, 6): 54 joints of 113, (1, 9): all walls differ
+    dull = FACE // 3  # pixels above it count as face in local means, which it also bounds; halved, doubled: not visible
+    sharp = 4096  # largest weight of a channel; weights are whole numbers, so that rounding errors do not decide
+    least = 4  # least pixels of mortar and of face; halved and doubled: the same
 
 
 class Contrast(NamedTuple):
@@ -79,14 +79,15 @@ class Contrast(NamedTuple):
 
     score: float
     weights: Int64 = np.zeros(0, np.int64)  # of the channels
-    low: int = 0  # what mortar has by them
-    high: int = 0  # and faces
+    low: int = 0  # weighted sum of the median mortar
+    high: int = 0  # weighted sum of the median face
 
     @classmethod
     def of(cls, smooth: Array, usable: Mask, beds: Array, pitch: float) -> Contrast:
         """Return Fisher's linear discriminant between pixels on the beds (n, W) and midway between; score 0 if none.
 
-        The weights are rounded to whole numbers, so that no last bit of the linear algebra decides.
+        The weights are rounded to whole numbers, so that results are the same on every machine. `smooth`: features
+        (H, W, C); `pitch`: of the courses, px.
         """
         first, last = Mortar.middle
         parts = np.linspace(first / 10, last / 10, max(2, int(pitch * (last - first) / 10)))
@@ -106,7 +107,7 @@ class Contrast(NamedTuple):
         return cls(score, whole, int((a * whole).sum()), int((b * whole).sum()))
 
     def faces_of(self, smooth: Array) -> Int16:
-        """Return how little each pixel looks like mortar: (H, W), 0 to FACE; FACE everywhere without a classifier."""
+        """Return the map of faces (H, W): 0 for mortar to FACE for faces; FACE everywhere if the score is 0."""
         if not self.score:
             return np.full(smooth.shape[:2], FACE, np.int16)
         value, apart = smooth.astype(np.int64) @ self.weights - self.low, self.high - self.low
@@ -123,7 +124,7 @@ def _on(rows: Array, usable: Mask, rim: int) -> Mask:
 
 
 def levelled(faces: Array, pitch: int) -> Int16:
-    """Return the faces raised to the same local mean, so that mortar between dull faces is found, too."""
+    """Return the map of faces scaled to equal local means of faces, so that mortar between dull faces is found, too."""
     part = faces > Mortar.dull
     total, count = np.where(part, faces, 0), part.astype(np.int64)
     for axis in (0, 1):
@@ -133,7 +134,7 @@ def levelled(faces: Array, pitch: int) -> Int16:
 
 
 def mortar_at(row: Array, x: int) -> Pair:
-    """Return the pixels around x that look like mortar: first, end; empty if x itself does not."""
+    """Return the run of mortar around x in a row of the map of faces: first, end; empty if x is no mortar."""
     a = b = min(max(x, 0), len(row) - 1)
     while a > 0 and row[a - 1] < FACE // 2:
         a -= 1
@@ -143,20 +144,20 @@ def mortar_at(row: Array, x: int) -> Pair:
 
 
 class Finding:
-    """How beds and joints are found. What halving and doubling does is of 16 walls (docs/design/012)."""
+    """Search for beds and joints. Effects of other values are of 16 walls (docs/design/012)."""
 
-    outside = 0.1  # of the pitch a bed may lie outside the exemplar; halved: 44 repeats for 32, doubled: as is
-    stray = 0.22  # of the pitch a bed may leave its line; halved: 117 joints of 129, doubled: false courses
-    pull = 40  # of 255 is paid for straying so far; at 0 3 joints of 18 are lost, at 160 6 of 88 are invented
-    rounds = 3  # times that mortar and beds are found from one another; at 1 507 joints lie over others for 310
-    columns = 64  # compared for the phase, at least; 32, 128: the same, all: a map of normals gains a joint
-    phases = 12  # are tried; halved: one wall finds 21 joints of 26, doubled: as is
-    coarse = 24  # px of pitch: px are averaged above it; never: one course of 5 is lost, always: 75 joints of 148
-    low = 150  # of 255 a joint's crossing costs at most; halved: 271 joints of 310; 255: boards get joints
-    depth = 60  # and so much less than both sides; halved: 436 joints, not 349 (invented), doubled: 270, not 366
-    apart = 4  # joints lie a course's height / apart from one another; halved 1 of 16 changes, doubled 2
-    readable = (7, 8)  # of a course must be usable; 15/16 and 3/4: one straightened wall changes
-    least_span = 4  # columns of a course: fewer have no inside; halved and doubled: nothing
+    outside = 0.1  # of the pitch: a bed may lie outside the exemplar by it; halved: 44 repeats, not 32, doubled: same
+    stray = 0.22  # of the pitch: a bed may leave its line by it; halved: 117 joints of 129, doubled: false courses
+    pull = 40  # of 255: cost per px of straying so far; 0: 3 joints of 18 are lost, 160: 6 of 88 are false
+    rounds = 3  # alternations of mortar from beds and beds from mortar; 1: 507 stacked joints instead of 310
+    columns = 64  # least columns sampled for the phase; 32, 128: the same, all: a normal map gains a joint
+    phases = 12  # phases tried; halved: one wall finds 21 joints of 26, doubled: the same
+    coarse = 24  # px: above this pitch pixels are averaged; never: one course of 5 lost, always: 75 joints of 148
+    low = 150  # of 255: largest mean cost of a path along a joint; halved: 271 joints of 310; 255: boards get joints
+    depth = 60  # least prominence of that cost; halved: 436 joints instead of 349 (false), doubled: 270, not 366
+    apart = 4  # least distance of joints is a course's height divided by this; halved: 1 of 16 changes, doubled: 2
+    readable = (7, 8)  # least usable share of a course in each column; 15/16 and 3/4: one straightened wall changes
+    least_span = 4  # least columns of a course; halved and doubled: the same
 
 
 class Line(NamedTuple):
@@ -170,11 +171,11 @@ class Line(NamedTuple):
     slope: Vector
 
     def lean(self, x: Array) -> Int64:
-        """Return how far down the line is in some columns, 1/256 px."""
+        """Return the rows, 1/256 px, by which the line in columns `x` lies below that in column 0."""
         return np.asarray(x * (self.slope[0] * UNIT) // self.slope[1], np.int64)
 
     def places(self, shape: Pair) -> Int64:
-        """Return where the beds in the exemplar, or just outside it, begin in its first column, 1/256 px."""
+        """Return the rows in column 0 of the beds in the exemplar and just outside it, 1/256 px."""
         lean = np.arange(shape[1]) * self.slope[0] // self.slope[1]
         first = (-int(lean.max()) * UNIT - self.phase) // self.pitch - 1
         end = ((shape[0] - int(lean.min())) * UNIT - self.phase) // self.pitch + 3
@@ -190,12 +191,12 @@ class Masonry(NamedTuple):
     """Bed joints, head joints and mortar of an exemplar."""
 
     line: Line  # where beds lie on average
-    beds: Int64  # (n, W): the row of every bed that is found, in every column
-    spans: dict[int, Pair]  # the columns (first, end) of each whole course k, between beds k and k + 1
+    beds: Int64  # (n, W): the row of every bed in every column
+    spans: dict[int, Pair]  # columns (first, end) in which course k, between beds k and k + 1, is whole
     joints: Int64  # (m, H): the column of every joint in every row
     of_course: dict[int, list[int]]  # the joints of each course, from left to right
-    faces: Int16  # (H, W): how little a pixel looks like mortar: 0 to 255
-    thickness: int  # width of a joint, px
+    faces: Int16  # (H, W): map of faces, 0 for mortar to 255
+    thickness: int  # median width of a head joint, px
 
 
 def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
@@ -209,7 +210,7 @@ def line_of(smooth: Array, usable: Mask, vector: Vector) -> Line:
         line = Line(phase, pitch, (-aside * every, down))
         faces = Contrast.of(smooth, usable, line.rows(usable.shape), pitch / UNIT).faces_of(smooth)
         score = Contrast.of(smooth, usable, _beds(faces, line), pitch / UNIT).score
-        if score > best * 1.0001:  # no last bit of the linear algebra decides
+        if score > best * 1.0001:  # rounding errors do not decide
             best, found = score, phase
     return Line(found, pitch, (-aside, down))
 
@@ -241,7 +242,10 @@ def with_joints(line: Line, beds: Array, usable: Mask, faces: Array) -> Masonry:
 
 
 def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
-    """Return the columns of each whole course, at most `out` px beyond the exemplar; MethodError if there is none."""
+    """Return the columns of each whole course, at most `out` px beyond the exemplar, longest run only.
+
+    Raise MethodError if there is none.
+    """
     spans = {}
     for k, (above, below) in enumerate(pairwise(beds)):
         inside = (above >= -out) & (below <= len(usable) + out) & _readable(usable, above, below)
@@ -255,7 +259,7 @@ def _spans(usable: Mask, beds: Array, out: float) -> dict[int, Pair]:
 
 
 def _resolved(line: Line, beds: Array, shape: Pair) -> Line:
-    """Return the line with the phase that fits the beds."""
+    """Return the line with the mean phase of the beds."""
     inside = (beds >= 1) & (beds < shape[0] - 1)
     if not inside.any():
         return line
@@ -264,7 +268,10 @@ def _resolved(line: Line, beds: Array, shape: Pair) -> Line:
 
 
 def straying(cost: Array, line: Array, reach: int, beyond: int) -> Int64:
-    """Return what it costs a bed to leave a line (W,): (W, 2 reach + 1); `beyond` outside of the exemplar."""
+    """Return the cost of a bed at rows -reach to reach from a line (W,): (W, 2 reach + 1).
+
+    `cost` (H, W) plus a quadratic term, 40 at `reach`; `beyond` outside of the exemplar.
+    """
     aside = np.arange(-reach, reach + 1)
     y = line[:, None] + aside
     found = cost[np.clip(y, 0, len(cost) - 1), np.arange(len(line))[:, None]].astype(np.int64)
@@ -274,14 +281,14 @@ def straying(cost: Array, line: Array, reach: int, beyond: int) -> Int64:
 
 
 def _beds(faces: Array, line: Line) -> Int64:
-    """Return the cheapest paths through mortar near the lines of the beds."""
+    """Return the rows (n, W) of the cheapest paths through mortar near the lines of the beds."""
     reach = max(1, int(Finding.stray * line.pitch / UNIT))
     rows = line.rows(faces.shape)
     return np.stack([row + shortest_paths.cheapest(straying(faces, row, reach, FACE // 2)) - reach for row in rows])
 
 
 def _readable(usable: Array, above: Array, below: Array) -> Mask:
-    """Return the columns in which most of a course is usable."""
+    """Return the columns (W,) in which at least 7/8 of a course is usable."""
     height = usable.shape[0]
     good = np.concatenate([np.zeros((1, usable.shape[1]), np.int64), np.cumsum(usable, axis=0)])
     x = np.arange(usable.shape[1])
@@ -303,7 +310,7 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
     cost = faces[np.clip(y, 0, height - 1), x].astype(np.int64)
     up, down = shortest_paths.accumulate(cost[: half + 1], 0), shortest_paths.accumulate(cost[half:][::-1].copy(), 0)
     profile = (up[-1] + down[-1] - cost[half]) // len(v)
-    padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)  # valleys between walls of faces
+    padded = np.concatenate([[FACE], profile, [FACE]]).astype(np.float64)  # so that joints at the ends are valleys, too
     joints = []
     for valley in peaks(FACE - padded, FACE - Finding.low, Finding.depth, max(1, tall // Finding.apart)):
         at = valley - 1
@@ -316,14 +323,14 @@ def joints_across(faces: Array, above: Array, below: Array, span: Pair) -> list[
 
 
 def _mortar(faces: Array, rows: Array, columns: Array) -> list[tuple[int, int, int]]:
-    """Return the mortar around places, (first, end, column), row by row, without places that are no mortar."""
+    """Return the mortar around places, (first, end, column), row by row; places off mortar are left out."""
     places = zip(rows.tolist(), columns.tolist(), strict=True)
     found = [(*mortar_at(faces[y], x), x) for y, x in places if 0 <= y < len(faces)]
     return [place for place in found if place[1] > place[0]]
 
 
 def _thickness(faces: Array, joints: Array, of_course: dict[int, list[int]], beds: Array) -> int:
-    """Return the median width of the joints in the middle half of their courses, px."""
+    """Return the median width of the joints in the middle half of their courses, px; 4 if there are none."""
     widths: list[int] = []
     for k, some in of_course.items():
         top, end = int(np.median(beds[k])), int(np.median(beds[k + 1]))
@@ -338,39 +345,42 @@ Brick = tuple[int, int, int, int, int]
 
 
 class Sorting:
-    """Which bricks of an exemplar are used. Counts are of 16 walls of 512 px (docs/design/012)."""
+    """Choice of the bricks of an exemplar. Counts are of 16 walls of 512 px (docs/design/012)."""
 
-    margin = 3  # px at the border of the exemplar, left for the seam; halved and doubled: nothing is seen
-    broken = 0.3  # of the usual brick is the least; halved: one wall uses chips, doubled: 9 of 67 are lost
-    half = 0.45  # of it must be seen at the border, where whole ones are few; halved: slivers in four walls
-    least = 0.9  # of the shortest whole one, where they are many; halved: three walls use halved setts
-    few = 8  # whole bricks; halved: 859 pieces cut by the border are used instead of 268, doubled: 343
-    enough = 16  # of them: none that the border cuts is used; at 20 whole stones one piece in seven looked cut
-    straying = 70  # of 255 is what beds of a brick may look like; without it two setts count as one stone
+    margin = 3  # px at the border of the exemplar that are left for seams; halved, doubled: not visible
+    broken = 0.3  # of the median brick: least length; halved: one wall uses chips, doubled: 9 of 67 are lost
+    half = 0.45  # of the mean brick: least length of cut ones if few are whole; halved: slivers in four walls
+    least = 0.9  # of the shortest whole brick: the same if many are whole; halved: three walls use halved setts
+    few = 8  # fewer whole bricks are few; halved: 859 pieces cut by the border are used instead of 268, doubled: 343
+    enough = 16  # whole bricks from which on no cut one is used; 20: one piece in seven of a wall of stones looked cut
+    straying = 70  # of 255: largest mean of the map of faces on a brick's beds; without: two setts count as one stone
 
 
 class Bond:
-    """Costs of joints by the nearest joints of other courses, in units of `Costs`; from the same 16 walls."""
+    """Costs of joints by the nearest joint of another course, in units of :class:`~.course_layout.Costs`.
 
-    stacked = 500  # one upon another; at 0 417 joints instead of 313, halved 125 for 123, doubled 87 for 83
-    unusual = 240  # as they never lie in the exemplar; at 0 a drawn English bond has 53 of 279 near others, not 22
-    rare = 60  # e times rarer than the most usual; halved: 293 upon others instead of 310, doubled 103 for 79
-    blur = 0.08  # of a brick, at least 1.5 px, smooths distances; halved 254 for 232, doubled 139 for 125
-    close = 0.1  # of all distances are smaller, and stacked; halved: 286 instead of 241, doubled: 182, not 258
-    beyond = 4  # times less count joints of the next course but one; halved 330 for 280, doubled 100 for 77
+    Numbers are counts of stacked joints in the same 16 walls, or those that differ.
+    """
+
+    stacked = 500  # joints one upon another; 0: 417 instead of 313, halved: 125 for 123, doubled: 87 for 83
+    unusual = 240  # largest cost of rare distances; 0: a drawn English bond has 53 of 279 near others, not 22
+    rare = 60  # distances e times rarer than the most common; halved: 293 instead of 310, doubled: 103 for 79
+    blur = 0.08  # of a mean brick, at least 1.5 px: sigma of distances; halved: 254 for 232, doubled: 139 for 125
+    close = 0.1  # quantile of the distances below which joints are stacked; halved: 286, not 241, doubled: 182, not 258
+    beyond = 4  # divides the costs for the next course but one; halved: 330 for 280, doubled: 100 for 77
 
 
 class Bricks(NamedTuple):
     """The bricks of an exemplar."""
 
-    # (n, 5): of every brick its course, first column and end in the exemplar, and what lies at both ends: the
-    # number of a joint, or CUT where the border of the exemplar cuts it.
+    # (n, 5): of every brick its course, first column and end in the exemplar, and for its left and right end the
+    # number of the joint, or CUT (NO_JOINT) where the border of the exemplar cuts it.
     table: Int64
     usual: float  # the mean length of a whole brick, px
     least: int  # the shortest piece of a brick that looks like one, px
-    beside: Int64  # what a joint costs by its distance (px) from the nearest one in the next course,
-    beyond: Int64  # and in the next but one
-    common: int  # the distance from joints of the next course that is the most usual
+    beside: Int64  # cost of a joint by its distance in px from the nearest one in the next course
+    beyond: Int64  # the same for the next course but one
+    common: int  # the most common distance from joints of the next course, px
 
     @property
     def sizes(self) -> Int64:
@@ -379,7 +389,7 @@ class Bricks(NamedTuple):
 
 
 def bricks_of(work: Masonry) -> Bricks | None:
-    """Return the bricks; None if the courses are not made of bricks."""
+    """Return the bricks; None if there are fewer than two joints, or than one in two courses, or no brick is whole."""
     places = {k: _places(work, k) for k in work.spans}
     if sum(len(p) for p in places.values()) < max(2, len(places) // 2):
         return None
@@ -406,7 +416,7 @@ def bricks_of(work: Masonry) -> Bricks | None:
         usual = float(np.mean([e[2] - e[1] for e in whole]))
     shortest = min((e[2] - e[1] for e in whole), default=0)
     least = Sorting.half * usual if len(whole) < Sorting.few else Sorting.least * shortest
-    cut = [] if len(whole) >= Sorting.enough else cut  # its end is straight, and its corners are sharp
+    cut = [] if len(whole) >= Sorting.enough else cut  # cut ends are straight with sharp corners
     table = np.array(whole + [e for e in cut if e[2] - e[1] >= max(least, 3)], np.int64).reshape(-1, 5)
     if not len(table) or not (table[:, 3] != CUT).any():
         return None
@@ -416,7 +426,7 @@ def bricks_of(work: Masonry) -> Bricks | None:
 
 
 def _straight(work: Masonry, some: list[Brick]) -> list[Brick]:
-    """Leave out bricks whose beds leave the mortar, while enough are left."""
+    """Leave out bricks whose beds do not run through mortar, but keep at least 8."""
     if len(some) <= Sorting.few:
         return some
     off = []
@@ -437,7 +447,7 @@ def _places(work: Masonry, k: int) -> list[int]:
 
 
 def _distances(places: dict[int, list[int]], step: int) -> list[int]:
-    """Return how far each joint lies from the nearest one of another course."""
+    """Return the distances, px, of joints from the nearest one `step` courses further, in both directions."""
     found = []
     for k, some in places.items():
         other = places.get(k + step)
@@ -448,7 +458,7 @@ def _distances(places: dict[int, list[int]], step: int) -> list[int]:
 
 
 def _costs(distances: list[int], usual: float) -> tuple[Int64, int]:
-    """Return the cost of each distance, higher for rare ones, highest for the smallest; and the most common one."""
+    """Return the cost by distance, higher for rare and for the smallest ones; and the most common distance, px."""
     reach = int(2 * usual) + 2
     if not distances:
         return np.zeros(reach, np.int64), int(usual / 2)

@@ -1,12 +1,13 @@
-"""Mosaic of lattice blocks: random blocks on the black fields of a chessboard, blocks that fit in the gaps between.
+"""Mosaic of lattice blocks on a chessboard: random blocks on the black fields, fitting ones in the gaps between.
 
-Which block lies where depends only on its place and the seed: any window of the endless mosaic can be made alone.
+The gaps are the white fields. The block of a field depends only on the field and the seed, so that any window of the
+endless mosaic can be computed alone.
 
 Source: Lopez Recas 2011, 4.2. Departures: the block grid begins where cuts are cheapest, in the joints; blocks are
 parallelograms of whole periods, upright if the lattice allows it; positions are rounded from exact multiples of the
 real lattice vectors; periods that the exemplar's border cuts are completed from others; random blocks are taken from
-shuffled decks of all positions; gaps are cut in along the cheapest seam, each inside its own mitred wedges, so that no
-two cuts meet.
+shuffled decks of all positions; gaps are cut in along the cheapest seam, each inside its own overlap regions with
+mitred ends, so that no two cuts meet.
 
 Around a canvas that wraps, the lattice is stretched a little: M' maps whole periods onto the canvas, and the block at q
 is read near M M'^-1 q.
@@ -36,17 +37,17 @@ from . import block_kernels
 from .block_grid import BlockGrid, Places
 from .continuation import ContinuedExemplar, grid_and_places
 
-STRAIN = 0.02  # how much the lattice may be stretched to close around a wrapped canvas
+STRAIN = 0.02  # largest strain of the lattice, slant included, to close around a wrapped canvas
 
 
 @dataclass(frozen=True, eq=False)
 class CanvasBlocks:
     """The blocks of an endless canvas or one that wraps, and their windows."""
 
-    grid: BlockGrid  # how they lie, strained a little where the canvas wraps
-    around: Pair  # blocks around a wrapped canvas down the rows and along them, 0 where it does not wrap
+    grid: BlockGrid  # the block grid, strained along axes that wrap
+    around: Pair  # number of blocks around the canvas down the rows and along them; 0: that axis does not wrap
     lengths: Pair  # rows and columns of the canvas, px
-    half: float  # half the width of the zone in which gaps are cut, px
+    half: float  # half the width of the overlap in which gaps are cut, px
 
     @classmethod
     def of(cls, grid: BlockGrid, canvas: Canvas, half: float) -> CanvasBlocks:
@@ -68,7 +69,7 @@ class CanvasBlocks:
                 counts = [] if slant > STRAIN else [n for n in (count - 2, count, count + 2) if n > 0]
                 fitting = [round(n * side[axis] / UNIT) for n in counts]
                 raise ParameterError(misfit_message(axis, length, "is no even number of blocks", strain, fitting))
-            straight = -(-length * UNIT // count)  # upwards: no pixel is left between two blocks
+            straight = -(-length * UNIT // count)  # rounded up: no pixel is left between two blocks
             sides.append((straight, 0) if axis == 0 else (0, straight))
             around.append(count)
         laid = BlockGrid(sides[0], sides[1], grid.phase, grid.cell)
@@ -84,7 +85,10 @@ class CanvasBlocks:
         return y, x
 
     def window(self, i: int, j: int) -> tuple[Pair, NDArray[np.int8], Mask]:
-        """Return the first pixel of a block's window, the neighbour each of its pixels lies towards, and the block."""
+        """Return the first pixel of a block's window, the neighbour whose overlap each pixel is in, and the block.
+
+        The last two as :func:`~.block_kernels.wedges` writes them.
+        """
         (y, x), (at, shape) = self.origin(i, j), self._box(i, j)
         frame = np.array((*self.grid.rows, *self.grid.columns, y - at[0] * UNIT, x - at[1] * UNIT), np.int64)
         sides, core = np.empty(shape, np.int8), np.empty(shape, np.bool_)
@@ -123,13 +127,13 @@ def modulo_canvas(counts: Pair, i: int, j: int) -> Pair:
     return (i % rows if rows else i), (j % columns if columns else j)
 
 
-STAGE = 2011  # keeps the draws of mosaics apart from those of others
-KEPT = 12  # best shifts for a gap among which one is drawn
-CHOICE = 0.15  # those within this share of the way from the best to the median
-APART = 0.5  # the same, where all of them repeat a neighbour
+STAGE = 2011  # key of the random numbers of mosaics, which makes them independent of other stages
+KEPT = 12  # shifts of least mismatch for a gap, of which one is drawn
+CHOICE = 0.15  # largest mismatch of the drawn one, as a share of the way from the least to the median
+APART = 0.5  # the same if all of these repeat a neighbour or continue it
 
 
-shuffled = lru_cache(maxsize=64)(deck)  # an endless mosaic must not fill the memory
+shuffled = lru_cache(maxsize=64)(deck)  # limited, as an endless mosaic has any number of decks
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,20 +141,20 @@ class Mosaic:
     """An endless mosaic."""
 
     settings: NearRegular  # its parameters
-    seed: int  # what the draws follow from
-    laid: CanvasBlocks  # where the blocks lie
+    seed: int  # of the random numbers
+    laid: CanvasBlocks  # positions of the blocks on the canvas
     ground: ContinuedExemplar  # the exemplar with completed periods, which blocks are read from
     # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
-    places: Places  # where on it blocks may be read, 1/256 px, by the parity of their row and column
-    start: Continuation | None = None  # what is on the canvas already, and must be continued
-    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)  # places that continue the start map
+    places: Places  # positions there at which blocks may be read, 1/256 px, by parity of block row and column
+    start: Continuation | None = None  # the start map of the canvas, which must be continued
+    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)  # places that continue the start
 
     @classmethod
     def of(
         cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
     ) -> Mosaic:
-        """Choose blocks, phase and places for an exemplar. Raise FewPlaces if it holds too few."""
+        """Choose blocks, phase and places for an exemplar. Raise FewPlaces if it has fewer than two places."""
         picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell)
@@ -158,20 +162,20 @@ class Mosaic:
         return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """Return the exemplar pixels (height, width, 2) of a window, all upright."""
+        """Return the exemplar pixels (height, width, 2) of a window, without rotation or mirroring."""
         return self._exemplar(self.continued_window(y0, x0, height, width, run))
 
     def continued_window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """Return the pixels of the continued exemplar (height, width, 2) in a window."""
         out, run = np.zeros((height, width, 2), np.int32), run or Run()
         fields = self.laid.intersecting(y0, x0, height, width)
-        done, draft, _ = 0, partial(self._draft, out), self.sparse  # made before threads ask for it
+        done, draft, _ = 0, partial(self._draft, out), self.sparse  # computed before threads share it
         with run.pool() as each:
-            for parity in (0, 1):  # gaps are cut into the random blocks; no two gaps meet
+            for parity in (0, 1):  # random blocks first, then gaps, which do not meet
                 part = [f for f in fields if (f[0] + f[1]) % 2 == parity]
                 for begin in range(0, len(part), 64):
                     run.tick(done, len(fields), draft)
-                    for block in each(self._block, part[begin : begin + 64]):  # in turn, whichever thread was first
+                    for block in each(self._block, part[begin : begin + 64]):  # in order of blocks, not of threads
                         self._write(block, out, y0, x0)
                         done += 1
         run.tick(done, len(fields), draft)
@@ -187,13 +191,13 @@ class Mosaic:
 
     @cached_property
     def sparse(self) -> Places:
-        """Of places closer together than the slack, the first in every square; gaps search around each."""
+        """The first place in every square of lattice_tolerance + 1 px; the search for gaps refines around each."""
         side = (self.settings.lattice_tolerance + 1) * UNIT
         squares = {kind: np.unique(some // side, axis=0, return_index=True)[1] for kind, some in self.places.items()}
         return {kind: some[np.sort(squares[kind])] for kind, some in self.places.items()}
 
     def _block(self, block: Pair) -> tuple[Pair, Mask, Array]:
-        """Return the first pixel of a block's window, which pixels the block owns, and what they show."""
+        """Return the first pixel of a block's window, which pixels the block owns, and their exemplar pixels."""
         i, j = block
         at, sides, core = self.laid.window(i, j)
         if (i + j) % 2:
@@ -214,12 +218,12 @@ class Mosaic:
         out[there][own] = yx if self.nearest is None else self.nearest[:, yx[:, 0], yx[:, 1]].T
 
     def _gap(self, i: int, j: int, at: Pair, sides: Array, core: Array) -> tuple[Mask, Array]:
-        """Return which pixels of its window a gap owns, and what they show."""
+        """Return which pixels of its window a gap owns, and their exemplar pixels."""
         near = adjacent_blocks(i, j)
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
-        if self.start is not None:  # the start map is a fifth neighbour, at its anchor
+        if self.start is not None:  # the start map is a fifth neighbour, read at its offset
             there = self.start.zone(at, core | (sides >= 0), len(near))
             free = np.full(core.shape, True)
             free[there[:, 0], there[:, 1]] = False
@@ -229,9 +233,10 @@ class Mosaic:
         return own, shown
 
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
-        """Return the shift of a gap: one drawn among those that fit, and neither repeat a neighbour nor continue it.
+        """Return the shift of a gap, drawn among those of low mismatch that neither repeat nor continue a neighbour.
 
-        `t`: the shifts of the neighbours and of a start map; a gap of one of these shifts would continue it.
+        `t`: the shifts of the neighbours and of a start map, which a gap of the same shift would continue. If there is
+        no such shift, those of higher mismatch, then those that repeat, then those that continue one are allowed.
         """
         shifts = self._shifts(i, j) + at
         found = self._best(core, zone, t, shifts)
@@ -248,13 +253,13 @@ class Mosaic:
         return int(row[1]), int(row[2])
 
     def _best(self, core: Array, zone: Array, t: Array, shifts: Array) -> Array:
-        """Return the best shifts for a gap, each refined by up to `slack` px: (n, 3) mismatch and shift, rising."""
+        """Return the best shifts for a gap, refined by up to `slack` px: (n, 3), mismatch and shift, by mismatch."""
         picture, usable, slack = self.ground.picture, self.ground.usable, self.settings.lattice_tolerance
         found = block_kernels.best_fits(picture, usable, core, zone, t, shifts, slack, KEPT)
         return np.asarray(found[np.argsort(found[:, 0], kind="stable")])
 
     def _random(self, i: int, j: int) -> int:
-        """Return the place of a random block, from a shuffled deck of all places for each square of blocks."""
+        """Return the index of the place of a random block; each square of blocks draws from its own shuffled deck."""
         i, j = modulo_canvas(self.laid.around, i, j)
         count = len(self.places[i % 2, j % 2])
         side = 2 * math.ceil(math.sqrt(count / 2))
@@ -272,7 +277,7 @@ class Mosaic:
         return np.asarray(self.places[i % 2, j % 2][self._random(i, j)])
 
     def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
-        """Return the place that best continues the start map; None if that is empty here, or out of reach."""
+        """Return the place that best continues the start map; None if the map has no pixel here, or none fits."""
         at, sides, core = self.laid.window(i, j)
         zone = start.zone(at, core | (sides >= 0), 0)
         if not len(zone):
@@ -282,6 +287,6 @@ class Mosaic:
         return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
     def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
-        """Return what to add to canvas px of block (i, j) to read it at places (..., 2); None: the places for gaps."""
+        """Return the shifts (..., 2) from canvas px of block (i, j) to exemplar px for places; None: those of gaps."""
         places = self.sparse[i % 2, j % 2] if places is None else places
         return np.asarray((places - self.laid.origin(i, j) + UNIT // 2) // UNIT)

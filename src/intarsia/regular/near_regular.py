@@ -23,8 +23,8 @@ from .unequal_courses import unequal_masonry
 from .wall import Wall
 
 FEW = "the exemplar holds fewer than two places for a block, so its best tile is repeated; a larger one varies more."
-SEEDS = 4  # whose layouts are kept at a time
-Layer = Wall | Mosaic | TileLayout  # an endless texture: any window of it can be made alone
+SEEDS = 4  # number of layouts that are kept, by seed modulo this
+Layer = Wall | Mosaic | TileLayout  # an endless texture, any window of which can be computed alone
 
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
@@ -40,7 +40,10 @@ def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearR
 
 
 def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Place the random blocks of the canvas, then fill the gaps; courses are placed brick by brick."""
+    """Return the map of a canvas: of two lattice vectors a mosaic of blocks, of one a wall of courses.
+
+    The best tile is repeated if the exemplar is too small for blocks; a full start map is returned as it is.
+    """
     start = Continuation.of(canvas, method.border)
     if start is not None and start.full:
         return replace(start.start, which=None, wrap=canvas.wrap, blend=method.blend)
@@ -58,7 +61,7 @@ def synthesize(method: NearRegular, exemplars: Exemplars, canvas: Canvas, seed: 
 
 
 def window(method: NearRegular, exemplars: Exemplars, box: Box, seed: int, run: Run) -> SourceMap:
-    """Place the blocks that meet a box; what they are cut from is prepared once for an exemplar and a seed."""
+    """Return the map of a box of the endless texture; lattice and layout are cached for an exemplar and a seed."""
 
     def prepared() -> tuple[NearRegular, tuple[Rectified, Layer]]:
         plane = Canvas(1, 1)
@@ -85,7 +88,7 @@ def _layer(
 ) -> tuple[Rectified, Layer]:
     """Return the rectified exemplar and the endless texture; the best tile if the exemplar is too small for blocks.
 
-    With a start map, the texture is placed so that its lattice goes on.
+    With a start map, a mosaic continues it on the lattice.
     """
     rectified = _rectified(method, exemplar)
     exemplar, lattice, weights = rectified.exemplar, rectified.lattice, method.channel_weights

@@ -1,9 +1,8 @@
 """Rectification: exemplars whose courses slant, converge or bow are straightened by moving pixels by whole px.
 
 Every pixel of the rectified exemplar is one of the exemplar, so that copies stay exact; where courses are widened some
-pixels are used twice, where they are narrowed some are left out. Pixels move across the courses, to where the phase of
-the courses puts them; along them only as much as makes the head joints upright. The phase is a polynomial of few
-coefficients through the beds that were found between courses.
+pixels are used twice, where they are narrowed some are left out. The phase of the courses, a polynomial through the
+beds, gives the new position across the courses; along them rows are sheared so that head joints become upright.
 
 Source: Lopez Recas 2011, chapter 6 (geometry corrected before the synthesis); the procedure is not given there.
 """
@@ -28,27 +27,28 @@ from ..model.image import Plane
 from .unequal_courses import clear_masonry, unequal_masonry_or_none
 
 TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (1, 3))
-"""Powers (across, along) of the polynomial: what perspective and a bow need."""
-TURN = 1 << 16  # coefficients are whole numbers of 1 / TURN courses: a unit
+"""Powers (across, along) of the polynomial, as perspective and a bow need them."""
+TURN = 1 << 16  # units of phase per course; coefficients are whole numbers of them
 
 
 class Following:
-    """How the beds of courses are fitted. Halved and doubled on 5 drawn walls, 7 photographs (docs/design/012)."""
+    """Fit of the phase to beds. Halved and doubled on 5 drawn walls and 7 photographs (docs/design/012)."""
 
     places = 64  # samples of each bed; halved and doubled: the same
-    stray = 0.2  # courses: what lies this far off counts half; halved and doubled: the same
-    loose = 0.04  # courses: beds half of whose places lie farther off are of several heights; doubled: 3 more
-    faint = 0.001  # ridge: keeps coefficients that beds do not determine near 0; halved and doubled: the same
-    fits = 4  # times that weights follow from what is left over; halved and doubled: the same
+    stray = 0.2  # courses: samples with this residual have weight 1/2; halved and doubled: the same
+    loose = 0.04  # courses: with a larger median residual heights differ, and the fit fails; doubled: 3 more fit
+    faint = 0.001  # ridge that keeps coefficients not determined by the beds near 0; halved and doubled: the same
+    fits = 4  # iterations of reweighted least squares; halved and doubled: the same
 
-LEAST = 8  # places of a bed must be usable, or it is left out
-AROUND = 2  # gaps to either side say how far beds lie apart
+LEAST = 8  # least usable samples of a bed; beds with fewer are left out
+AROUND = 2  # distances of beds to either side whose median is the local pitch
 
 
 def _factors(beds: Int64, usable: Mask) -> list[int] | None:
     """Return the coefficients of TERMS, 1 / TURN courses, of the phase through the beds; None if heights differ.
 
-    Beds (n, W) px; places run from -1 to 1 over the usable pixels (H, W), which alone are used.
+    None, too, for fewer than three beds. `beds` (n, W): rows, px; the polynomial's variables run from -1 to 1 over the
+    exemplar. Only places at pixels of `usable` (H, W) are fitted.
     """
     height, width = usable.shape
     x = np.arange(0, width, max(width // Following.places, 1))
@@ -72,7 +72,7 @@ def _factors(beds: Int64, usable: Mask) -> list[int] | None:
 
 
 def _numbered(y: Array, seen: Array) -> Array:
-    """Return the number of each bed (n, places); a missing bed is skipped, by the pitch of those around."""
+    """Return the number of each bed (n, places), counting missing ones, by the local pitch."""
     both = seen[1:] & seen[:-1]
     gaps = np.where(both, np.diff(y, axis=0), 0).sum(axis=1) / np.maximum(both.sum(axis=1), 1)
     usual = [median_high(gaps[max(k - AROUND, 0) : k + AROUND + 1]) for k in range(len(gaps))]
@@ -88,17 +88,17 @@ def _phase(factors: list[int], shape: Pair) -> Int64:
 
 
 class Gain:
-    """When the rectified exemplar is used: of 163 textures nine can be straightened, two gain (docs/design/012)."""
+    """Use of the rectified exemplar: of 163 textures nine can be straightened, two gain (docs/design/012)."""
 
-    least = 1.4  # times the confidence as it is; at 1 stone blocks are moved, too (1.2), doubled: one is left
-    clear = 2.0  # times what is asked, if it has none as it is; halved and doubled: the same
-    off = 3.0  # px: patches aligned to the lattice follow smaller bends; halved and doubled: the same
-    level = 2.0  # px over the exemplar: courses that lean less are level, as 1 px at each end is rounding
+    least = 1.4  # least ratio of confidence to that unrectified; 1: stone blocks are rectified (1.2), 2.8: only one is
+    clear = 2.0  # least ratio of confidence to its threshold if unrectified it has no lattice; halved, doubled: same
+    off = 3.0  # px: least bend; patches aligned to the lattice follow smaller ones; halved and doubled: the same
+    level = 2.0  # px: courses that slant by less over the exemplar are made level; 1 px at each end is rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Rectified:
-    """The exemplar that blocks are read from, its lattice (x, y) px, and how it was straightened, if it was."""
+    """The exemplar that blocks are read from, its lattice, (x, y) px, and its rectification, or None."""
 
     exemplar: Exemplar
     lattice: Steps
@@ -139,7 +139,7 @@ def rectified_if_better(exemplar: Exemplar, weights: Weights = None) -> tuple[Re
     if plain is not None and plain.kind == "2-D":
         return None
     if plain is None and clear_masonry(exemplar, weights) is None:
-        return None  # of 199 textures and maps 138 have no lattice; two of them gain, both of bricks
+        return None  # 138 of 199 textures have no lattice; only two, of bricks, gain
     straight = straight_of(exemplar, weights)
     found = None if straight is None or straight.off < Gain.off else rectified_lattice(exemplar, weights)
     if found is None:
@@ -167,25 +167,25 @@ def _level(found: Lattice, laid: Exemplar) -> Lattice:
     return replace(found, vectors=((0, abs(x)),)) if abs(y) * laid.height < Gain.level * abs(x) else found
 
 
-LEAN = 256  # joints lean by whole multiples of 1 / LEAN: a unit
+LEAN = 256  # units of the lean of head joints per px
 
 
 class Bending:
-    """Which courses are rectified; halved and doubled (docs/design/012)."""
+    """Bounds of rectification; each was halved and doubled (docs/design/012)."""
 
-    move = 1.0  # px: less is not worth a change: pixels move by whole ones; halved: a straight wall is bent
-    narrowest = 0.5  # times as wide may a course become; halved: the same, doubled: none may
-    widest = 2.0  # and that; as above with doubled and halved
-    steepest = 0.35  # px down for each along: more would be sheared; halved and doubled: the same
-    strong = 0.05  # share of the edges that count as joints; halved and doubled: joints lean by other 1 / LEAN
+    move = 1.0  # px: least largest displacement, as pixels move by whole px; halved: a straight wall is bent
+    narrowest = 0.5  # least factor by which a course is widened anywhere; halved: the same, doubled: none is rectified
+    widest = 2.0  # largest such factor; doubled: the same, halved: none is rectified
+    steepest = 0.35  # px down per px along: largest slant of courses; halved and doubled: the same
+    strong = 0.05  # share of the steep edges taken as joints, the strongest; halved, doubled: lean by other 1 / LEAN
 
 
 @dataclass(frozen=True, eq=False)
 class Rectification:
     """A rectified exemplar."""
 
-    exemplar: Exemplar  # its pixels where they lie now; what lay outside is not usable
-    yx: Int32  # (H, W, 2): the pixel of the given exemplar that each pixel is
+    exemplar: Exemplar  # the rectified exemplar; pixels from outside the given one are not usable
+    yx: Int32  # (H, W, 2): for each of its pixels the pixel of the given exemplar
     slant: float  # px down per px along (or px aside per px down) by which the courses leaned
     converging: float  # how much wider the courses are at one end than at the other, as a share
     off: float  # how far courses lay from straight, parallel and equal ones at most, px
@@ -197,7 +197,7 @@ def straight_of(exemplar: Exemplar, weights: Weights = None) -> Rectification | 
 
 
 def _straight(exemplar: Exemplar, weights: Weights) -> Rectification | None:
-    """Rectify by the beds; None if these are no smooth deformation of straight equal courses, or are straight."""
+    """Rectify by the beds; None if they do not fit a polynomial phase within the bounds, or are straight already."""
     wall = unequal_masonry_or_none(exemplar, weights)
     if wall is None:
         return None
@@ -227,7 +227,7 @@ def _flat(at: Int64) -> tuple[float, float, float]:
     """Return the straight equal courses nearest to a phase: pitch px, slope, and the largest distance, px."""
     height, width = at.shape
     y, x = np.arange(height) * 2 + 1 - height, np.arange(width) * 2 + 1 - width
-    # Sums of whole numbers; the places sum to nothing, so that each slope is a quotient.
+    # Sums of whole numbers; y and x each sum to 0, so that the slopes of least squares are quotients.
     down = int((at.sum(axis=1) * y).sum()) / (width * int((y * y).sum()))
     along = int((at.sum(axis=0) * x).sum()) / (height * int((x * x).sum()))
     left = at - int(at.sum()) / at.size - down * y[:, None] - along * x
@@ -235,7 +235,7 @@ def _flat(at: Int64) -> tuple[float, float, float]:
 
 
 def _lean(picture: Array, usable: Mask) -> int:
-    """Return how far head joints lean, 1 / LEAN px along for each px across: the mean of the strongest edges."""
+    """Return how far head joints lean, 1 / LEAN px along for each px across, from the strongest edges."""
     smooth = np.rint(blurred(picture.astype(np.float64), 1.5, "symmetric") * 16).astype(np.int64)
     across, along = np.zeros(smooth.shape, np.int64), np.zeros(smooth.shape, np.int64)
     across[1:-1], along[:, 1:-1] = smooth[2:] - smooth[:-2], smooth[:, 2:] - smooth[:, :-2]
@@ -269,7 +269,7 @@ def _moved(at: Int64, pitch: int, lean: int) -> tuple[Int64, Mask]:
 
 
 def _gathered(exemplar: Exemplar, yx: Int32, usable: Mask) -> Exemplar:
-    """Return the exemplar of other pixels, in all planes; vectors of normal maps stay as they are."""
+    """Return the exemplar with pixels gathered from `yx` in all planes; vectors of normal maps are not rotated."""
 
     def moved(plane: Plane) -> Plane:
         pixels, y, x = plane.pixels, yx[..., 0], yx[..., 1]

@@ -14,12 +14,12 @@ from ..model.sourcemap import SourceMap
 
 
 def resolved(method: Repeat, exemplars: Exemplars, canvas: Canvas) -> Repeat:
-    """Return the method: it has no automatic parameters."""
+    """Return the method unchanged, as it has no automatic parameters."""
     return method
 
 
 def synthesize(method: Repeat, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
-    """Repeat the exemplar over the canvas; the seed changes nothing."""
+    """Repeat the exemplar over the canvas; where a start map has pixels they are kept. The seed is not used."""
     run.tick(0, 1)
     exemplar = exemplars[0]
     yx, pose = _repeated(exemplar, Box(0, 0, canvas.height, canvas.width)), None

@@ -11,11 +11,11 @@ def lay_tile(
     out: Int32, begin: Int64, rates: Int64, whole: int, vectors: Int64,
     anchor: Int64,
 ) -> None:  # fmt: skip
-    """Write for every px the exemplar px of the tile at `anchor` that repeats there (Lopez Recas 2011, eq. 3.29).
+    """Write for every px of `out` (H, W, 2) the exemplar px of the tile at `anchor` (Lopez Recas 2011, eq. 3.29).
 
     The position along both vectors (1/256 px), in units of 1 / whole periods, grows by rates[0] with every row and by
-    rates[1] with every column; `begin` is that of the first px; all lie in 0 to whole - 1. Only whole numbers: floats
-    would miss at the lattice points themselves.
+    rates[1] with every column; `begin` is that of the first px; all lie in 0 to whole - 1. All is in whole numbers:
+    rounded floats would give a wrong px at lattice points.
     """
     first, second = begin[0], begin[1]
     half = 128 * whole

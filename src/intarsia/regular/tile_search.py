@@ -1,7 +1,7 @@
 """Best tile: the parallelogram of one lattice cell whose opposite borders match best, and its exact repetition.
 
 Repeated side by side it gives a regular pattern; if the exemplar is regular no joint is visible. It is the fallback for
-exemplars that hold hardly more than one period.
+exemplars of hardly more than one period.
 
 The position along both lattice vectors is an exact fraction, so that nothing drifts, however far out. On a canvas that
 wraps, the lattice is strained a little so that it closes.
@@ -36,22 +36,22 @@ from .tile_kernels import lay_tile
 
 Rates = list[list[Fraction]]
 
-STRAIN = 0.02  # how much a lattice may be strained to close around a canvas
-BITS = 61  # what fits into 64 bits with a sign and a sum of two
+STRAIN = 0.02  # largest strain of a lattice to close around a canvas
+BITS = 61  # bits of a number so that a sum of two with sign fits into 64
 
 
 @dataclass(frozen=True)
 class TileLayout:
-    """Where a tile repeats.
+    """Repetition of a tile over a canvas.
 
     Attributes
     ----------
     anchor : (y, x)
-        The tile's corner, exemplar px; canvas px (y, x) shows it.
+        The tile's corner in exemplar px; canvas px of the same coordinates is a copy of it.
     vectors : ((dy, dx), (dy, dx))
         The tile's sides in the exemplar, 1/256 px.
     rates : [[Fraction, Fraction], [Fraction, Fraction]]
-        How many sides one px down, and one px to the right, goes along the first and the second vector.
+        By how many first and second vectors the position in the tile advances per px down, and per px to the right.
     """
 
     anchor: Vector
@@ -60,7 +60,10 @@ class TileLayout:
 
     @classmethod
     def of(cls, anchor: Vector, vectors: Vectors, canvas: Canvas) -> TileLayout:
-        """Repeat a tile by its sides. Raise ParameterError if the canvas wraps at no whole number of periods."""
+        """Return the layout of a tile on a canvas; it is strained along axes that wrap, by 2 % at most.
+
+        Raise ParameterError if a wrapped axis needs more strain.
+        """
         (p, q), (r, s) = vectors
         area, lengths = p * s - q * r, (canvas.height, canvas.width)
         sides = [_once_around(vectors, canvas, axis) for axis in (0, 1)]
@@ -71,7 +74,7 @@ class TileLayout:
         fixed = math.lcm(*(length for side, length in zip(sides, lengths, strict=True) if side)).bit_length()
         bits = BITS - max(abs(n) for v in vectors for n in v).bit_length() - fixed
         if _denominator(rates).bit_length() > bits + fixed:
-            one = 1 << bits  # a lattice of very long vectors: rounded, beyond any px
+            one = 1 << bits  # for very long vectors rates are rounded to fit into 64 bits
             rates = [
                 rate if side else [Fraction(round(f * one), one) for f in rate]
                 for rate, side in zip(rates, sides, strict=True)
@@ -79,7 +82,7 @@ class TileLayout:
         return cls(anchor, vectors, rates)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """Return the exemplar pixels (height, width, 2) of a window, all upright; y0, x0 may be negative and huge."""
+        """Return the exemplar pixels (height, width, 2) of a window; y0, x0: any whole numbers."""
         whole = _denominator(self.rates)
         steps = [[int(f * whole) % whole for f in rate] for rate in self.rates]
         y, x = y0 - self.anchor[0], x0 - self.anchor[1]
@@ -95,7 +98,7 @@ def _denominator(rates: Rates) -> int:
 
 
 def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
-    """Return which px around its corner a tile of sides in 1/256 px may read, and where in that array the corner is.
+    """Return which px around its corner a tile of sides in 1/256 px may read, and the corner's index in that array.
 
     For fractional vectors: all px whose square meets the parallelogram. For whole ones: those of one period.
     """
@@ -117,17 +120,18 @@ def read_offsets(vectors: Vectors) -> tuple[Mask, Vector]:
 
 
 def periods_along(vectors: Vectors, axis: int, longest: int) -> list[tuple[int, int, int]]:
-    """Return the lattice vectors that lead straight down (axis 0) or right (axis 1), at most `longest` px, rising.
+    """Return the lattice vectors within 2 % of the downward (axis 0) or rightward (axis 1) direction, by length.
 
-    Each as the multiples of both vectors, and the length in px, rounded.
+    Each as its multiples of both vectors and its length in px, rounded, at most `longest`; of equal lengths the one of
+    least strain first.
     """
     (p, q), (r, s) = (v if axis == 0 else v[::-1] for v in vectors)
-    swapped = abs(q) > abs(s)  # count the vector that leads less far aside
+    swapped = abs(q) > abs(s)  # `a` counts the vector with the smaller component across the axis
     if swapped:
         (p, q), (r, s) = (r, s), (p, q)
-    step = p - r * q / s  # forward, for each vector counted
+    step = p - r * q / s  # along the axis per count of `a`
     most = math.ceil((longest * UNIT + abs(r)) / max(abs(step), 1.0))
-    reach = min(8, math.ceil(STRAIN * longest * UNIT / abs(s)))  # far out there are many, and the nearest suffice
+    reach = min(8, math.ceil(STRAIN * longest * UNIT / abs(s)))  # of many at long distances the nearest suffice
     a, near = (n.ravel() for n in np.meshgrid(np.arange(-most, most + 1), np.arange(-reach, reach + 1)))
     b = near - ((2 * a * q + abs(s)) // (2 * abs(s))) * (1 if s > 0 else -1)
     forward, aside = a * p + b * r, a * q + b * s
@@ -162,8 +166,8 @@ def _once_around(vectors: Vectors, canvas: Canvas, axis: int) -> Vector | None:
     )
 
 
-BAND = 8  # px: width of the border that is compared
-SHARES = (12, 10, 8, 6, 5, 4)  # of the exemplar, in sixteenths: sides that are tried in a direction without a period
+BAND = 8  # px: default width of the borders compared
+SHARES = (12, 10, 8, 6, 5, 4)  # sixteenths of the exemplar: lengths tried along courses, where there is no period
 
 
 class Tile(NamedTuple):
@@ -176,7 +180,7 @@ class Tile(NamedTuple):
     vectors : ((dy, dx), (dy, dx))
         Its sides, whole px.
     cost : int
-        Sum of the squared differences of both pairs of opposite borders, in feature units.
+        Sum of the squared differences of both pairs of opposite borders, in squared feature units.
     costs : int64 array, shape (H, W)
         The cost of every anchor; -1 if the tile or its border leaves the exemplar.
     """
@@ -195,6 +199,7 @@ def best_tile(
     Parameters
     ----------
     features : int16 array, shape (H, W, C)
+        Of the exemplar.
     vectors : two (dy, dx)
         Of the lattice, in 1/256 px; not parallel.
     usable : bool array, shape (H, W), optional
@@ -202,10 +207,15 @@ def best_tile(
     band : int
         Width of the compared borders, centred on the sides, px.
 
+    Returns
+    -------
+    Tile
+        The one of least cost, of equals the first by rows.
+
     Raises
     ------
     ParameterError
-        If the band is below 1 or the vectors are parallel.
+        If the band is below 1 or the vectors, rounded to px, are parallel.
     MethodError
         If no tile with its borders fits into the exemplar.
     """
@@ -241,7 +251,7 @@ def _add_border(costs: Int64, difference: Int64, side: Vector, band: int) -> Non
     (dy, dx), (height, width) = side, costs.shape
     rows = abs(dy)
     around = np.pad(difference, rows + band, constant_values=-1)
-    sums = np.cumsum([np.maximum(around, 0), around < 0], axis=2)  # and how many are missing
+    sums = np.cumsum([np.maximum(around, 0), around < 0], axis=2)  # differences, and number of missing ones
     bands = sums[:, :, band:] - sums[:, :, :-band]
     total = np.zeros((2, height, width), np.int64)
     for i in range(rows):
@@ -260,7 +270,7 @@ def squared_steps(features: Int16, usable: Mask, step: Vector) -> Int64:
 
 
 def period_difference(features: Int16, vectors: Sequence[Vector], usable: Mask) -> float:
-    """Return how much the periods of a texture differ: 0 they are equal, 1 no more alike than any two places.
+    """Return how much the periods of a texture differ: 0 if they are equal, 1 if as much as random pairs of pixels.
 
     The root mean square of the differences over both vectors (1/256 px, rounded to px), divided by that of random
     pairs.
@@ -279,7 +289,7 @@ def period_difference(features: Int16, vectors: Sequence[Vector], usable: Mask) 
 
 @dataclass(frozen=True)
 class Tiling:
-    """The best tile of an exemplar, its vectors (1/256 px), and the width in px of the border that was compared."""
+    """The best tile of an exemplar, its exact vectors in 1/256 px, and the width in px of the compared borders."""
 
     tile: Tile
     vectors: Vectors
@@ -287,7 +297,10 @@ class Tiling:
 
     @classmethod
     def of(cls, lattice: Pairs, weights: Weights, band: int, exemplar: Exemplar) -> Tiling:
-        """Find the best tile, with narrower borders if none fits. Raise MethodError if none fits at all."""
+        """Find the best tile; the band is halved until one fits. Raise MethodError if none fits with a band of 1 px.
+
+        With one lattice vector several lengths along the courses are tried, and the least cost per px of border wins.
+        """
         picture = features([exemplar], weights).pictures[0]
         shape = int(picture.shape[0]), int(picture.shape[1])
         first, second = cell_of(lattice, shape)
@@ -332,7 +345,7 @@ def _drop_outside(costs: Int64, mask: Mask, vectors: Vectors) -> None:
 
 
 def _sides(vector: Vector, shape: Pair) -> list[Vector]:
-    """Return sides perpendicular to the only lattice vector, the longest first: no period limits their length."""
+    """Return vectors perpendicular to the only lattice vector, longest first: 12/16 to 4/16 of the room there is."""
     length = math.hypot(*vector)
     y, x = -vector[1] / length, vector[0] / length
     room = min(n / abs(c) if abs(c) > 1e-9 else math.inf for n, c in zip(shape, (y, x), strict=True))

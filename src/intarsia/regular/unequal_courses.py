@@ -1,7 +1,8 @@
 """Courses of unequal heights: bed joints from the lines across an exemplar, and the stones between them.
 
-Lines lie on the outlines of stones, so a wide bed has two. They are merged to the beds that differ most from what lies
-between; then beds and mortar are found from one another, as in walls of one pitch. The method is this project's own.
+Lines run along the outlines of stones, so a wide bed has two. Each line is moved to a dark or bright path nearby, and
+lines of the same bed are merged; of dark and bright beds those that differ most from the faces between them are kept.
+Then beds and mortar are found from one another, as in walls of one pitch. The method is this project's own.
 """
 
 from __future__ import annotations
@@ -37,46 +38,46 @@ from .wall_kernels import NO_JOINT as CUT
 
 
 class Unequal:
-    """How beds are found by lines, and what is a wall. Halved and doubled on 12 exemplars that hold 181 stones."""
+    """Beds by lines, and conditions of a wall. Numbers are stones found in 12 exemplars, 181 as set."""
 
-    near = 24  # the reach of lines is this part of the shorter side, as lines lie apart; 12: 171 stones, 48: 177
-    least = 6  # px at least; 3: the same, 12: 182
-    same = 0.6  # of that reach apart in the mean, two beds are one; 0.3 and 1.2: the same
-    bend = 64  # of 255 is what a bed pays for each px aside; 32: 180, 128: 185, but beds cut corners of stones
-    stray = 0.3  # of the lowest course a bed may leave its line, when mortar is known; halved: 175, doubled: 178
-    wide = 1  # px to either side that mortar is smoothed over; 0: 184, 2: 168
-    low = 0.4  # of the usual height, and 4 px: what is lower is a wide bed; 0.2: the same, 0.8: 155
-    full = 170  # of 255: what looks less like faces holds joints, and is no stone; 180: the same, 220: 174
-    like = 0.2  # of a course's height stones may be higher or lower. At 0.25 they touch across beds
-    some = 4  # such stones, or the course is left; 2: two stones take turns in a row, 8: three of six are lost
-    many = 8  # whole stones: from so many on, none that the border cuts is used; 4: 176, 16: 187
-    enough = 10  # whole stones: fewer are no wall; 5: one more of cobbles is, 20: five of ten are none
-    covered = 0.45  # of the exemplar is stones that are known; of ten 0.53 to 0.73, of a house's front 0.25
-    joints = 96  # of 255: what joints look like faces at most; of ten 5 to 68, hexagons 130, letters 114 and 176
+    near = 24  # beds are searched within the shorter side divided by this from a line; 12: 171 stones, 48: 177
+    least = 6  # px: and within this at least; 3: the same, 12: 182
+    same = 0.6  # of that reach: beds nearer in the mean are merged; 0.3 and 1.2: the same
+    bend = 64  # of 255: cost of a bed per px aside; 32: 180, 128: 185, but beds cut corners of stones
+    stray = 0.3  # of the lowest course: a bed may leave its line by it once mortar is known; halved: 175, doubled: 178
+    wide = 1  # px to either side over which features are averaged; 0: 184, 2: 168
+    low = 0.4  # of the median height, and 4 px: lower stones are wide beds; 0.2: the same, 0.8: 155
+    full = 170  # of 255: least mean of the map of faces inside a stone, else it holds joints; 180: the same, 220: 174
+    like = 0.2  # of a course's height: by so much its stones may be higher or lower; 0.25: they touch across beds
+    some = 4  # least such stones of a course that is used; 2: two stones alternate in a row, 8: three of six are lost
+    many = 8  # whole stones from which on no stone cut by the border is used; 4: 176, 16: 187
+    enough = 10  # least whole stones of a wall; 5: one exemplar of cobbles more is one, 20: five of ten are none
+    covered = 0.45  # least share of the exemplar in known stones; ten walls: 0.53 to 0.73, a house front: 0.25
+    joints = 96  # of 255: largest mean of the map of faces on joints; ten walls: 5 to 68, hexagons 130, text 114, 176
 
 
 class UnequalMasonry(NamedTuple):
-    """Courses of unequal heights along x: what the exemplar holds, whole bricks, and heights."""
+    """Courses of unequal heights along x: masonry of the exemplar, its bricks, and heights of its courses."""
 
-    picture: Int16  # (H, W, C): features, axes swapped where courses stand upright
+    picture: Int16  # (H, W, C): features, axes swapped if courses are upright
     usable: Mask
     upright: bool
     work: Masonry
     bricks: Bricks
-    own: Int64  # of every brick how high it is, px
-    heights: tuple[int, ...]  # of the courses that some bricks are about as high as, from top to bottom, px
-    faces: int  # how much joints look like faces in the mean, 0 to 255
+    own: Int64  # (n,): the height of every brick, px
+    heights: tuple[int, ...]  # of the courses with enough bricks of about that height, from top to bottom, px
+    faces: int  # mean of the map of faces on joints, 0 to 255
 
     @property
     def sure(self) -> bool:
-        """Whether its stones and joints are clear enough to be used by the automatic choice."""
+        """Whether the automatic choice may use it: by share of known stones, number of whole ones, and joints."""
         known = int((self.own * self.bricks.sizes).sum()) >= Unequal.covered * self.usable.size
         whole = int((self.bricks.table[:, 3:] != CUT).all(axis=1).sum())
         return known and whole >= Unequal.enough and self.faces <= Unequal.joints
 
     @property
     def told(self) -> str:
-        """A description of its stones and courses."""
+        """A description of its stones and courses for messages."""
         size = "wide" if self.upright else "high"
         high = f"{min(self.heights)} to {max(self.heights)}" if len(set(self.heights)) > 1 else f"{self.heights[0]}"
         return f"{len(self.own)} stones lie in courses {high} px {size}"
@@ -89,7 +90,7 @@ class UnequalMasonry(NamedTuple):
 
 
 def unequal_masonry(exemplar: Exemplar, weights: Weights = None) -> UnequalMasonry:
-    """Return the courses of an exemplar by its lines. Raise MethodError if there are none, or they hold no bricks."""
+    """Return the courses of an exemplar by its lines. Raise MethodError if there are none, or no whole brick."""
     return exemplar.memo(("masonry", weights), lambda: _found(exemplar, weights))
 
 
@@ -129,7 +130,7 @@ def _found(exemplar: Exemplar, weights: Weights) -> UnequalMasonry:
 
 
 def _sorted_out(work: Masonry, bricks: Bricks) -> Bricks:
-    """Leave out bricks that hold joints or lie within a wide bed, and those cut by the border if there are enough."""
+    """Leave out bricks that contain joints or lie in a wide bed, and those cut by the border if 8 are whole."""
     own = _heights(work, bricks)
     least = max(Unequal.low * median_high(own), 4)
     full = [_filled(work, brick) for brick in bricks.table.tolist()]
@@ -142,7 +143,7 @@ def _sorted_out(work: Masonry, bricks: Bricks) -> Bricks:
 
 
 def _filled(work: Masonry, brick: list[int]) -> bool:
-    """Return whether a brick is one face inside, and not several with joints between."""
+    """Return whether a brick is one face inside, and not several with joints between; `brick`: row of the table."""
     k, a, b = brick[:3]
     rim = min(max(work.thickness, 2), (b - a - 1) // 2)
     top, end = work.beds[k, a + rim : b - rim] + rim, work.beds[k + 1, a + rim : b - rim] - rim
@@ -153,13 +154,13 @@ def _filled(work: Masonry, brick: list[int]) -> bool:
 
 
 def _heights(work: Masonry, bricks: Bricks) -> Int64:
-    """Return the height of every brick, with half of the beds above and below."""
+    """Return the height of every brick, px, between the middles of the beds above and below."""
     between = [work.beds[k + 1, a:b] - work.beds[k, a:b] for k, a, b, _, _ in bricks.table]
     return np.array([int(high.sum()) // len(high) for high in between], np.int64)
 
 
 def faces_at_joints(work: Masonry) -> int:
-    """Return how much joints look like faces in the mean, 0 to 255."""
+    """Return the mean of the map of faces on head joints, 0 to 255; 255 without joints."""
     (height, width), total, count = work.faces.shape, 0, 0
     y = np.arange(height)
     for k, some in work.of_course.items():
@@ -171,7 +172,10 @@ def faces_at_joints(work: Masonry) -> int:
 
 
 def masonry_between_lines(picture: Array, usable: Mask, lines: Array) -> Masonry:
-    """Find beds, mortar and joints by lines (n, W). Raise MethodError if no course is whole."""
+    """Find beds, mortar and joints from lines (n, W), rows in px, in features (H, W, C).
+
+    Raise MethodError if fewer than two beds are found, or no course is whole.
+    """
     reach = max(min(usable.shape) // Unequal.near, Unequal.least)
     smooth = averages(picture.astype(np.int32), Unequal.wide)
     pitch = int(np.diff(lines, axis=0).sum()) // ((len(lines) - 1) * lines.shape[1])
@@ -179,7 +183,7 @@ def masonry_between_lines(picture: Array, usable: Mask, lines: Array) -> Masonry
     for cost in _fields(smooth, reach):
         some = _apart(_drawn(cost, lines.astype(np.int64), reach), reach)
         score = Contrast.of(smooth, usable, some, pitch).score if len(some) > 1 else 0.0
-        if score > best * 1.0001:  # no last bit of the linear algebra decides
+        if score > best * 1.0001:  # rounding errors do not decide
             beds, best = some, score
     if len(beds) < 2:
         raise MethodError("the lines that run across the exemplar hold no course between them.")
@@ -192,7 +196,7 @@ def masonry_between_lines(picture: Array, usable: Mask, lines: Array) -> Masonry
 
 
 def _fields(smooth: Array, reach: int) -> list[Int64]:
-    """Return the cost of a bed at every pixel, 0 to 255: for dark beds, and for bright ones."""
+    """Return the cost (H, W) of a bed at every pixel, 0 to 255: first for dark beds, then for bright ones."""
     light, side = smooth.sum(axis=2), 2 * reach + 1
     closed = lowest(highest(light, side, "symmetric"), side, "symmetric")
     opened = highest(lowest(light, side, "symmetric"), side, "symmetric")
@@ -211,7 +215,7 @@ def _drawn(cost: Array, lines: Array, reach: int) -> Int64:
 
 
 def _apart(beds: Array, reach: int) -> Int64:
-    """Return the beds with those that are the same merged."""
+    """Return the beds (n, W), from top to bottom, with those nearer than 0.6 `reach` px in the mean merged."""
     kept: list[Array] = []
     for bed in np.sort(beds, axis=0):
         if kept and int((bed - kept[-1]).sum()) < Unequal.same * reach * len(bed):

@@ -1,6 +1,6 @@
-"""Walls: an endless texture of courses of whole bricks, of one pitch or unequal heights, with free head joints.
+"""Walls: an endless texture of courses of whole bricks, of one pitch or unequal heights, with head joints anywhere.
 
-Which piece lies where depends only on its place and the seed: any window of the endless texture can be made alone.
+The piece at a pixel depends only on the pixel and the seed, so any window of the endless texture can be computed alone.
 
 For textures of which only courses repeat, Lopez Recas 2011 places blocks as elsewhere; placing whole bricks course by
 course is not in the source.
@@ -40,10 +40,10 @@ Made = TypeVar("Made", bound=tuple[Array, ...])
 
 
 class LRUCache(Generic[Made]):
-    """LRU cache of tuples of arrays by their places, limited in bytes."""
+    """LRU cache of tuples of arrays by pairs of numbers, limited to `most` bytes."""
 
     def __init__(self, most: int) -> None:
-        self._most, self._held = most, dict[Pair, Made]()  # not changed but replaced: threads share it
+        self._most, self._held = most, dict[Pair, Made]()  # replaced, never changed, as threads share it
 
     def __reduce__(self) -> Any:
         return LRUCache, (self._most,)
@@ -51,7 +51,7 @@ class LRUCache(Generic[Made]):
     def all(
         self, keys: Sequence[Pair], make: Callable[[Sequence[Pair]], Sequence[Made]]
     ) -> list[Made]:
-        """Return the values of the keys; `make` makes those that are missing."""
+        """Return the values of the keys, in their order; `make` computes the missing ones in one call."""
         held = self._held
         found = {key: held[key] for key in keys if key in held}
         missing = [key for key in keys if key not in found]
@@ -66,27 +66,30 @@ class LRUCache(Generic[Made]):
 Strip = tuple[Array, Array, Array]
 Cut = tuple[Int64]
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], list[Any]]
-HELD, CUTS_HELD = 24 << 20, 1 << 20  # bytes of courses that are kept for the windows beside, and of their cuts
-CHUNK = 256  # columns of a bed that are cut at once, so that any window is made of a few; 128 and 512: the same bytes
-RUN_UP = 48  # columns on both sides that decide where the cut crosses to the next chunk; 24 and 96: the same bytes
+HELD, CUTS_HELD = 24 << 20, 1 << 20  # bytes of courses cached for neighbouring windows, and of their cuts
+CHUNK = 256  # columns of a bed cut at once, so that a window needs few chunks; 128, 512: the same bytes
+RUN_UP = 48  # columns on both sides that fix the cut at the end of a chunk; 24, 96: the same bytes
 
 
-RIM = 4  # joints are so many times as wide as rims of stones, which count as face, too; without, slivers are seen
+RIM = 4  # rims of joint width / RIM around faces of stones count as face; without them slivers are visible
 
 
 class Reach:
-    """How far cuts may wander, and their costs; of nine walls of 320 px, less than 1 % changes if nothing is noted."""
+    """Range and costs of cuts. If no effect is noted, less than 1 % of the pixels of nine walls of 320 px change."""
 
-    beyond = 4  # px more than a joint is wide, in one; halved and doubled: nothing is seen
-    most = 24  # px at most, in a joint and in a bed; halved: two walls, doubled: the same bytes
-    bed = 4  # times that goes into the pitch; halved and doubled: 5 % of the planks, nothing is seen
-    dear = 3  # how much more a face out of place counts than a seam; 1: seams are less and bricks cut, 6: as is
+    beyond = 4  # px: a cut in a head joint may wander by the joint's width plus this; halved, doubled: not visible
+    most = 24  # px: and by this at most, in beds too; halved: two walls change, doubled: the same bytes
+    bed = 4  # a cut in a bed may wander by the pitch divided by this; halved, doubled: 5 % of planks, not visible
+    dear = 3  # weight of a misplaced face relative to a seam; 1: weaker seams, but bricks are cut, 6: the same
 
 
 def courses_of(
     lattice: Pairs, weights: Weights, exemplar: Exemplar
 ) -> tuple[Masonry, Array, Array, bool]:
-    """Return the courses of an exemplar, its features, its usable pixels, and whether axes are swapped (upright)."""
+    """Return the masonry of an exemplar, its features, its usable pixels, and whether courses are upright.
+
+    If they are, the axes of the first three are swapped. Cached with the exemplar.
+    """
 
     def found() -> tuple[Masonry, Array, Array, bool]:
         vector = cell_of(lattice, (exemplar.height, exemplar.width))[0]
@@ -98,7 +101,7 @@ def courses_of(
 
 
 def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
-    """Return the share of the courses that is whole bricks; 0 if there are none, or joints look like faces."""
+    """Return the share of the length of courses in known bricks; 0 if there are none, or joints look like faces."""
     try:
         work = courses_of(lattice, None, exemplar)[0]
         bricks = bricks_of(work)
@@ -114,10 +117,10 @@ def brick_share(lattice: Pairs, exemplar: Exemplar) -> float:
 class Wall:
     """An endless wall of courses."""
 
-    work: Masonry  # what the exemplar holds; its courses run along x
-    layout: CourseLayout  # which piece lies where
-    rows: Rows  # where the courses lie
-    scene: tuple[Any, ...]  # what the kernels read: see :mod:`intarsia.regular.wall_kernels`
+    work: Masonry  # of the exemplar, with courses along x
+    layout: CourseLayout  # the pieces of each course
+    rows: Rows  # the rows at which courses begin
+    scene: tuple[Any, ...]  # exemplar data for the kernels: see :mod:`intarsia.regular.wall_kernels`
     upright: bool  # the courses of the exemplar and of the canvas run down the rows: axes are swapped
     known: NDArray[np.intp] | None  # (2, H, W): for every pixel the nearest usable one; None where all are
     strips: LRUCache[Strip] = field(default_factory=partial(LRUCache, HELD), repr=False)
@@ -127,7 +130,7 @@ class Wall:
     def of(
         cls, lattice: Pairs, weights: Weights, exemplar: Exemplar, canvas: Canvas, seed: int
     ) -> Wall:
-        """Find courses and bricks; without a lattice courses of unequal heights, by their lines.
+        """Find courses and bricks, and lay them out; without a lattice courses of unequal heights, by their lines.
 
         Raise MethodError if no course is whole, ParameterError if the courses cannot close around the canvas.
         """
@@ -139,13 +142,13 @@ class Wall:
             work, picture, usable, upright = courses_of(lattice, weights, exemplar)
             rows, shown = Rows.equal(work.line, canvas, upright), work.faces
             layout = CourseLayout(work, bricks_of(work) or boards_of(work), rows, seed)
-        spare = 1 if work.thickness > 2 else 0  # so that no sliver of a neighbour is let in
+        spare = 1 if work.thickness > 2 else 0  # px less, so that no sliver of a neighbour is included
         halves = np.array([(work.thickness + 1) // 2 - spare, work.thickness // 2 - spare], np.int64)
         scene = (picture, usable, _misplacement_costs(picture, work, shown), work.beds, work.joints, halves)
         return cls(work, layout, layout.rows, scene, upright, nearest(usable))
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
-        """Return the exemplar pixels (height, width, 2) of a window of the wall, all upright."""
+        """Return the exemplar pixels (height, width, 2) of a window of the wall, without rotation or mirroring."""
         if self.upright:
             y0, x0, height, width = x0, y0, width, height
         out = np.full((height, width, 2), -1, np.int32)
@@ -175,12 +178,12 @@ class Wall:
         return self._usable(out)
 
     def _draft(self, out: Int32) -> Laid:
-        """Return the placed part of a window."""
+        """Return the exemplar pixels of a window so far, and which of its pixels are placed."""
         laid = out[:, :, 0] >= 0
         return self._usable(out), None, laid.T if self.upright else laid
 
     def _usable(self, out: Int32) -> Int32:
-        """Return usable exemplar pixels, with the axes of the exemplar."""
+        """Return the nearest usable exemplar pixels, with the axes of the exemplar."""
         yx: Array = np.clip(out, 0, np.subtract(self.scene[1].shape, 1))
         if self.known is not None:
             yx = np.moveaxis(self.known[:, yx[..., 0], yx[..., 1]], 0, 2)
@@ -188,12 +191,12 @@ class Wall:
 
     @property
     def _reach(self) -> int:
-        """How far a cut may leave the line of a bed, px."""
+        """Largest distance of a cut from the line of a bed, px."""
         return max(2, min(Reach.most, self.work.line.pitch // UNIT // Reach.bed))
 
     @property
     def _pace(self) -> Pair:
-        """Columns of a number of chunks, and that number."""
+        """Columns per chunk as a fraction: columns, and the number of chunks that they are divided into."""
         return (wide, max(1, wide // CHUNK)) if (wide := self.rows.width) else (CHUNK, 1)
 
     def _from(self, m: int) -> int:
@@ -202,21 +205,24 @@ class Wall:
         return m * columns // chunks
 
     def _laid(self, each: Each, names: Sequence[Pair]) -> list[Strip]:
-        """Make courses of chunks. Chains depend on one another, so they are made in turn; cutting runs in parallel."""
+        """Return the strips of courses in chunks. Chains are laid out in turn, as they depend on one another; head
+        joints are cut in parallel.
+        """
         spare = RUN_UP + 2 * Reach.most
         pieces = [self.layout.pieces(i, self._from(m) - spare, self._from(m + 1) + spare) for m, i in names]
         return each(self._make_strip, [(*name, some) for name, some in zip(names, pieces, strict=True)])
 
     def _cut_beds(self, each: Each, both: Mapping[Pair, tuple[Strip, Strip]], names: Sequence[Pair]) -> list[Cut]:
-        """Cut courses of chunks against those below them."""
+        """Return the cuts of pairs of strips, each between a course and the one below it."""
         return each(self._cut_bed, [both[name] for name in names])
 
     def _make_strip(self, course: tuple[int, int, list[Piece]]) -> Strip:
-        """Make a course: its pixels (R, w, 2), the costs beyond its beds (R, w), the row of its first pixel (w,)."""
+        """Return a course in a chunk: exemplar pixels (R, w, 2), costs beyond its beds (R, w), first canvas row (w,).
+        """
         m, i, pieces = course
         first = self._from(m) - RUN_UP
         wide = self._from(m + 1) + RUN_UP + 1 - first
-        reach, y0 = self._reach, self.rows.row(2 * i, first)  # rows are counted from there, however far out
+        reach, y0 = self._reach, self.rows.row(2 * i, first)  # rows are counted from there, to stay small numbers
         top = self.rows.rows(i, first, wide, y0)
         below = self.rows.rows(i + 1, first, wide, y0)
         tall = int((below - top).max()) + 2 * reach + 1
@@ -227,7 +233,7 @@ class Wall:
         return out, wrong, top - reach + y0
 
     def _row(self, i: int, p: Piece, first: int, y0: int) -> tuple[int, ...]:
-        """Return a piece as the kernels read it, its beds as far from the line above as from the one below."""
+        """Return a piece for the kernels; its beds are centred on the lines of the course above and below."""
         line = self.work.line
         here, away = p.source + (p.end - p.first) // 2, (p.first + p.end) // 2
         x = np.clip(np.arange(p.source, p.source + p.end - p.first), 0, self.scene[1].shape[1] - 1)
@@ -237,7 +243,7 @@ class Wall:
         return p.first - first, p.end - first, p.source - p.first + first, ty, *p[3:8]
 
     def _span(self, i: int, k: int, pieces: list[Piece], y0: int) -> tuple[int, int, int]:
-        """Return the first row of the head joint before a piece, its number of rows, and how far its cut may wander."""
+        """Return the first row of the head joint before a piece, its number of rows, and the range of its cut, px."""
         if k == 0:
             return 0, 1, 0
         left, right = pieces[k - 1], pieces[k]
@@ -247,7 +253,9 @@ class Wall:
         return min(ends) - self._reach - 1, max(ends) - min(ends) + 2 * self._reach + 3, wander
 
     def _cut_bed(self, both_strips: tuple[Strip, Strip]) -> Cut:
-        """Cut two courses along their bed: how many rows of the band the upper one keeps in each column of the chunk.
+        """Cut two courses along their bed.
+
+        Return how many rows of the band around the bed the upper one keeps in each column of the chunk.
         """
         upper, lower = both_strips
         cost, gap = wall_kernels.bed_costs(self.scene, upper[:2], lower[:2], lower[2] - upper[2], self._reach)
@@ -264,7 +272,7 @@ class Wall:
 
 
 def _misplacement_costs(picture: Array, work: Masonry, shown: Array) -> Int64:
-    """Return what a pixel out of place costs: its difference from mortar, in units of colour."""
+    """Return the cost (H, W) of pixels beyond their piece: the map of faces scaled to 3 times the colour contrast."""
     faces = work.faces
     mortar, face = picture[faces < FACE // 4], picture[faces > 3 * FACE // 4]
     contrast = math.dist(mortar.mean(axis=0), face.mean(axis=0)) if len(mortar) and len(face) else 0.0

@@ -1,9 +1,9 @@
 """Kernels of walls: course layout by dynamic programming, least cuts in head joints and in bed joints.
 
-A scene is what the exemplar holds: (picture (H, W, C) int16, usable (H, W), faces (H, W): what a pixel costs out of
-place, beds (n, W), joints (m, H), and (2,) the widths of the right and the left half of a joint). A piece is a row of
-nine numbers: first column and end on the canvas, what to add to a canvas column and row to read it, the number of its
-course, the joints at its left and right end (FACE: the course is cut there), and the exemplar columns of both ends.
+A scene is the data of the exemplar: (picture (H, W, C) int16, usable (H, W), faces (H, W): the cost of a pixel beyond
+its piece, beds (n, W), joints (m, H), and (2,) the widths of the right and the left half of a joint). A piece is a row
+of nine numbers: first column and end on the canvas, the offsets from canvas columns and rows to those of the exemplar,
+the number of its course, the joints at its left and right end (NO_JOINT: cut there), the exemplar columns of its ends.
 """
 
 from __future__ import annotations
@@ -16,20 +16,23 @@ from ..kernels.jit import kernel
 from ..kernels.shortest_paths import least_cut
 from .block_kernels import readable
 
-FAR = np.int64(1) << 60  # more than any chain costs
-STRETCH = 8  # a px by which joints are widened or narrowed; halved: 3.8 px on 10 walls instead of 3.0, doubled: 2.1
-SLIVER = 3000  # the shortest of all pieces; at 0 six wrapped walls cut theirs to a third; halved and doubled: the same
+FAR = np.int64(1) << 60  # cost of an impossible chain
+STRETCH = 8  # cost per px that joints are widened or narrowed; halved: 3.8 px on 10 walls instead of 3.0, doubled: 2.1
+SLIVER = 3000  # largest cost of a cut piece that is too short; 0: six wrapped walls have some; halved, doubled: same
 
 
 @kernel
 def best_chain(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closing: Any, rules: Any, out: Any) -> int:
-    """Find the cheapest chain of `length` px: `out` (n, 3): element, first column, end. Return how many elements.
+    """Find the cheapest chain of `length` px by dynamic programming; return the number of its elements.
 
-    `sizes` (K,): lengths of the elements; `start` (K, length + 1): cost of an element by where it begins; `joint`
-    (length + 1,): cost of a joint by where it lies; `pair` (K, K): cost of one after another; `closing` (K,): cost
-    before what follows the chain. `rules`: the first element; by how many px the chain may miss its length; the least
-    px that the last element may be cut to, and the cost of that; the cost of an element used two or three before; which
-    element follows the chain, or -1. The last element may be cut, so that there always is a chain.
+    Write to `out` (n, 3) for each: element, first column, end.
+
+    `sizes` (K,): lengths of the elements, px; `start` (K, length + 1): cost of an element by its first column; `joint`
+    (length + 1,): cost of a joint by column; `pair` (K, K): cost of the second after the first; `closing` (K,): cost of
+    the last element before the one that follows the chain. `rules`: the first element; the px by which the chain may
+    miss its length; the least px that the last element may be cut to without further cost, and the cost of cutting; the
+    cost of an element that is also second or third before; the element that follows the chain, or -1. The last element
+    may be cut, so that there always is a chain.
     """
     first, slack, least, cut, again, following = rules[0], rules[1], rules[2], rules[3], rules[4], rules[5]
     count = len(sizes)
@@ -74,7 +77,7 @@ def best_chain(length: int, sizes: Any, start: Any, joint: Any, pair: Any, closi
 
 @kernel
 def _written(length: int, sizes: Any, back: Any, end: int, last: int, tail: int, out: Any) -> int:
-    """Trace a chain back and write it forwards; the px it misses of its length are spread over its joints."""
+    """Trace a chain back and write it in order; px missing from its length are spread over its joints."""
     n, u, k = 0, end, last
     while u > 0:
         n += 1
@@ -91,15 +94,15 @@ def _written(length: int, sizes: Any, back: Any, end: int, last: int, tail: int,
     return n
 
 
-NO_JOINT = -1  # beside the numbers of joints
-UNREADABLE = 1 << 20  # more than any cut costs without it: a hundred times the largest distance of two pixels
-STEP = 8  # what a pixel beyond its joint counts at least
-BEYOND = 1 << 40  # px: beyond any exemplar
+NO_JOINT = -1  # in place of a joint's number: the piece is cut there
+UNREADABLE = 1 << 20  # cost of a pixel that is not usable, a hundred times the largest distance of two pixels
+STEP = 8  # least cost of a pixel beyond its joint or bed
+BEYOND = 1 << 40  # px: a column beyond any exemplar
 
 
 @kernel
 def misplacement_cost(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> int:
-    """Return the cost of an exemplar pixel that may lie beyond the piece it belongs to."""
+    """Return the cost of an exemplar pixel (y, x): 0 within its piece, UNREADABLE if not usable; `beyond`: outside."""
     if not readable(usable, y, x):
         return UNREADABLE
     return int(faces[y, x]) + STEP if beyond else 0
@@ -107,7 +110,7 @@ def misplacement_cost(usable: Any, faces: Any, y: int, x: int, beyond: bool) -> 
 
 @kernel
 def colour_distance(picture: Any, a: int, b: int, y: int, x: int) -> int:
-    """Return the distance of two exemplar pixels; those outside count as the nearest inside."""
+    """Return the colour distance of exemplar pixels (a, b) and (y, x), clamped to the border, rounded down."""
     h, w = picture.shape[:2]
     a, b, y, x = min(max(a, 0), h - 1), min(max(b, 0), w - 1), min(max(y, 0), h - 1), min(max(x, 0), w - 1)
     total = np.int64(0)
@@ -119,7 +122,10 @@ def colour_distance(picture: Any, a: int, b: int, y: int, x: int) -> int:
 
 @kernel
 def border(joints: Any, half: int, kind: int, end: int, side: int, y: int) -> int:
-    """Return the column where a piece begins (side 0) or ends (1) in a row of the exemplar, with half its joint."""
+    """Return the exemplar column up to which a piece may be used on the left (side 0) or right (1) in row `y`.
+
+    That is its joint, or for a cut end `end` less half a joint. There is no limit above and below the exemplar.
+    """
     if kind == NO_JOINT:
         return end + half if side == 0 else end - half
     if not 0 <= y < joints.shape[1]:
@@ -163,8 +169,8 @@ def place_course(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong
     """Place the pieces of a course: `out` (R, w, 2) the exemplar pixels, `wrong` (R, w) their costs beyond its beds.
 
     `rows` (w,): the canvas row of the first row of `out` in each column; `spans` (n, 3): for the joint before every
-    piece its first canvas row, how many rows, and how far it may wander; `pieces` (n, 9) from left to right over all
-    columns, canvas columns counted from the first of `out`.
+    piece its first canvas row, number of rows, and the largest distance of the cut, px; `pieces` (n, 9): from left to
+    right over all columns, canvas columns counted from the first of `out`.
     """
     tall, wide = out.shape[:2]
     n = len(pieces)
@@ -194,10 +200,10 @@ def place_course(scene: Any, pieces: Any, rows: Any, spans: Any, out: Any, wrong
 def bed_costs(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any:
     """Return the cost of each cut between two courses: (w, 2 reach + 2); cut k leaves k rows of the band to the upper.
 
-    Also return how much both courses differ at each pixel of the band: (w, 2 reach + 1).
+    Also return the colour distance of both courses at each pixel of the band: (w, 2 reach + 1).
 
-    `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) from :func:`lay`; the band is the first 2 reach + 1 rows of the
-    lower one, and lies `shift` (w,) rows down in the upper one.
+    `upper`, `lower`: (pixels (R, w, 2), wrong (R, w)) from :func:`place_course`; the band is the first 2 reach + 1 rows
+    of the lower one, and lies `shift` (w,) rows down in the upper one.
     """
     band = 2 * reach + 1
     wide = len(shift)
@@ -221,7 +227,10 @@ def bed_costs(scene: Any, upper: Any, lower: Any, shift: Any, reach: int) -> Any
 
 @kernel
 def write_course(pixels: Any, rows: Any, top: Any, end: Any, out: Any, at: Any) -> None:
-    """Write the rows top .. end of a course (R, w, 2) to a window `out` whose first column is column -`at`."""
+    """Write the rows top .. end - 1 of a course (R, w, 2) to a window `out`.
+
+    `rows` (w,): the window's row for the first row of the course; `at`: the window's column for its first column.
+    """
     for x in range(len(top)):
         u = x + at
         if not 0 <= u < out.shape[1]:

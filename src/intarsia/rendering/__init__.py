@@ -1,7 +1,8 @@
 """Rendering of a map: source pixels, blending at seams, tone correction, normal maps and magnification.
 
-Here: the source atlas that a map is drawn from (exemplars end to end, distances to unusable pixels, the map), the sRGB
-curve in both directions, exact for integers, and the whole numbers that matching starts from.
+This module has the source atlas that a map is drawn from (the pixels of all exemplars in one array, distances to
+unusable pixels, the map), the sRGB curve in both directions, exact for integers, and the conversion of planes to the
+whole numbers that matching uses.
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ OUTSIDE = "the map points outside its exemplars; it belongs to others, or is dam
 
 @dataclass(frozen=True)
 class SourceAtlas:
-    """A map and one plane of its exemplars end to end (the source atlas), all in px of the plane."""
+    """A map and one plane of its exemplars, concatenated into one array (the source atlas), in px of the plane."""
 
     samples: Array  # (N, C) codes of all exemplars
     reach: Reach
     smap: SourceMap
     full: Map
-    scale: int  # how many times larger than the map
+    scale: int  # how many times the plane is larger than the map, at least 1
 
     @classmethod
     def of(cls, exemplars: Exemplars, planes: list[Plane], scale: int, smap: SourceMap, feather: int) -> SourceAtlas:
-        """Place the planes end to end, those that are smaller than the map (-`scale` times) enlarged.
+        """Concatenate the planes of the exemplars; those -`scale` times smaller than the map are enlarged to its size.
 
-        Without a `feather`, in px of the plane, there are no votes, and no distance is measured.
+        `feather`: in px of the plane. If it is 0 there are no votes, and distances to unusable pixels are left empty.
         """
         grow = max(scale, 1)
         layers = [enlarged(p.samples, max(-scale, 1)) for p in planes]
@@ -62,12 +63,14 @@ class SourceAtlas:
 
     @property
     def usable(self) -> Mask | None:
-        """Which pixels (N,) may be used; None where all or none may."""
+        """Which pixels (N,) may be used; None if all or none may."""
         free = self.reach.free
         return free if free.any() and not free.all() else None
 
     def cut(self, box: Box) -> tuple[Array, ...]:
-        """Return a box of the map: the parts of `full`, and of maps that are not exact the last two of `Part` as well.
+        """Return a box of the map, in px of the plane: (yx, which, pose), and for maps that are not exact `at` and `j`.
+
+        See :func:`~.vote_kernels.cut_window` and :class:`~.warped_kernels.Part`.
 
         Raise InputError if it points outside its exemplars.
         """
@@ -90,7 +93,7 @@ class SourceAtlas:
 
 
 def enlarged(samples: Array, times: int) -> Array:
-    """Return pixels (H, W, ...) as squares of `times` x `times`; one time is the array itself."""
+    """Return an array (H, W, ...) with each pixel repeated as a square of `times` px; once: the array itself."""
     return samples if times == 1 else np.repeat(np.repeat(samples, times, 0), times, 1)
 
 
@@ -103,7 +106,7 @@ def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[n
         rows, columns = (np.minimum(np.arange(1, n + 1), np.arange(n, 0, -1)) for n in (height, width))
         return np.minimum(np.minimum.outer(rows, columns), cap).astype(np.uint16)
     usable = enlarged(exemplar.usable, grow)
-    # Around a torus the nearest one is never further than one round.
+    # On a torus the nearest one is never further than its longer side.
     edge = min(cap, max(height, width)) if exemplar.toroidal else 1
     padded = np.pad(usable, edge, mode="wrap") if exemplar.toroidal else np.pad(usable, edge)
     distance = ndimage.distance_transform_cdt(padded, metric="chessboard")[edge:-edge, edge:-edge]
@@ -113,12 +116,12 @@ def _distances_to_unusable(exemplar: Exemplar, grow: int, cap: int) -> NDArray[n
 BITS = 28
 """Linear light of integer planes is fixed point: white is 1 << BITS."""
 
-_KNEE = (4045, 100_000)  # at or below this share of white the curve is a straight line
+_KNEE = (4045, 100_000)  # a fraction of white, 0.04045: codes up to it are on the linear part of the sRGB curve
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Conversion between the codes of one plane and the numbers that are blended.
+    """Conversion between the codes of one plane and linear light, in which they are blended.
 
     Parameters
     ----------
@@ -147,7 +150,7 @@ class Curve:
 
     @property
     def table(self) -> Int32:
-        """Integers only: the light of every code."""
+        """The light of every code; for integers only."""
         return (
             light_table(self.dtype.itemsize)
             if self.srgb
@@ -155,9 +158,9 @@ class Curve:
         )
 
     def linear(self, samples: Array) -> Array:
-        """Return the light of codes (..., C): int32 fixed point, or float64; as they are without a curve.
+        """Return the light of codes (..., C): int32 fixed point, or float64; codes themselves if they are not sRGB.
 
-        Half floats become single ones: kernels have no others.
+        Half floats become single precision, as kernels have no half floats.
         """
         if samples.dtype == np.float16:
             samples = samples.astype(np.float32)
@@ -177,16 +180,16 @@ class Curve:
         codes = np.empty(light.shape, self.dtype)
         codes[..., colours:] = self._stored(light[..., colours:])
         if self.integer:
-            whole = np.fmax(np.fmin(light[..., :colours], 1 << BITS), 0).astype(np.int64)  # no number counts as white
+            whole = np.fmax(np.fmin(light[..., :colours], 1 << BITS), 0).astype(np.int64)  # NaN becomes white
             codes[..., :colours] = self.divided(whole, np.ones(whole.shape[:2], np.int64))
         else:
             codes[..., :colours] = self._stored(_float_from_linear(light[..., :colours].astype(np.float64)))
         return codes
 
     def divided(self, total: Array, weight: Array, *base: Array) -> Array:
-        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 by 0 is 0.
+        """Return the light total / weight, (H, W, C) and (H, W), as codes, rounded once, half up; 0 if weight is 0.
 
-        `base`: first, light and samples as in :func:`encode_light`, for sRGB.
+        `base`: `first`, `light` and `samples` of :func:`encode_light`, for sRGB.
         """
         codes, size = np.zeros(total.shape, self.dtype), self.dtype.itemsize
         none = np.zeros(0, np.int32)
@@ -200,7 +203,7 @@ class Curve:
             if values.dtype.kind == "f":
                 values = np.floor(values + 0.5)
             values = np.clip(values, 0, np.iinfo(self.dtype).max)
-        with np.errstate(over="ignore", invalid="ignore"):  # what is masked out may hold anything
+        with np.errstate(over="ignore", invalid="ignore"):  # masked pixels may have any value
             return values.astype(self.dtype)
 
 
@@ -242,8 +245,8 @@ def code_lookup(size: int) -> tuple[Int32, int]:
 def _ceiling(numerator: Int64, denominator: int) -> Int32:
     """Return the light of numerator / denominator in fixed point, rounded up exactly, on every machine.
 
-    The power 2.4 = 12 / 5 of a machine's library may err in the last bits, so values too close to an integer
-    are decided in whole numbers: light <= r  <=>  z**12 * 2**(5 BITS) <= r**5.
+    The power 2.4 = 12 / 5 of floats may err in the last bits, so values close to an integer r are decided in whole
+    numbers: light <= r  <=>  z**12 * 2**(5 BITS) <= r**5.
     """
     line = -(-(numerator * 25 << BITS) // (323 * denominator))  # v / 12.92
     z = (1000 * numerator + 55 * denominator, 1055 * denominator)
@@ -264,16 +267,16 @@ def _float_from_linear(v: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Unit:
-    """Unit in which the numbers of planes are counted as whole numbers, for matching.
+    """Unit in which the values of planes are converted to whole numbers, for matching.
 
     Attributes
     ----------
     origin : float
-        The number that counts 0.
+        The value that becomes 0.
     exponent : int
-        2**exponent more than that counts ``65535 << bits``.
+        origin + 2**exponent becomes ``65535 << bits``.
     bits : int
-        How much finer than 16 bits is counted.
+        Bits of resolution beyond 16.
     """
 
     origin: float = 0.0
@@ -282,13 +285,13 @@ class Unit:
 
     @classmethod
     def of(cls, values: Floats) -> Unit:
-        """Return the unit of floats of any range: their largest size, as a power of two.
+        """Return the unit of floats of any range: the power of two at or above their largest absolute value.
 
-        Heights in metres or millimetres count as those from 0 to 1 do: exactly if they are a power of two
-        times as large, and otherwise but for roundings by 2**-23 of the largest size. Whole codes of 8 and 16 bits as
-        floats count multiples of ``1 << bits``, which is as fine as single precision holds them. If all but one of
-        a thousand values at either end differ by less than 16 bits of the largest size resolve, the unit is that of
-        their own range, counted from their least.
+        So heights in metres or millimetres give the same numbers as heights from 0 to 1: exactly if they are a power
+        of two times as large, else up to rounding by 2**-23 of the largest value. Codes of 8 and 16 bits given as
+        floats become multiples of ``1 << bits``, the resolution of single precision. If the range of the values, but
+        for one in a thousand at either end, is less than 2**-16 of the largest, the unit is that range, counted from
+        its least value.
         """
         size = float(np.abs(values).max(initial=0.0))
         if not size:
@@ -302,21 +305,21 @@ class Unit:
     def count(self, values: Floats) -> Int32:
         """Return floats in this unit, rounded half up and clipped to +-2**24; what is not finite counts as 0."""
         finite = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
-        with np.errstate(over="ignore"):  # what is masked out may be of any size
+        with np.errstate(over="ignore"):  # masked pixels may have any value
             whole = np.floor(np.ldexp(finite - self.origin, -self.exponent) * float(65535 << self.bits) + 0.5)
         return np.clip(whole, -(1 << 24), 1 << 24).astype(np.int32)
 
 
-FINE = 7
-TAIL = 1000
-COUNTED = 1 << 17  # whole numbers that lie closer together are counted, not sorted
+FINE = 7  # bits of resolution beyond 16 of floats of any range: 23, as in single precision
+TAIL = 1000  # one of so many values at either end is left out of an inner range
+COUNTED = 1 << 17  # range of whole numbers below which quantiles come from a histogram instead of sorting
 _GREATEST = float(np.finfo(np.float64).max)
 WHITE = Unit()
-"""White, or the top of an integer's range, counts 65535."""
+"""The unit in which white, or the top of an integer's range, is 65535."""
 
 
 def inner_range(values: Array) -> tuple[Any, Any]:
-    """Return least and greatest of numbers without one of a thousand at either end."""
+    """Return the least and the greatest value, without one in a thousand at either end."""
     flat, k = values.ravel(), values.size // TAIL
     ends = (k, flat.size - 1 - k)
     if flat.dtype.kind != "f" and (least := int(flat.min())) > int(flat.max()) - COUNTED:
@@ -333,19 +336,19 @@ def _power(size: float) -> int:
 
 
 def has_own_unit(plane: Plane) -> bool:
-    """Return True for floats of any range: data and coded colours, but not light, normals or labels."""
+    """Return whether values have a unit of their own: floats of data and sRGB, not of light, normals, labels."""
     coded = plane.kind is Kind.COLOUR and plane.transfer is Transfer.SRGB
     return plane.is_float and (coded or plane.kind is Kind.DATA)
 
 
 def code_values(plane: Plane, unit: Unit = WHITE) -> Int32:
-    """Return the whole numbers that matching starts from, (H, W, C) int32, equal for equal data of any depth.
+    """Return the whole numbers that matching uses, (H, W, C) int32, equal for equal data of any bit depth.
 
-    Data and coded colours are counted in `unit`, opacity and normals always in WHITE: there white, or the top of the
+    Data and sRGB colours are converted in `unit`, opacity and normals always in WHITE: there white, or the top of the
     range, is 65535, and floats are rounded half up. Colours in linear light, integers too, are replaced by an odd
-    piecewise linear logarithm, straight between powers of two: 0 at 0, about 65535 at 1. It is read off the bits of
-    float32(abs(v) + 2**-8), so no rounding of a machine's library decides anything. Labels keep their value (beyond
-    2**31 they continue from -2**31). What is not finite counts as 0.
+    logarithm, piecewise linear between powers of two: 0 at 0, about 65535 at 1. It is read from the bits of
+    float32(abs(v) + 2**-8), so that it is the same on every machine. Labels keep their value modulo 2**32. Values that
+    are not finite become 0.
     """
     samples = plane.samples
     if plane.kind is Kind.LABEL:
@@ -362,20 +365,20 @@ def code_values(plane: Plane, unit: Unit = WHITE) -> Int32:
 
 
 def _counted(samples: Array, unit: Unit) -> Int32:
-    if samples.dtype.kind == "u" and unit is WHITE:  # plainly: unit.count(shares(samples))
+    if samples.dtype.kind == "u" and unit is WHITE:  # the same as unit.count(code_shares(samples)), faster
         return samples.astype(np.int32) * np.int32(257 if samples.itemsize == 1 else 1)
     return unit.count(code_shares(samples))
 
 
 def code_shares(samples: Array) -> Floats:
-    """Return codes as shares of the top of their range."""
+    """Return integer codes divided by the top of their range, and floats as float64, 0 where they are not finite."""
     if samples.dtype.kind == "u":
         return samples / np.float64(np.iinfo(samples.dtype).max)
     return np.nan_to_num(samples.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _logarithm(v: Floats) -> Int32:
-    # Down to float32 first: then 8 bits, 16 bits and floats of the same data start from the same number.
+    # Rounded to float32 first, so that 8 bits, 16 bits and floats of the same data give the same number.
     size = np.minimum(np.abs(v), 1e38).astype(np.float32).astype(np.float64)
     bits = (size + 2.0**-8).astype(np.float32).view(np.int32)
     stops = (bits - np.float32(2.0**-8).view(np.int32)) >> 10  # 2**13 a stop

@@ -1,8 +1,8 @@
 """Blending of the votes of several pieces into one pixel: integers, floats, normal maps and labels.
 
-A mixer belongs to one plane of all exemplars. For one cell it returns the codes and, for every pixel, the weight of all
-votes (0: no votes, the code is undefined); likewise for interpolated pixels, where pieces are turned, scaled or bent.
-It also averages blocks, for planes that are smaller than the map.
+A mixer belongs to one plane of all exemplars. Its methods: `vote` returns the codes of a cell and, for every pixel, the
+weight of all votes (0: no votes, the code is undefined); `read` does so for interpolated pixels, where pieces are
+rotated, scaled or warped; `average` averages blocks of s x s px, for planes that are smaller than the map.
 
 Colours with opacity are premultiplied, so that transparent pixels do not tint opaque ones: colour = sum w a C /
 sum w a, opacity = sum w a / sum w; where every vote is wholly transparent the colours are blended without opacity.
@@ -37,7 +37,7 @@ else:  # what few pictures use
     warped_kernels = lazy("intarsia.rendering.warped_kernels")
 
 SAMPLED = 1 << 18
-"""About how many vectors of a normal map are measured."""
+"""About how many vectors of a normal map are sampled by `off_unit`."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class NormalCoding:
         return int(np.iinfo(self.dtype).max) if self.dtype.kind == "u" else 1
 
     def turn(self) -> tuple[Int64, Int64]:
-        """Return (channel, sign), (8, 3) each: in an isometry, component c is sign * old[channel].
+        """Return (channel, sign), (8, 3) each: in an isometry, component c becomes sign * old[channel].
 
-        An output pixel p shows the exemplar at u(p), with J = du/dp. A height h(u(p)) has by the chain rule the slope
-        J^T times that of h; a normal holds the slope in x and y, so n_yx' = J^T n_yx, and n_z is kept. These are
-        the picture's axes, x right and y down. If green points up it is -y, which changes the sign of components
-        that move between red and green.
+        An output pixel p is a copy of the exemplar at u(p), with J = du/dp. A height h(u(p)) has by the chain rule the
+        slope J^T times that of h; a normal holds the slope in x and y, so n_yx' = J^T n_yx, and n_z is kept. These are
+        the picture's axes, x right and y down. If green points up it is -y, which changes the sign of components that
+        move between red and green.
         """
         channel, sign = [], []
         for isometry in ISOMETRIES:
@@ -80,7 +80,7 @@ class NormalCoding:
 
     @property
     def cross(self) -> int:
-        """The sign that a component takes when it moves between red and green."""
+        """The sign that a component gets when it moves between red and green."""
         return 1 if self.green_down else -1
 
     def vectors(self, codes: Array) -> Array:
@@ -92,7 +92,7 @@ class NormalCoding:
         self, samples: Array, first: Int64, total: Float64 | None = None, weight: Float64 | None = None
     ) -> Array:
         """Return the codes that :func:`encode_vectors` writes, (h, w, 3)."""
-        half = samples.dtype == np.float16  # kernels know none
+        half = samples.dtype == np.float16  # kernels have no half floats
         samples = samples.astype(np.float32) if half else samples
         out = np.empty((*first.shape, 3), np.float64 if half else samples.dtype)
         top = samples.dtype.type(self.top)
@@ -107,10 +107,9 @@ class NormalCoding:
 
 
 def off_unit(plane: Plane) -> float:
-    """Return by how much the vectors of a normal map differ from length 1, on average.
+    """Return the mean absolute difference of the length of a normal map's vectors from 1.
 
-    0.02 in maps of 8 bits, 0.1 where these were reduced; 58 of 61 photographs have 0.17 and more. Large maps are
-    subsampled.
+    About 0.02 in maps of 8 bits, 0.1 in reduced ones; 58 of 61 photographs have 0.17 or more. Large maps are sampled.
     """
     codes = plane.samples
     step = max(1, math.isqrt(codes.shape[0] * codes.shape[1] // SAMPLED))
@@ -133,7 +132,7 @@ class Spread:
 
     @classmethod
     def of(cls, light: Array, share: Array | None = None) -> Spread:
-        """Return those of pixels (N, C), weighted by `share`; the mean of equal pixels is that pixel."""
+        """Return mean, weighted by `share`, and range of pixels (N, C); the mean of equal pixels is exact."""
         base = light[0].astype(np.float64)
         away = light - base
         if share is None or not share.any():
@@ -143,7 +142,10 @@ class Spread:
         return cls(mean, light.min(axis=0).astype(np.float64), light.max(axis=0).astype(np.float64))
 
     def widen(self, mean: Float64, weight: Array, squares: Float64) -> Float64:
-        """Return means scaled around the overall mean by sum w / sqrt(sum w^2), clipped to the exemplar's range."""
+        """Return blended means scaled around the exemplar's mean by sum w / sqrt(sum w^2), clipped to its range.
+
+        `weight`: sum w; `squares`: sum w^2.
+        """
         gain = np.maximum(weight, 1e-300) / np.sqrt(np.where(squares > 0, squares, 1.0))
         return np.clip(self.mean + (mean - self.mean) * gain[..., None], self.low, self.high)
 
@@ -163,13 +165,13 @@ def blocks(values: Array, s: int) -> Array:
 
 
 def limbs_of(light: Array) -> Array:
-    """Return light (..., C) split into two limbs (..., 2 C), so that sums weighted by opacity of 16 bits fit in 64."""
+    """Return light (..., C) split into two limbs (..., 2 C), so that sums weighted by 16-bit opacity fit in 64 bits."""
     return np.concatenate([light >> LIMB, light & ((1 << LIMB) - 1)], axis=-1)
 
 
 @dataclass(frozen=True)
 class Colours:
-    """Blending of colours, with opacity last or without, and of data."""
+    """Blending of colours, with or without opacity as the last channel, and of data."""
 
     samples: Array  # (N, C) codes
     curve: Curve
@@ -187,11 +189,11 @@ class Colours:
         return int(self.samples.shape[-1]) - self.curve.alpha
 
     def squares(self, plan: VoteGroups) -> Float64 | None:
-        """Return zeros for sums of squared weights; None where they are not needed."""
+        """Return zeros for the sums of squared weights; None if they are not needed."""
         return np.zeros(plan.shape) if self.spread else None
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Float64]:
-        """Return the same for interpolated pixels."""
+        """Return codes and weights as `vote` does, for interpolated pixels of a cell with its halo, `part`."""
         alpha, size = self.curve.alpha, part.size(feather)
         plain, weight = room_for(size, self.samples.shape[1], np.float64)
         seen, opaque = room_for(size, plain.shape[2] if alpha else 1, np.float64)
@@ -207,7 +209,7 @@ class Colours:
         return self._coded(np.maximum(first, 0), away), weight
 
     def _coded(self, first: Int64, away: Array, weight: Array | None = None, squares: Float64 | None = None) -> Array:
-        """Return the codes of the light of pixels `first` plus `away`; the pixels' own codes where that is 0."""
+        """Return the codes of the light of pixels `first` plus `away`; the pixels' own codes where `away` is 0."""
         mean = self.light[first] + away
         same, n = away == 0, self.colours
         if self.spread and squares is not None and weight is not None:
@@ -217,7 +219,7 @@ class Colours:
 
 
 class Integers(Colours):
-    """Blending of 8 and 16 bit codes: whole sums, rounded once."""
+    """Blending of 8 and 16 bit codes by sums of whole numbers, rounded once."""
 
     @cached_property
     def limbs(self) -> Array:
@@ -225,6 +227,7 @@ class Integers(Colours):
         return limbs_of(self.light[:, :-1])
 
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
+        """Return the codes of a cell, and the weight of all votes of every pixel."""
         plain, squares = room_for(plan.shape, self.colours, np.int64), self.squares(plan)
         add_votes((plan, reach), self.samples, self.curve.table, None, _UPRIGHT, None, plain, squares)
         codes = self._rounded(*plain, squares)
@@ -235,6 +238,7 @@ class Integers(Colours):
         return codes, plain[1]
 
     def average(self, codes: Array, s: int) -> Array:
+        """Return codes (h, w, C) averaged in blocks of s x s px."""
         light = blocks(self.curve.linear(codes).astype(np.int64), s)
         light, alpha = light[..., : self.colours], light[..., self.colours :]
         weight = np.full(light.shape[:2], s * s)
@@ -273,6 +277,7 @@ class Floats(Colours):
     """Blending in float64; where all votes agree, an exact copy."""
 
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
+        """Return the codes of a cell, and the weight of all votes of every pixel."""
         codes, weight = self._mixed(plan, reach, None)
         if self.curve.alpha:
             seen, opaque = self._mixed(plan, reach, self.light[:, -1])
@@ -291,13 +296,14 @@ class Floats(Colours):
         return self._coded(np.maximum(first >> 3, 0), away, weight, squares), weight
 
     def average(self, codes: Array, s: int) -> Array:
+        """Return codes (h, w, C) averaged in blocks of s x s px; blocks of equal codes are exact."""
         block, light = blocks(codes, s), blocks(self.curve.linear(codes).astype(np.float64), s)
         alike = np.ones_like(light[..., :1])
         mean, _ = self._averaged(block, light, alike)
         if self.curve.alpha:
             seen, opaque = self._averaged(block, light, np.maximum(light[..., -1:], 0.0))
             mean[..., :-1] = np.where((opaque > 0)[..., None], seen[..., :-1], mean[..., :-1])
-            mean[..., -1:], _ = self._averaged(block[..., -1:], light[..., -1:], alike)  # as sums of one channel round
+            mean[..., -1:], _ = self._averaged(block[..., -1:], light[..., -1:], alike)  # rounded as a single channel
         return mean
 
     def _averaged(self, block: Array, light: Array, share: Array) -> tuple[Array, Array]:
@@ -317,13 +323,14 @@ class Normals:
     coding: NormalCoding
 
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
+        """Return the codes of a cell, and the weight of all votes of every pixel; 0 where vectors cancel."""
         first = np.full(plan.shape, -1)
         total, weight = sums = room_for(plan.shape, 3, np.float64)
         add_votes((plan, reach), self.light, None, None, self.coding.turn(), first, sums, None)
         return self.coding.settled(self.samples, first, total, weight), weight
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """Return the same for interpolated pixels."""
+        """Return codes as `vote` does, for interpolated pixels, and where there is a vector."""
         total, weight = room_for(part.size(feather), 3, np.float64)
         first, lead = np.zeros(weight.shape, np.int64), np.zeros_like(total)
         warped_kernels.read_vectors(part, reach, feather, self.light, self.coding.cross, first, (lead, total), weight)
@@ -334,6 +341,7 @@ class Normals:
         return self.coding.settled(self.samples, first, vector), heard
 
     def average(self, codes: Array, s: int) -> Array:
+        """Return codes (h, w, 3) averaged in blocks of s x s px, made unit length; blocks of equal ones are exact."""
         vectors = blocks(self.coding.vectors(codes), s).astype(np.float64)
         vector = vectors.sum(axis=2)
         vector[(vectors == vectors[:, :, :1]).all(axis=(2, 3))] = 0.0  # an exact copy
@@ -344,10 +352,10 @@ class Normals:
 
 @dataclass(frozen=True)
 class Labels:
-    """Majority vote of labels: the largest weight, the smallest label of equals."""
+    """Majority vote of labels: the label of the largest weight, of equals the smallest."""
 
-    ranks: Int32  # (N,): place of a pixel's label among all labels in order
-    names: Array  # (K, C)
+    ranks: Int32  # (N,): index of a pixel's label among all labels in order
+    names: Array  # (K, C): the labels in order
 
     @classmethod
     def of(cls, samples: Array) -> Labels:
@@ -356,9 +364,10 @@ class Labels:
         return cls(ranks.reshape(-1).astype(np.int32), names.reshape(-1, samples.shape[1]))
 
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
+        """Return the labels of a cell, and the weight of all votes of every pixel."""
         out, weight = np.zeros(plan.shape, np.int32), np.zeros(plan.shape, np.int64)
         todo = [(0, plan.shape[0], 4)]
-        while todo:  # few pixels have votes for more than four labels; there, take fewer rows with more slots
+        while todo:  # if more than four labels get votes at a pixel: half the rows, twice the slots
             begin, end, room = todo.pop()
             size = (end - begin, plan.shape[1], room)
             label, share = np.zeros(size, np.int32), np.zeros(size, np.int64)
@@ -371,13 +380,14 @@ class Labels:
         return self.names[out], weight
 
     def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """Return the same for interpolated pixels."""
+        """Return labels and weights as `vote` does, for interpolated pixels."""
         size = part.size(feather)
         out, weight = np.zeros(size, np.int32), np.zeros(size, np.int64)
         warped_kernels.read_labels(part, reach, feather, self.ranks, out, weight)
         return self.names[out], weight
 
     def average(self, codes: Array, s: int) -> Array:
+        """Return the most frequent label of each block of s x s px, of equals the smallest."""
         own = Labels.of(codes.reshape(-1, codes.shape[2]))
         names, block = own.names, blocks(own.ranks.reshape(*codes.shape[:2], 1), s)[..., 0]
         votes = (block[..., None, :] == block[..., :, None]).sum(axis=2)  # number of equal labels in the block

@@ -3,9 +3,9 @@
     wall = ia.synthesize(ia.magnified(ia.read("brick.png"), 4), 256)
     ia.write("wall.png", wall.render())     # 1024 x 1024 px
 
-Section 5 of the paper, synthesis magnification: the map is made of the reduced exemplar; each pixel of the large
-picture is the bilinear blend of what its four nearest map pixels, enlarged, show there. Those
-are the votes of a feather of one px of the map, n px of the picture. Shares along an axis are k / (n + 1), k = 1 .. n,
+The map is synthesised from the exemplar reduced n times. Each pixel of the large picture is the bilinear blend of the
+pixels that its four nearest map pixels, enlarged, copy there. These are the votes of a feather of one px of the map, n
+px of the picture. Shares along an axis are k / (n + 1), k = 1 .. n,
 where bilinear weights at the middles of pixels are (k - 1/2) / n: at most 1/12 off. With odd n the ramp lies half a px
 of the picture to one side, as no feather of n px can be centred there: at most 1 / (n + 1) off.
 """
@@ -31,18 +31,20 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
     exemplar : Exemplar
         Its sides are cut to multiples of `times`, unless it is toroidal.
     times : int
-        1 to 64; sizes, patches and all other px that methods count are then px of pictures so many times smaller.
+        1 to 64; sizes, patches and all other lengths of methods are then in px of the reduced exemplar.
 
     Returns
     -------
     Exemplar
-        Its base is the given one, averaged in blocks by its kind; the planes as they were are those that renderings
-        draw. A px of the base is usable if all of its block is.
+        Its base is the given base averaged in blocks, in the way of its kind; renderings draw the given planes. A pixel
+        of the base is usable if all of its block is.
 
     Raises
     ------
     ParameterError
-        for other numbers, where the reduced exemplar would be empty, or would no longer continue in itself.
+        for other numbers, and if the reduced exemplar would be empty, or no longer toroidal.
+    InputError
+        if the mask leaves no whole block.
     """
     expect(exemplar, Exemplar, "the exemplar to magnify", "one of read(path) or Exemplar.of(array)", InputError)
     times = whole_within("magnify", times, 1, TIMES, "times")
@@ -68,7 +70,7 @@ def magnified(exemplar: Exemplar, times: int) -> Exemplar:
 
 
 def reduced(exemplar: Exemplar, n: int, said: str = "the reduction", *remedies: str) -> Exemplar:
-    """Average blocks of n x n px of every plane by its kind; a block is usable if all of it is.
+    """Return an exemplar with blocks of n x n px of every plane averaged; a block is usable if all of it is.
 
     Remainders of sides are cut off first, unless the exemplar is toroidal; `said`, `remedies`: see :func:`trimmed`.
     """

@@ -5,8 +5,8 @@
 Taps run from -(f // 2) to (f + 1) // 2 on each axis; t(u) = min(1, d(u) / ((f + 1) // 2 + 1)), d the
 chessboard distance from u to the nearest pixel that is unusable or outside the exemplar. The output is rendered in
 cells, boxes that are cut out of the map with a margin of the feather; no cell depends on how the canvas is divided.
-`grow` and `shrink` are how many times a plane is larger or smaller than the map, else 1. Tone correction comes last.
-Where a map has frames or fractions, pixels are interpolated between those of the exemplar (`warped_kernels`).
+`grow` and `shrink`: how many times a plane is larger or smaller than the map, else 1. Tone correction comes last.
+If a map has frames or fractions of px, exemplar pixels are interpolated (`warped_kernels`).
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ else:  # what few pictures use
     )
 
 MAX_SPREAD = 2000
-"""The widest feather in px of a plane; weights and sums of 64 bits hold no more."""
+"""The widest feather in px of a plane; weights and sums fit into 64 bits up to it."""
 
 MAX_BETWEEN = 256
-"""The widest feather in px of a plane whose pixels are interpolated: every vote is read on its own."""
+"""The widest feather in px of a plane whose pixels are interpolated, as every vote is then read separately."""
 
 _ROWS, _COLUMNS = 64, 1024  # of a cell; about 40 bytes of sums a pixel
 
@@ -72,7 +72,7 @@ def render(
     Returns
     -------
     Plane
-        Of the dtype, kind, transfer and meta of the exemplar's.
+        With the dtype, kind, transfer and meta of the exemplars' planes.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def render(
 
 
 def _draw_box(job: _Job, box: Box, shrink: int, run: Run) -> Array:
-    """Draw a box of the map; smaller planes are averaged at once."""
+    """Return the codes of a box of the map, cell by cell; smaller planes are averaged in each cell."""
     grow, smap, samples = job.ground.scale, job.ground.smap, job.ground.samples
     out = np.zeros((box.height * grow // shrink, box.width * grow // shrink, samples.shape[1]), samples.dtype)
     cells = [
@@ -163,7 +163,7 @@ class _Job:
             codes, weight = self.mixer.vote(group_votes(part, origin, ground.reach.table, f), ground.reach)
         else:
             codes, weight = self.mixer.read(warped_kernels.Part(*part), ground.reach, f)
-        lost = weight == 0  # no votes: the pixel's own source is shown
+        lost = weight == 0  # no votes: the pixel's own source is copied
         if lost.any():
             codes[lost] = self._own(tuple(np.ascontiguousarray(a[core]) for a in part))[lost]
         return codes
@@ -179,7 +179,7 @@ class _Job:
         """Return the codes of exemplar pixels, and whether all of these exist."""
         samples = self.ground.samples
         codes = np.empty((*which.shape, samples.shape[1]), samples.dtype)
-        bits = np.dtype(f"u{samples.itemsize}")  # whatever the dtype, copy bits
+        bits = np.dtype(f"u{samples.itemsize}")  # copied as bits, of any dtype
         return codes, copy_cell(yx, which, self.ground.reach.table, samples.view(bits), codes.view(bits))
 
 
@@ -268,7 +268,10 @@ _Side = tuple[int, int, int]
 
 
 def _cell_sides(start: int, stop: int, length: int, step: int, multiple: int) -> list[_Side]:
-    """Divide start .. stop of an axis at the canvas's borders, and what lies between into cells of about `step` px."""
+    """Divide start .. stop of an axis at the canvas's borders, and these stretches into cells of about `step` px.
+
+    Lengths of cells are multiples of `multiple`, but for the last one of a stretch.
+    """
     cuts = [start, *range(start - start % length + length, stop, length), stop]
     stretches = [(a % length, a - start, b - a) for a, b in pairwise(cuts)]
     step = max(step // multiple, 1) * multiple

@@ -1,15 +1,15 @@
-"""Gradient-domain (Poisson) tone correction: steps of light and colour at seams of a rendered picture are removed.
+"""Gradient-domain (Poisson) tone correction: steps of brightness and colour at seams of a rendered picture are removed.
 
-The exemplar continues beyond the seam for both of two pieces that meet, so they can be compared around each of its
-pixels. If their difference is constant, as between two halves of tiles under different light, it is the step to be
-removed. If it varies, as between a stone and the joint next to it, the content differs; so far the step is kept.
+In the exemplar both pieces that meet at a seam continue beyond it, so that they can be compared around each of its
+pixels. If their difference is constant, as between parts of tiles under different light, it is the step to be removed.
+The more it varies, as between a stone and the joint next to it, the less of it is removed, as the content differs.
 
 The correction has these steps with the opposite sign and is as smooth as possible elsewhere: it solves a Poisson
 equation, as seamless cloning does (Perez, Gangnet and Blake, "Poisson image editing", SIGGRAPH 2003), but with
-measured steps in place of single pixels, and with a potential of finite radius (`greens_function`). So a rendered
-window equals that window of the whole, and pixels far from seams keep every byte. The confidence of a step is our
-own. Stored numbers are corrected, sRGB codes too: a step of light is nearer to a factor than to a sum, and in linear
-light what is added to a bright stone turns the gap next to it black. Sums are of whole numbers.
+measured steps in place of single pixels, and a Green's function of finite radius (`greens_function`). So a rendered
+window equals that window of the whole, and pixels far from seams are unchanged. The confidence of a step is our own.
+Stored codes are corrected, sRGB codes too: differences of illumination are rather factors than sums, and a correction
+added in linear light would turn the dark joint next to a bright stone black. Sums are of whole numbers.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from . import SourceAtlas
 from .tone_kernels import Surroundings, seam_steps
 
 MAX_RADIUS = 1024
-"""The widest radius in px of a plane: transforms of cells with so much around them are exact, and fit into memory."""
+"""The largest radius in px of a plane: transforms of cells with their margin are exact, and fit into memory."""
 
-SMALL = 3  # px to either side over which compared colours are averaged, so that grain does not count
+SMALL = 3  # px to either side over which compared colours are averaged, so that grain does not matter
 FINE = 14
-"""Potentials are whole numbers of 2**-14: sums over them by transforms of doubles come out exact."""
+"""The Green's function is in whole numbers of 2**-14, so that convolutions by transforms of doubles are exact."""
 
-_EXACT = 6  # px: within it the recurrence is used, which loses digits further out
+_EXACT = 6  # px: up to this distance the recurrence is used, which loses digits further out
 _EULER = 0.57721566490153286
-_BITS, _OPACITY = 16, 8  # of a value, of a weight
-_SIDE = 512  # px of a cell, at least: several threads share those of a picture
+_BITS, _OPACITY = 16, 8  # bits of a value, and of a weight by opacity
+_SIDE = 512  # px: least side of a cell; the cells of a picture are distributed over threads
 
 
 def tone_corrected(
@@ -98,7 +98,8 @@ def _levelled(codes: Array, ground: SourceAtlas, alpha: bool, box: Box, how: Lev
 def _steps_around(ground: SourceAtlas, around: Surroundings, cell: Box, radius: int) -> Int32:
     """Return the divergence of the steps in a cell, in px of the plane, and `radius` px to all sides of it.
 
-    Beyond the border of the canvas it is mirrored: otherwise a seam that ends there would be corrected less.
+    `cell`: in px of the plane. Beyond a border of the canvas the divergence is mirrored, as otherwise a seam that ends
+    there would be corrected less.
     """
     smap, s = ground.smap, ground.scale
     sides, pads = [], []
@@ -116,10 +117,10 @@ def _steps_around(ground: SourceAtlas, around: Surroundings, cell: Box, radius: 
 
 @dataclass(frozen=True)
 class _Colours:
-    """The colours of a plane as whole numbers: local means and variance for the kernel, and the range of the codes."""
+    """The colours of a plane as whole numbers: local means and variance for the kernel, and range of the codes."""
 
     around: Surroundings
-    shift: int  # codes become whole numbers of 2**-shift
+    shift: int  # codes are converted to whole numbers of 2**-shift
     spread: Floats  # (C, 2): least and greatest code of the exemplars
 
     @classmethod
@@ -145,7 +146,10 @@ class _Colours:
         return cls(Surroundings(means, counts, variance), shift, spread)
 
     def move(self, codes: Array, c: int, steps: Floats, strength: float) -> None:
-        """Add the steps (h, w), which are overwritten, to channel `c` of codes, within the range of the exemplars."""
+        """Add `strength` times the steps (h, w), which are overwritten, to channel `c` of codes.
+
+        Results are clipped to the range of the exemplars, or the code itself where that is outside.
+        """
         own, (low, high) = codes[..., c].astype(np.float64), self.spread[c]
         steps *= math.ldexp(strength, -self.shift - FINE)
         steps += own
@@ -154,7 +158,7 @@ class _Colours:
 
 
 def _finite(codes: Array) -> Array:
-    """Return floats as doubles, 0 where they are not finite, which only masked pixels may be; integers as they are."""
+    """Return floats as doubles, 0 where not finite, as masked pixels may be; integers unchanged."""
     if codes.dtype.kind != "f":
         return codes
     return np.nan_to_num(codes.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
@@ -185,10 +189,10 @@ def _means(table: Int64, values: Int64, weights: Int64 | None, radius: int) -> I
 def greens_function(radius: int) -> Int64:
     """Return the lattice Green's function up to `radius` px from a point: (2 radius - 1, 2 radius - 1), in 2**-FINE.
 
-    Its discrete Laplacian is 1 at the point, and about 0 elsewhere near it: convolved with the
-    divergence of a field of steps it gives a picture that has these steps, as far as a picture can. Near the point it
-    is the exact one of the square grid, by the recurrence of McCrea and Whipple ("Random paths in two and three
-    dimensions", 1940), further out its logarithm; towards the radius it fades.
+    Its discrete Laplacian is 1 at the point, and about 0 elsewhere near it: convolved with the divergence of a field of
+    steps it gives the picture whose gradient is nearest to these steps. Near the point it is the exact one of the
+    square grid, by the recurrence of McCrea and Whipple ("Random paths in two and three dimensions", 1940), further out
+    its logarithmic asymptote; it falls smoothly to 0 at the radius.
     """
     from_point = np.abs(np.arange(1 - radius, radius))
     square = from_point[:, None] ** 2 + from_point**2
@@ -203,21 +207,21 @@ def greens_function(radius: int) -> Int64:
 
 
 def _far(distance: Array | float) -> Array:
-    """Return the asymptotic potential at a distance in px."""
+    """Return the asymptotic Green's function at a distance in px."""
     return np.asarray((np.log(distance) + _EULER + 1.5 * math.log(2.0)) / (2.0 * math.pi))
 
 
 def _near() -> list[list[float]]:
-    """Return the exact potential of a point at (0, 0) on the infinite square grid, in rows x >= y >= 0."""
+    """Return the exact Green's function of a point at (0, 0) on the infinite square grid: rows x, y from 0 to x."""
     n = _EXACT + 1
     a = [[0.0] * (n + 1) for _ in range(n + 1)]
-    for k in range(1, n + 1):  # along the diagonal, and beside it: both neighbours below are known
+    for k in range(1, n + 1):  # along the diagonal, then the diagonal next to it
         a[k][k] = a[k - 1][k - 1] + 1.0 / (math.pi * (2 * k - 1))
     a[1][0] = 0.25
     for k in range(1, n):
         a[k + 1][k] = 2.0 * a[k][k] - a[k][k - 1]
     for gap in range(2, n + 1):
         for y in range(n + 1 - gap):
-            x = y + gap - 1  # the pixel whose neighbours are all known but the right one
+            x = y + gap - 1  # all neighbours of this pixel but the right one are known
             a[x + 1][y] = 4.0 * a[x][y] - a[x - 1][y] - a[x][y + 1] - a[x][abs(y - 1)]
     return a

@@ -11,23 +11,24 @@ from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, J
 
 REACH = 8  # px to either side of a seam within which both pieces are compared
-APART = REACH // 2  # px between compared places, of which there are 25
-LEAST = 5  # of them must exist in both, or there is no step
+APART = REACH // 2  # px between compared places, which are 5 x 5
+LEAST = 5  # places that must exist in both pieces, else the step is 0
 
 
 class Surroundings(NamedTuple):
-    """Means over small squares (N, C), which pixels count (N,), none: all, and the variance of the exemplars."""
+    """Local statistics of the exemplars, concatenated."""
 
-    means: Int64
-    counts: Mask
-    variance: float
+    means: Int64  # (N, C): means over small squares
+    counts: Mask  # (N,): the pixels that count; empty: all
+    variance: float  # of the pixels that count, summed over channels
 
 
 @kernel
 def _place(side: Any, dy: int, dx: int) -> int:
-    """Return the number of the exemplar pixel (dy, dx) further on the canvas; -1 where there is none.
+    """Return the index of the exemplar pixel for the canvas pixel (dy, dx) from a given one; -1 outside the exemplar.
 
-    `side`: the number of the exemplar's first pixel, its height, width, whether it is toroidal; row, column, pose.
+    `side`: the index of the exemplar's first pixel, its height, width, whether it is toroidal; and row, column and pose
+    of the given pixel.
     """
     begin, height, width, toroidal, row, column, pose = side
     y, x = row + J[pose, 0] * dy + J[pose, 1] * dx, column + J[pose, 2] * dy + J[pose, 3] * dx
@@ -39,11 +40,11 @@ def _place(side: Any, dy: int, dx: int) -> int:
 
 @kernel
 def _step(around: Any, one: Any, other: Any, scale: int, sums: Any, step: Any) -> None:
-    """Write the step between two pieces per channel: their difference, as far as it is constant; 0 where there is none.
+    """Write the step between two pieces per channel: the constant part of their difference; 0 if it is not constant.
 
-    Both are compared in 5 x 5 places, REACH px to all sides: with m their mean difference, v its variance the step is
-    m (1 - v / |m|^2), less where the difference is smaller at the seam itself, or where it exceeds the variance of the
-    exemplar: there the content differs. `sums` (2, C) are used up.
+    Both are compared in 5 x 5 places, up to REACH px to all sides. With m the mean difference and v its variance the
+    step is m (1 - v / |m|^2), 0 at least. It is reduced if the difference at the seam itself is smaller than m, or if
+    |m|^2 exceeds the variance of the exemplar, as the content then differs. `sums` (2, C) are overwritten.
     """
     means, counts, variance = around
     squares, count, seen, channels = np.float64(0), 0, False, means.shape[1]  # sums of whole numbers of 17 bits
@@ -76,10 +77,10 @@ def _step(around: Any, one: Any, other: Any, scale: int, sums: Any, step: Any) -
 
 @kernel
 def seam_steps(part: Any, table: Any, around: Any, scale: int, out: Any) -> None:
-    """Add the divergence of the steps that are to be removed to `out` (h, w, C).
+    """Add the divergence of the correction, the steps at seams with the opposite sign, to `out` (h, w, C).
 
-    `part` is a map (yx, which, pose) of as many pixels; where a pixel and the next belong to pieces of which one is
-    lighter by d, the next one has to gain d on it.
+    `part` is a map (yx, which, pose) of as many pixels; where the piece of a pixel is lighter by d than that of the
+    next one, to the right or below, d is added at the pixel and subtracted at the next.
     """
     yx, which, pose = part
     (height, width), channels = which.shape, out.shape[2]
@@ -96,7 +97,7 @@ def seam_steps(part: Any, table: Any, around: Any, scale: int, out: Any) -> None
                 if which[y, x] == which[v, u] and pose[y, x] == turn:
                     off = before - row, aside - column
                     if off == (0, 0) or (other[3] and off[0] % other[1] == 0 and off[1] % other[2] == 0):
-                        continue  # it goes on
+                        continue  # the piece continues: no seam
                 here = one[0], one[1], one[2], one[3], row, column, pose[y, x]
                 there = other[0], other[1], other[2], other[3], before, aside, turn
                 _step(around, here, there, scale, sums, step)

@@ -29,19 +29,19 @@ Map = tuple[Int32, UInt8, UInt8]
 
 
 class Reach(NamedTuple):
-    """The exemplars end to end, so that one number is the index of any pixel of any of them, and which may be read."""
+    """The exemplars concatenated, so that one index identifies any pixel of any of them, and their usable pixels."""
 
-    table: Int64  # (n, 4): number of the first pixel, height, width, 1 if toroidal
-    free: Mask  # (N,): those that may be read; empty if all may
-    near: NDArray[np.uint16]  # (N,): distance to the nearest that must not be, capped; empty without a feather
+    table: Int64  # (n, 4): index of the first pixel, height, width, 1 if toroidal
+    free: Mask  # (N,): which pixels are usable; empty if all are
+    near: NDArray[np.uint16]  # (N,): chessboard distance to the nearest unusable pixel, capped; empty without a feather
 
 
 class VoteGroups(NamedTuple):
     """The groups of pieces that vote in one cell."""
 
-    labels: Int32  # (height + feather, width + feather): number of the group, -1 for no vote
+    labels: Int32  # (height + feather, width + feather): index of the group, -1 for no vote
     groups: Int64  # (n, 8): key and box of every group, sorted by key
-    feather: int
+    feather: int  # px
 
     @property
     def shape(self) -> Pair:
@@ -54,15 +54,15 @@ def cut_window(
     full: Map, frame: Float32 | None, sub: Float32 | None, origin: Pair, scale: int, wrap: tuple[bool, bool],
     exemplars: Int64, part: Map, places: tuple[Floats, Floats] | None,
 ) -> bool:  # fmt: skip
-    """Write a box of a map that is `scale` times enlarged; outside the canvas there are holes.
+    """Write a box of a map that is enlarged `scale` times; pixels outside the canvas become holes.
 
     `origin` is the first pixel in enlarged px, `part` receives (yx, which, pose). Enlarging turns the s x s
     sub-pixels of a pixel with its pose: S' = s S + (J (2 d - (s - 1)) + (s - 1)) / 2. Returns False where the
     map points outside its exemplars.
 
-    Of a map with a `frame` (H, W, 2, 2) in place of poses, or with fractions `sub` (H, W, 2), `places` receives where
-    S' is (h, w, 2), s times the fraction added, and J (h, w, 4); yx then is the pixel nearest to S' without it that
-    lies within the pixel of the map.
+    For a map with a `frame` (H, W, 2, 2) in place of poses, or with fractions `sub` (H, W, 2), `places` receives the
+    positions S' (h, w, 2), plus s times the fraction, and J (h, w, 4); yx is then the pixel nearest to S' without the
+    fraction, within the enlarged exemplar pixel of the map.
     """
     yx, which, pose = full
     out, out_which, out_pose = part
@@ -147,14 +147,14 @@ def _add_row(
 
 @kernel
 def scratch(plan: VoteGroups) -> tuple[Int32, Int64]:
-    """Return arrays for the column sums of a group, and for the votes of one row: column, weight, pixel read."""
+    """Return arrays for the column sums of a group, and for the votes of one row: column, weight, pixel index."""
     width = plan.labels.shape[1]
     return np.zeros(width + 2 * plan.feather + 2, np.int32), np.empty((3, width), np.int64)
 
 
 @kernel
 def open_group(plan: VoteGroups, g: int, begin: int, end: int, columns: Int32) -> Pair:
-    """Start the column sums of a group for rows begin .. end - 1; return the first and last + 1 that it votes in."""
+    """Start the column sums of a group for rows begin .. end - 1; return the range of rows that it votes in."""
     box, f = plan.groups[g], plan.feather
     columns[: box[RIGHT] - box[LEFT] + 2 * f + 2] = 0
     first = max(begin, box[TOP] - f)
@@ -237,10 +237,10 @@ def add_votes(
     heard: tuple[VoteGroups, Reach], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
     first: Int64 | None, sums: tuple[Array, Array], squares: Floats | None,
 ) -> None:  # fmt: skip
-    """Add up w * value for every pixel and channel, and w, which is the number of votes for what is read.
+    """Add up w * value for every pixel and channel, and w: the number of votes for an exemplar pixel times its `near`.
 
-    `values` (N, C) are codes if a table of their `light` is given. `opacity` (N,) multiplies w, if it is given:
-    transparent pixels have no vote. `sums` = (total, weight). If `first` is given, it holds 8 u + pose of the
+    `values` (N, C) are light, or codes if the table of their `light` is given. `opacity` (N,) multiplies w, if it is
+    given: transparent pixels have no vote. `sums` = (total, weight). If `first` is given, it holds 8 u + pose of the
     first vote, -1 at the start, and `total` the sum of w * (value - value of the first vote): exactly zero where all
     agree, whatever the rounding. `squares`: sums of squared weights. Branches on None are compiled away.
     """
@@ -281,9 +281,9 @@ def encode_light(
 ) -> None:  # fmt: skip
     """Divide total (h, w, C) by weight (h, w) once, rounding half up to codes.
 
-    `coding`: lights at which codes begin, none if codes are the light, and a table of starting points that shortens
-    the search. With `first` (h, w) the total is relative to the `light` of these pixels, whose own codes of
-    `samples` are written where it is 0; only if codes have such a table.
+    `coding`: the light at which each code begins, empty if codes are light, and a lookup table with its shift, where
+    the search for a code starts. With `first` (h, w) the total is relative to the `light` of these pixels, whose own
+    codes of `samples` are written where it is 0; only if codes have such a table.
     """
     steps, shelf, shift = coding
     for y in range(weight.shape[0]):
@@ -313,7 +313,7 @@ def encode_light(
 def vote_label(
     plan: VoteGroups, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
 ) -> bool:
-    """Add up the weight of every label voted for in rows begin .. end - 1; return False if slots run out.
+    """Add up the weight of every label that gets votes in rows begin .. end - 1; return False if slots run out.
 
     `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free: the first one has the largest weight,
     the smallest label of equals. `weight` (rows, w) is that of all.

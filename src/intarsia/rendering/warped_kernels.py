@@ -1,18 +1,18 @@
 """Kernels of blending by votes for maps whose pieces are scaled, rotated or warped: interpolated reading.
 
-The entry at q votes for the pixel at p with u = S(q) + J(q) (p - q), as all votes do; here S(q) has its fraction of
-a pixel, and J is any matrix.
+The map pixel at q votes for the pixel at p with u = S(q) + J(q) (p - q), as in ``render.py``; here S(q) includes its
+fraction of a pixel, and J is any matrix.
 
 A *reading* of the exemplar at a position u is a short list of pixels and weights: 4 x 4 by Catmull-Rom (Catmull and Rom
 1974; Keys 1981, a = -1/2), 2 x 2 bilinear over the usable ones if one of these is masked. If a step of
 one px in the output is longer than one px in the exemplar, several readings spread over the pixel's footprint are
 averaged. Votes are added in raster order. Sums are of differences to the first pixel read, so that uniform areas stay
-as they are.
+exact.
 
 Colours and data are read by Catmull-Rom, colours in linear light with opacity premultiplied, and clamped to the range
 of the pixels read; normals too, then turned by the frame and normalised; labels are those of the nearest pixel. A
-masked pixel is never read: if all around are masked, the entry's own pixel is read. If a position falls on a pixel, and
-the frame is an isometry or none, the copy is exact.
+masked pixel is never read: if all around are masked, the map pixel's own source is read. If a position falls on a
+pixel, and the frame is an isometry or none, the copy is exact.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ from ..kernels.maps import HOLE, J
 from .vote_kernels import Reach
 
 MOST = 4
-"""Readings along each axis of a footprint, at most."""
+"""Largest number of readings along each axis of a footprint."""
 
 SLACK = 1 / 64
-"""Steps longer than one px by no more count as one px, such as those of a rotation."""
+"""Px: steps longer than one px by at most this count as one px, such as those of a rotation."""
 
 
 @kernel
 def exemplar_of(table: Int64, which: int) -> tuple[int, int, int, int]:
     """Return the number of an exemplar's first pixel, its height, its width, and 1 if it is toroidal.
 
-    As numbers: views of the table would be reference counted.
+    They are numbers, as views of the table would be reference counted.
     """
     return table[which, 0], table[which, 1], table[which, 2], table[which, 3]
 
 
 @kernel
 def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
-    """Return the number of a pixel; beyond the border that of the nearest one, or of the other side of a torus."""
+    """Return the index of a pixel; beyond the border that of the nearest one, or modulo the sides of a torus."""
     height, width = row[1], row[2]
     if not (0 <= y < height and 0 <= x < width):
         if row[3] != 0:
@@ -59,14 +59,14 @@ def _pixel(row: tuple[int, int, int, int], y: int, x: int) -> int:
 
 @kernel
 def nearest_pixel(row: tuple[int, int, int, int], free: Mask, uy: float, ux: float, own: Pair) -> int:
-    """Return the pixel nearest to a position, or that in row and column `own` if that one is masked."""
+    """Return the index of the pixel nearest to a position; if it is masked, that of the pixel `own` (row, column)."""
     k = _pixel(row, floor(uy + 0.5), floor(ux + 0.5))
     return _pixel(row, own[0], own[1]) if free.size > 0 and not free[k] else k
 
 
 @kernel
 def share_of(row: tuple[int, int, int, int], near: NDArray[np.uint16], uy: float, ux: float) -> int:
-    """Return the weight of a vote that reads at a position: 0 outside of the exemplar."""
+    """Return the weight of a vote for a position: `near` of its nearest pixel, 0 outside of the exemplar."""
     y, x = floor(uy + 0.5), floor(ux + 0.5)
     if row[3] == 0 and not (0 <= y < row[1] and 0 <= x < row[2]):
         return 0
@@ -121,10 +121,10 @@ def taps(
 
 @kernel
 def footprint(down: float, across: float) -> tuple[int, float]:
-    """Return how many readings a pixel needs along an axis, and over which part of its step (down, across) they spread.
+    """Return the number of readings along an axis, and the part of its step (down, across) over which they spread.
 
-    One if a step of the output is no longer than a pixel of the exemplar; for longer steps they spread, over all of the
-    step from two px on, so that sharpness changes continuously.
+    One reading if a step of the output is at most one px of the exemplar. For longer steps the part increases from 0 to
+    1 at two px, so that sharpness changes continuously; there are at most MOST readings.
     """
     length = sqrt(down * down + across * across)
     if length <= 1.0 + SLACK:
@@ -133,18 +133,18 @@ def footprint(down: float, across: float) -> tuple[int, float]:
 
 
 ALIKE = 1 / 1024
-"""Px, and parts of a frame, by which votes may differ and still be read once; those of one piece differ by less."""
+"""Px of position, and entries of a frame, by which merged votes may differ; within a piece they differ by less."""
 
 KEPT = 8
-"""Positions that later votes are compared with; in strongly warped fields every vote is read on its own."""
+"""Number of first positions that later votes are compared with; in strongly warped fields few votes are merged."""
 
 
 class Part(NamedTuple):
-    """A cell with a halo, in px of the plane, as `cut_window` cuts it."""
+    """A cell of the map with a halo, in px of the plane, as `cut_window` writes it."""
 
     yx: Int32  # (h, w, 2): the source pixel
-    which: UInt8  # (h, w)
-    pose: UInt8  # (h, w)
+    which: UInt8  # (h, w): the exemplar
+    pose: UInt8  # (h, w): the isometry
     at: Floats  # (h, w, 2): the position in the exemplar
     j: Floats  # (h, w, 4): the frame, as the rows of J
 
@@ -157,10 +157,10 @@ class Part(NamedTuple):
 def collect_votes(
     part: Part, reach: Reach, feather: int, y: int, x: int, places: Floats, votes: Int64
 ) -> int:
-    """List the positions that the entries around pixel (y, x) of a cell read, in raster order; return how many.
+    """List the positions that the map pixels around pixel (y, x) of a cell vote for, in raster order; return how many.
 
-    `places` (n, 2): positions; `votes` (n, 3): row and column of the entry, and its weight. Votes with equal position
-    and frame are merged, if the earlier one is among the first KEPT.
+    `places` (n, 2): positions; `votes` (n, 3): row and column of the map pixel, and its weight. Votes with equal
+    position and frame are merged, if the earlier one is among the first KEPT.
     """
     n, f = 0, feather
     for qy in range(y, y + f + 1):
@@ -216,7 +216,7 @@ def read_light(
             added[:] = 0.0
             if feather > 0:
                 heard = collect_votes(part, reach, feather, y, x, places, votes)
-            else:  # the pixel itself, or no vote: the same as above, faster
+            else:  # only the pixel's own vote: the same as above, faster
                 heard = 1 if part.which[y, x] != HOLE else 0
                 places[0, 0], places[0, 1] = part.at[y, x, 0], part.at[y, x, 1]
                 votes[0, 0], votes[0, 1], votes[0, 2] = y, x, 1
@@ -250,9 +250,8 @@ def _add(
 
     ``added`` (2, C): sums weighted by opacity, and not.
 
-    Without clamping, the overshoot of Catmull-Rom in linear light gives dark stones black rims next to bright ones.
-    If opacity varies, colours are read bilinearly: weights that are never negative make up no colours where opacity is
-    small.
+    Without clamping, the overshoot of Catmull-Rom in linear light gives dark stones black rims next to bright ones. If
+    opacity varies, colours are read bilinearly, as negative weights give false colours where opacity is small.
     """
     last, mixed, opaque = light.shape[1] - 1, False, 0.0
     if alpha:
@@ -278,7 +277,7 @@ def _add(
 
 @kernel
 def _pose_of(j: Floats) -> int:
-    """Return the number of the isometry that a frame is, -1 where it is none."""
+    """Return the number of the isometry that a frame equals, or -1."""
     for p in range(8):
         if j[0] == J[p, 0] and j[1] == J[p, 1] and j[2] == J[p, 2] and j[3] == J[p, 3]:
             return p
@@ -316,7 +315,7 @@ def _vector(
 def _turn(j: Floats, cross: int, keep: bool, v: Floats) -> None:
     """Turn a vector with its piece: n_yx' = J^T n_yx; `cross` is -1 if green is up, else 1.
 
-    Its length is restored, so that scaling does not change the weight of a vote; `keep`: it is unchanged anyway.
+    Its length is restored, so that scaling does not change the weight of a vote; not if `keep`, for isometries.
     """
     x, y = v[0], v[1]
     v[0], v[1] = j[3] * x + cross * j[1] * y, j[0] * y + cross * j[2] * x
