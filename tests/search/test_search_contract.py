@@ -127,7 +127,7 @@ class TestGuidedSearchByWeight(TestGuidedSearch):
     guided, weight = True, 0.5
 
 
-class TestGuidedByRoots(TestGuidedSearchByWeight):
+class TestGuidedPatchSearch(TestGuidedSearchByWeight):
     kind = GuidedPatchSearch
 
 

@@ -98,13 +98,17 @@ def cell_of(lattice: Pairs, shape: tuple[int, ...]) -> tuple[Vector, Vector | No
     return vectors[0], None
 
 
+STRAIN = 0.02  # largest strain, slant included, of a lattice or a pitch to close around a wrapped canvas
+
+
 def misfit_message(axis: int, length: int, what: str, strain: float, good: list[int]) -> str:
     """Return the message for a canvas size around which the lattice does not close: why, and which sizes do.
 
     `axis`: 0 height, 1 width; `length`: px; `what`: the finding; `strain`: a share of 1; `good`: lengths that close.
     """
     remedy = f"choose {' or '.join(map(str, good))} px." if good else "the lattice is slanted; drop wrap."
-    return f"wrap: {('height', 'width')[axis]}={length} px {what} (strain {100 * strain:.1f} %, at most 2 %); {remedy}"
+    why = f"{what} (strain {100 * strain:.1f} %, at most {100 * STRAIN:.0f} %)"
+    return f"wrap: {('height', 'width')[axis]}={length} px {why}; {remedy}"
 
 
 NEAR = 0.05  # allowed misfit as a share of the shortest vector: 2 px for tiles of 40 px, hidden by a joint

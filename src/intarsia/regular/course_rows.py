@@ -17,14 +17,13 @@ from ..foundation import ParameterError
 from ..foundation.arrays import Int64, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import below, deck, draw
-from ..lattice import misfit_message
+from ..lattice import STRAIN, misfit_message
 from ..model.canvas import Canvas
 from .masonry import Line
 
 DEALT, ORDER, PHASE = 64, 1 << 20, 1 << 21  # keys of random numbers: decks of bricks, order of courses, first row
 SPARE = 64  # px by which sums of heights that are tried may exceed the canvas; far more than the strain allows
 STAGE = 2012  # key of the random numbers of courses, which makes them independent of other stages
-STRAIN = 0.02  # largest relative change of the pitch to close around a wrapped canvas
 
 
 @dataclass(frozen=True)

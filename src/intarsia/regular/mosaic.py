@@ -28,7 +28,7 @@ from ..foundation import ParameterError
 from ..foundation.arrays import Array, Int32, Int64, Laid, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.run import Run, below, deck, draw
-from ..lattice import cell_of, misfit_message
+from ..lattice import STRAIN, cell_of, misfit_message
 from ..methods.near_regular import NearRegular
 from ..model import Exemplar
 from ..model.canvas import Canvas
@@ -36,8 +36,6 @@ from ..patches import Continuation
 from . import block_kernels
 from .block_grid import BlockGrid, Places
 from .continuation import ContinuedExemplar, grid_and_places
-
-STRAIN = 0.02  # largest strain of the lattice, slant included, to close around a wrapped canvas
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ from ..foundation.arrays import Int16, Int32, Int64, Mask, Pair
 from ..foundation.geometry import UNIT
 from ..foundation.params import Weights
 from ..foundation.run import Run
-from ..lattice import Pairs, Vector, Vectors, cell_of
+from ..lattice import STRAIN, Pairs, Vector, Vectors, cell_of
 from ..lattice.correlation_peaks import overlap
 from ..model import Exemplar
 from ..model.canvas import Canvas
@@ -36,7 +36,6 @@ from .tile_kernels import lay_tile
 
 Rates = list[list[Fraction]]
 
-STRAIN = 0.02  # largest strain of a lattice to close around a canvas
 BITS = 61  # bits of a number so that a sum of two with sign fits into 64
 
 

@@ -24,13 +24,13 @@ from ...foundation.arrays import Array, Int32, Laid, Pair
 from ...foundation.geometry import UNIT, Box
 from ...foundation.params import AUTO
 from ...foundation.run import Run, below, draw
-from ...lattice import Vector, cell_of, check_lattice, lattice_of, misfit_message
+from ...lattice import STRAIN, Vector, cell_of, check_lattice, lattice_of, misfit_message
 from ...lattice.correlation_peaks import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import drafted
-from ...regular.mosaic import STRAIN, adjacent_blocks, modulo_canvas
+from ...regular.mosaic import adjacent_blocks, modulo_canvas
 from . import engine_kernels as kernels
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
