@@ -211,7 +211,7 @@ def test_a_full_disk_is_told_in_one_line(how: str, tmp_path: Path, monkeypatch: 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(
-        "intarsia.giant.exports.whole.sync" if how == "tiff" else "intarsia.disk.atomic.write_new", full
+        "intarsia.disk.atomic.sync_file" if how == "tiff" else "intarsia.disk.atomic.write_new", full
     )
     after = "goes on" if how == "zarr" else "begins anew"
     with pytest.raises(IntarsiaError, match=f"no room for .*o; free some space, then the same command {after}"):
