@@ -159,6 +159,70 @@ def test_slopes_come_from_the_height_where_there_are_no_normals(page: Desk) -> N
     assert at(page, right, 44.5, 32.5).sum() > 1.1 * at(page, right, 20.5, 32.5).sum()
 
 
+def silhouette(page: Desk, seen: np.ndarray) -> tuple[float, float]:
+    """The radius of what is seen, by its area and by its widest row, relative to half the picture."""
+    opaque, how = seen[..., 3] == 255, page.told()
+    half = SIDE * how["scale"] / 2
+    return math.sqrt(opaque.sum() / math.pi) / half, opaque.sum(axis=1).max() / 2 / half
+
+
+def test_a_ball_is_as_round_and_as_large_as_its_heights_leave_it(page: Desk) -> None:
+    black = np.zeros((SIDE, SIDE), np.uint8)
+    dropped(page, "ball", **surface(0.0), height=black)
+    page.radio("Ball").click()
+    for depth in (0, 25):
+        page.page.get_by_role("slider", name="Depth").fill(str(depth))
+        radius = 0.85 - 1.4 * depth / 100
+        expected = 4 * radius / math.sqrt(16 - radius**2)  # from 4 radii away
+        assert silhouette(page, page.seen()) == (pytest.approx(expected, rel=0.01), pytest.approx(expected, rel=0.01))
+
+
+def test_a_solid_is_turned_by_its_slider_and_by_dragging_and_stays_where_it_is(page: Desk) -> None:
+    two = np.full((SIDE, SIDE, 3), (30, 30, 220), np.uint8)
+    two[:, : SIDE // 2] = (220, 30, 30)
+    dropped(page, "turned", **surface(0.0) | {"albedo": two})
+    page.radio("Ball").click()
+    view, turn = page.told(), page.page.get_by_role("slider", name="Turn")
+    for degrees, channel in ((45, 0), (135, 2), (225, 0), (315, 2)):  # twice around the ball
+        turn.fill(str(degrees))
+        assert int(at(page, page.seen(), SIDE / 2, SIDE / 2).argmax()) == channel
+    x, y = page.at(SIDE / 2, SIDE / 2)
+    page.page.mouse.move(x, y)
+    page.page.mouse.down()
+    page.page.mouse.move(x + 180, y, steps=6)
+    page.page.mouse.up()
+    assert turn.input_value() == "225"
+    assert int(at(page, page.seen(), SIDE / 2, SIDE / 2).argmax()) == 0
+    assert page.told() == view
+
+
+@pytest.mark.parametrize("shape", ["Plane", "Ball", "Cylinder", "Corner"])
+def test_light_falls_on_a_solid_from_where_the_lamp_is(shape: str, page: Desk) -> None:
+    dropped(page, shape.lower(), **surface(0.0))
+    page.radio(shape).click()
+    if shape in ("Plane", "Corner"):
+        page.page.get_by_role("slider", name="Turn").fill("0" if shape == "Plane" else "45")
+    left, right = moved(page, 0.02, 0.4), moved(page, 0.98, 0.4)
+    opaque = (left[..., 3] == 255).nonzero()[1]
+    middle = (int(opaque.min()) + int(opaque.max())) // 2
+    west, east = (slice(None), slice(None, middle), slice(3)), (slice(None), slice(middle, None), slice(3))
+    assert left[west].sum() / left[east].sum() > 1.2 * right[west].sum() / right[east].sum()
+
+
+def test_raised_parts_throw_shadows(page: Desk) -> None:
+    step = np.zeros((SIDE, SIDE), np.uint8)
+    step[:, 28:36] = 255
+    dropped(page, "step", **surface(0.0), height=step)
+    page.radio("Plane").click()
+    page.page.get_by_role("slider", name="Turn").fill("0")
+    page.page.get_by_role("slider", name="Depth").fill("25")
+    page.page.get_by_role("slider", name="Height", exact=True).fill("80")
+    left, right = moved(page, 0.0, 0.3), moved(page, 1.0, 0.3)
+    how = page.told()
+    row, behind = int(how["y"] + 40 * how["scale"]), int(how["x"] + 41 * how["scale"])
+    assert left[row, behind, :3].sum() < 0.75 * right[row, behind, :3].sum()
+
+
 def test_a_grown_material_is_lit_and_its_planes_are_seen(page: Desk) -> None:
     page.sample("setts")
     page.quick()

@@ -2,7 +2,10 @@
 
 import { el } from "../core/dom.js";
 import { store } from "../core/store.js";
+import { readable } from "../core/words.js";
+import { segments } from "../parts/choice.js";
 import { MAPS, Renderer } from "./renderer.js";
+import { SHAPES } from "./shaders.js";
 
 /** @typedef {import("../stage/stage.js").Stage} Stage */
 
@@ -17,6 +20,9 @@ import { MAPS, Renderer } from "./renderer.js";
 
 /** The lamp stays where it was put while other results are looked at. */
 const lamp = { x: 0.3, y: 0.26, height: 0.42, power: 1.5 };
+
+/** @type {import("./renderer.js").Pose} */
+const pose = { shape: "flat", turn: 30, tilt: 22, relief: 0.06 };
 
 const STEP = 0.02;
 
@@ -36,9 +42,12 @@ export class Lit {
   panel = el(
     "div",
     { class: "lamp-panel", role: "group", "aria-label": "Lamp", hidden: true },
+    segments("Shape", SHAPES.map((shape) => [shape, readable(shape)]), () => pose.shape, (shape) => this.#pose({ shape })).element,
     slider("Height", 8, 150, () => 100 * lamp.height, (value) => this.#set({ height: value / 100 })),
     slider("Brightness", 10, 400, () => 100 * lamp.power, (value) => this.#set({ power: value / 100 })),
   );
+  turn = slider("Turn", 0, 360, () => pose.turn, (turn) => this.#pose({ turn }));
+  relief = slider("Depth", 0, 25, () => 100 * pose.relief, (value) => this.#pose({ relief: value / 100 }));
   /** @type {Renderer | null} */
   #renderer = null;
   /** @type {Subject | null} that is lit */
@@ -49,6 +58,7 @@ export class Lit {
   /** @param {Stage} stage */
   constructor(stage) {
     this.stage = stage;
+    this.panel.append(this.turn, this.relief);
     stage.append(this.handle, this.panel);
     for (const kind of ["pointerdown", "pointermove", "keydown", "wheel", "dblclick"]) {
       this.panel.addEventListener(kind, (e) => e.stopPropagation());
@@ -88,9 +98,11 @@ export class Lit {
     this.#subject = subject;
     if (this.#held !== subject.id) renderer.take(maps, subject.down);
     this.#held = subject.id;
-    this.stage.painter = (canvas, view, size, tiles) => renderer.draw(canvas, view, size, tiles, lamp);
+    this.stage.painter = (canvas, view, size, tiles) => renderer.draw(canvas, view, size, tiles, lamp, pose);
+    this.relief.hidden = !subject.planes.includes("height");
     this.handle.hidden = this.panel.hidden = false;
     this.#place();
+    this.#pose({});
     return true;
   }
 
@@ -111,6 +123,31 @@ export class Lit {
   hide() {
     this.handle.hidden = this.panel.hidden = true;
     this.stage.painter = null;
+    if (this.stage.tool === this.turning) this.stage.tool = null;
+    this.stage.draw();
+  }
+
+  /**
+   * Turn the solid by dragging; a picture that is flat is moved.
+   * @type {import("../stage/gestures.js").Stroke}
+   */
+  turning = {
+    down: () => true,
+    move: (x, y, event) => this.#pose({ turn: pose.turn - event.movementX / 2, tilt: pose.tilt + event.movementY / 2 }),
+    up: () => {},
+    stop: () => {},
+  };
+
+  /** @param {Partial<typeof pose>} change */
+  #pose(change) {
+    Object.assign(pose, change);
+    pose.turn = (pose.turn + 360) % 360;
+    pose.tilt = Math.max(-80, Math.min(80, pose.tilt));
+    const solid = pose.shape !== "flat";
+    this.stage.tool = solid ? this.turning : null;
+    this.turn.hidden = !solid;
+    const range = this.turn.querySelector("input");
+    if (range) range.value = String(Math.round(pose.turn));
     this.stage.draw();
   }
 
