@@ -91,7 +91,7 @@ def main() -> None:
         page.locator(".card img").last.wait_for(state="attached")
         while not page.evaluate("[...document.querySelectorAll('img')].every(i => i.naturalWidth)"):
             page.wait_for_timeout(200)
-        page.get_by_text("Warming up").wait_for(state="hidden", timeout=WAIT)
+        page.get_by_text("Getting ready").wait_for(state="hidden", timeout=WAIT)
         keep(page, "studio-start")
         opened(page, "tiles")
         press(page, "Both", "Grow")
@@ -122,9 +122,9 @@ def main() -> None:
         page.wait_for_timeout(1500)
         keep(page, "studio-lit")
         opened(page, "stones")
-        press(page, "Found")
-        page.get_by_role("heading", name="Auto takes").wait_for(timeout=WAIT)
-        for name in ("Courses", "What strikes"):
+        press(page, "Inspect")
+        page.get_by_role("heading", name="Automatic takes").wait_for(timeout=WAIT)
+        for name in ("Rows of stones", "What stands out"):
             page.get_by_role("switch", name=name).click()
         page.wait_for_timeout(2500)
         keep(page, "studio-found")

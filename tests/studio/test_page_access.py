@@ -21,7 +21,7 @@ else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
 STYLE = Path(intarsia.studio.__file__).parent / "static" / "style"
-ROOMS = ("Grow", "Found", "Paint", "Mend", "Endless", "Gallery")
+ROOMS = ("Grow", "Inspect", "Paint", "Mend", "Endless", "Gallery")
 SERIOUS = ("serious", "critical")
 
 
@@ -62,10 +62,10 @@ def states(page: Desk) -> Iterator[str]:
     for room in ROOMS:
         page.room(room)
         page.page.wait_for_timeout(400)
-        if room == "Found":
-            page.page.get_by_role("heading", name="Auto takes").wait_for(timeout=60_000)
+        if room == "Inspect":
+            page.page.get_by_role("heading", name="Automatic takes").wait_for(timeout=60_000)
         yield room
-        for mode in {"Found": ("Crop", "Avoid"), "Mend": ("Extend", "Tile")}.get(room, ()):
+        for mode in {"Inspect": ("Crop", "Avoid"), "Mend": ("Extend", "Tile")}.get(room, ()):
             page.radio(mode).click()
             yield f"{room}, {mode}"
     page.room("Grow")
@@ -192,10 +192,10 @@ def test_the_focus_stays_where_it_is_while_a_job_goes_on(page: Desk) -> None:
     assert cancel.evaluate("b => b === document.activeElement")
     page.page.keyboard.press("Enter")
     expect(page.page.get_by_role("alert")).to_have_text("Cancelled")
-    link = page.page.get_by_role("link", name="Found", exact=True)
+    link = page.page.get_by_role("link", name="Inspect", exact=True)
     link.focus()
     page.page.keyboard.press("Enter")
-    page.page.get_by_role("heading", name="Lattice").wait_for(timeout=60_000)
+    page.page.get_by_role("heading", name="Repeating grid").wait_for(timeout=60_000)
     assert link.evaluate("a => a === document.activeElement")
 
 

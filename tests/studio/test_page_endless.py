@@ -214,7 +214,7 @@ def test_far_out_it_is_drawn_reduced(walk: Walk, texture: ia.Weave) -> None:
     known = known[:high, :wide].reshape(high // 8, 8, wide // 8, 8, 3).mean(axis=(1, 3))
     seen = walk.seen()[: high // 8, : wide // 8].astype(float)
     assert abs(seen.mean() - known.mean()) < 4
-    walk.page.get_by_role("button", name="Middle").click()
+    walk.page.get_by_role("button", name="Start").click()
     walk.still()
     assert np.array_equal(walk.seen(), window(texture, walk.told()))
 

@@ -20,22 +20,22 @@ else:
 def found(page: Desk) -> Desk:
     """The room that tells what was found."""
     page.sample("tiles")
-    page.room("Found")
-    page.page.get_by_role("heading", name="Auto takes").wait_for(timeout=60_000)
+    page.room("Inspect")
+    page.page.get_by_role("heading", name="Automatic takes").wait_for(timeout=60_000)
     return page
 
 
 def test_what_was_found_is_told_and_drawn(found: Desk) -> None:
     exemplar = next(e for e in found.served.get("/api/exemplars") if e["name"] == "tiles")
     told = found.served.get(f"/api/exemplars/{exemplar['id']}/found")
-    panel = found.page.get_by_role("complementary", name="Found in the exemplar")
+    panel = found.page.get_by_role("complementary", name="Seen in the example")
     for line in told["suggested"]["why"] + told["lattice"]["reasons"]:
         expect(panel.get_by_text(line, exact=True)).to_be_visible()
     plain = found.seen()
-    found.page.get_by_role("switch", name="Lattice").click()
+    found.page.get_by_role("switch", name="Repeating grid").click()
     expect(panel.get_by_text("64 × 64 px")).to_be_visible()
     found.until(lambda: found.told()["layers"] == 1 and not found.same(plain))
-    found.page.get_by_role("switch", name="Lattice").click()
+    found.page.get_by_role("switch", name="Repeating grid").click()
     found.until(lambda: found.same(plain))
     found.button(f"Grow with {told['suggested']['method']}").click()
     expect(found.page.locator(".pick-head")).to_contain_text(told["suggested"]["method"])
@@ -46,7 +46,7 @@ def test_the_exemplar_is_cropped(found: Desk) -> None:
     (ax, ay), (bx, by) = (tuple(round(v) for v in place) for place in found.stroke((30, 40), (130, 104)))
     before = found.served.get("/api/exemplars")
     told = found.page.locator(".stage:visible canvas")
-    expect(told).to_have_attribute("aria-label", "Exemplar tiles")
+    expect(told).to_have_attribute("aria-label", "Example tiles")
     found.button("Crop").click()
     found.until(lambda: len(found.served.get("/api/exemplars")) > len(before))
     after = found.served.get("/api/exemplars")

@@ -34,8 +34,8 @@ def test_what_was_made_is_kept_and_opened(gallery: Desk) -> None:
     gallery.page.reload()
     first = gallery.page.locator(".made").first
     expect(first.get_by_role("heading", name="tiles")).to_be_visible()
-    expect(first).to_contain_text("image-quilting, seed 11")
-    first.get_by_role("button", name="image-quilting, seed 11").click()
+    expect(first).to_contain_text("Square pieces, seed 11")
+    first.get_by_role("button", name="Square pieces, seed 11").click()
     assert gallery.grown() == gallery.result
 
 
@@ -96,7 +96,7 @@ def test_all_of_it_is_taken(gallery: Desk) -> None:
 
 def test_what_was_softened_has_no_other_seed(gallery: Desk) -> None:
     gallery.room("Grow")
-    gallery.page.get_by_role("slider", name="Softness").fill("7")
+    gallery.page.get_by_role("slider", name="Soften seams").fill("7")
     gallery.page.get_by_role("heading", name="Seams 7 px soft").wait_for()
     gallery.room("Gallery")
     first, second = gallery.page.locator(".made").nth(0), gallery.page.locator(".made").nth(1)

@@ -151,7 +151,7 @@ def test_variants_make_a_contact_sheet(page: Desk) -> None:
     assert [job["options"].get("seed", 0) for job in page.jobs] == [0, 1, 2, 3]
     sheet.get_by_role("button", name="seed 2").click()
     page.grown()
-    expect(page.page.get_by_role("heading", name="image-quilting, seed 2")).to_be_visible()
+    expect(page.page.get_by_role("heading", name="Square pieces, seed 2")).to_be_visible()
     page.button("Sheet").click()
     expect(sheet).to_be_visible()
 
@@ -201,7 +201,7 @@ def test_growing_goes_on_from_a_result_with_all_its_planes(page: Desk) -> None:
     page.button("Continue from this").click()
     expect(page.page.get_by_role("heading", name="wall_grown")).to_be_visible()
     expect(page.page.locator(".planes li")).to_have_text(["Albedo", "Normal"])
-    expect(page.page.get_by_role("heading", name="Exemplar", exact=True)).to_be_visible()
+    expect(page.page.get_by_role("heading", name="Example", exact=True)).to_be_visible()
     assert (page.told()["width"], page.told()["height"]) == (96, 80)
     row = page.served.get("/api/exemplars")[-1]
     assert row["planes"][1]["normals"] == "dx"
@@ -218,13 +218,13 @@ def test_the_stage_shows_what_belongs_to_the_exemplar(page: Desk) -> None:
     page.button("Grow").click()
     page.grown()
     page.button("Use stones").click()
-    expect(page.stage().get_by_role("img")).to_have_attribute("aria-label", "Exemplar stones")
+    expect(page.stage().get_by_role("img")).to_have_attribute("aria-label", "Example stones")
     page.page.get_by_role("link", name="intarsia studio: begin").click()
     before = page.page.get_by_role("region", name="Opened before")
     before.get_by_role("button", name="tiles", exact=True).first.click()
     expect(page.page.get_by_role("heading", name="tiles", exact=True)).to_be_visible()
-    expect(page.page.get_by_role("heading", name="Exemplar", exact=True)).to_be_visible()
-    expect(page.stage().get_by_role("img")).to_have_attribute("aria-label", "Exemplar tiles")
+    expect(page.page.get_by_role("heading", name="Example", exact=True)).to_be_visible()
+    expect(page.stage().get_by_role("img")).to_have_attribute("aria-label", "Example tiles")
 
 
 def test_so_often_the_exemplar_stays_so_when_another_one_comes(page: Desk) -> None:

@@ -30,7 +30,7 @@ def test_what_the_studio_does_not_hear_is_sent_later(page: Desk) -> None:
 
 def test_a_reload_and_the_way_back_lead_to_what_was_looked_at(page: Desk) -> None:
     sheet = page.variants()
-    cells = sheet.get_by_role("button", name=re.compile("image-quilting, seed ., "))  # under way or done
+    cells = sheet.get_by_role("button", name=re.compile("Square pieces, seed ., "))  # under way or done
     expect(cells).to_have_count(4)
     page.page.reload()
     expect(cells).to_have_count(4)
@@ -103,7 +103,7 @@ def test_a_job_that_the_address_names_is_looked_at_as_soon_as_it_is_heard_of(pag
     job = page.page.url.rpartition("/")[2]
     page.page.route("**/api/jobs", lambda route: route.fulfill(json=[]))
     page.page.reload()
-    expect(page.page.locator(".names")).to_contain_text("Exemplar")
+    expect(page.page.locator(".names")).to_contain_text("Example")
     page.page.evaluate(HEARD, page.served.get(f"/api/jobs/{job}"))
     expect(page.page.locator(".names")).to_contain_text("seed 0")
 
@@ -111,7 +111,7 @@ def test_a_job_that_the_address_names_is_looked_at_as_soon_as_it_is_heard_of(pag
 def painted(page: Desk, once: list[np.ndarray] | None = None) -> list[np.ndarray]:
     """What is seen in the rooms that one paints in; what was seen once may take its time to be drawn again."""
     seen: list[np.ndarray] = []
-    for room, count in (("Paint", 2), ("Mend", 1), ("Found", 1)):
+    for room, count in (("Paint", 2), ("Mend", 1), ("Inspect", 1)):
         page.room(room)
         page.page.mouse.move(5, 5)
         expect(page.stage(count - 1)).to_be_visible()

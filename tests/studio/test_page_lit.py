@@ -238,7 +238,7 @@ def test_a_grown_material_is_lit_and_its_planes_are_seen(page: Desk) -> None:
     page.radio("Picture").click()
     expect(lamp(page)).to_be_hidden()
     assert np.array_equal(page.seen(), plain)
-    page.page.get_by_role("combobox", name="Plane").select_option("normal")
+    page.page.get_by_role("combobox", name="Map").select_option("normal")
     page.until(lambda: page.seen()[..., 2].max() > 240)
     page.radio("Lit").click()
     lamp(page).wait_for()

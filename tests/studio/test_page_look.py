@@ -55,7 +55,7 @@ def test_wheel_keys_and_drag_move_the_view(look: Desk) -> None:
 
 def test_every_look_is_laid_over_the_picture(look: Desk) -> None:
     plain = look.seen()
-    for name in ("Pieces", "Seams", "Usage", "Source"):
+    for name in ("Pieces", "Seams", "How often", "Where from"):
         look.radio(name).click()
         expect(look.page.locator(".corner.low.left")).not_to_have_text("…", timeout=30_000)
         assert look.told()["layers"] == 1, name
@@ -82,7 +82,7 @@ def test_the_pointer_shows_where_a_pixel_came_from(look: Desk) -> None:
     _, row, column = came[33, 50]
     expect(look.page.locator(".corner.low.right")).to_have_text(f"50, 33  from  {column}, {row}")
     mark = look.page.locator(".source-mark").bounding_box()
-    picture = look.page.get_by_role("img", name="Exemplar tiles").last.bounding_box()
+    picture = look.page.get_by_role("img", name="Example tiles").last.bounding_box()
     assert mark is not None
     assert picture is not None
     assert mark["x"] + 8.5 == pytest.approx(picture["x"] + (column + 0.5) / 256 * picture["width"], abs=1.5)
@@ -115,7 +115,7 @@ def pieced(page: Desk) -> Desk:
 
 def softness(pieced: Desk) -> Locator:
     """The slider of softness."""
-    return pieced.page.get_by_role("slider", name="Softness")
+    return pieced.page.get_by_role("slider", name="Soften seams")
 
 
 def softened(pieced: Desk, px: int) -> str:
@@ -169,7 +169,7 @@ def test_what_was_softened_tells_whose_pieces_it_has(pieced: Desk) -> None:
     softness(pieced).fill("5")
     softened(pieced, 5)
     expect(pieced.page.get_by_role("radiogroup", name="Look at").get_by_role("radio")).to_have_text(
-        ["Picture", "Pieces", "Usage", "Source"]
+        ["Picture", "Pieces", "How often", "Where from"]
     )
     plain = pieced.seen()
     pieced.radio("Pieces").click()

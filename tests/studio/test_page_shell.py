@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 else:
     expect = pytest.importorskip("playwright.sync_api", reason="no playwright").expect
 
-ROOMS = ("Grow", "Found", "Paint", "Mend", "Gallery")
+ROOMS = ("Grow", "Inspect", "Paint", "Mend", "Gallery")
 
 
 def ground(page: Desk) -> str:

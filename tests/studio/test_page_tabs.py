@@ -37,7 +37,7 @@ def test_twenty_pages_open_and_each_hears_of_a_new_job(browser: Browser, served:
     job = served.ended(served.job("grow", [small], **QUICK, seed=1234))
     for page in pages:
         new = page.locator(f".made [data-job='{job['id']}']")
-        expect(new).to_have_attribute("aria-label", "image-quilting, seed 1234, Done", timeout=10_000)
+        expect(new).to_have_attribute("aria-label", "Square pieces, seed 1234, Done", timeout=10_000)
     for page in pages[1:]:
         page.close()
     served.client.delete(f"/api/jobs/{job['id']}").raise_for_status()

@@ -16,7 +16,7 @@ import { StartRoom } from "./rooms/start.js";
 /** @type {{name: string, title: string, room: new () => HTMLElement, looks?: boolean, bare?: boolean}[]} */
 const ROOMS = [
   { name: "grow", title: "Grow", room: GrowRoom, looks: true },
-  { name: "found", title: "Found", room: FoundRoom },
+  { name: "found", title: "Inspect", room: FoundRoom },
   { name: "paint", title: "Paint", room: PaintRoom, looks: true },
   { name: "mend", title: "Mend", room: MendRoom, looks: true },
   { name: "endless", title: "Endless", room: EndlessRoom },
@@ -50,7 +50,7 @@ class Shell extends HTMLElement {
   #tell() {
     const { done, total } = store.warm;
     if (!store.here) this.status.textContent = "The studio does not answer";
-    else this.status.textContent = done < total ? `Warming up ${done} of ${total}` : "";
+    else this.status.textContent = done < total ? `Getting ready, once on this computer: ${done} of ${total}` : "";
   }
 
   /** Look at what the address names: a room, and in it a job, or the contact sheet. */

@@ -43,6 +43,36 @@ export function facts(...told) {
   return told.filter(Boolean).join(" · ");
 }
 
+/** @type {Record<string, [string, string]>} methods as one who knows no paper would call them, and what they are for */
+const METHODS = {
+  auto: ["Automatic", "picks what suits this picture"],
+  graphcut: ["Free shapes", "best for most pictures; pieces are cut around what is seen"],
+  "image-quilting": ["Square pieces", "quick; also for what is painted or goes on"],
+  "patch-sampling": ["Soft squares", "squares whose borders fade into each other"],
+  "segment-based": ["Pieces by parts", "as large as the parts of the picture that lie there"],
+  "near-regular": ["Bricks and tiles", "keeps rows, courses and grids"],
+  "gap-filling": ["Grid with gaps", "blocks of a grid, what lies between is filled"],
+  "best-tile": ["One tile", "the best period of a pattern, again and again"],
+  "random-tiling": ["Random squares", "without any matching, to compare with"],
+  repeat: ["Repeat", "the whole picture, again and again"],
+  "parallel-controllable": ["Endless", "quick; pixel by pixel, without end, sand rather than stones"],
+  "raster-quilting": ["Squares by rows", "quilting as it was first published"],
+  "efros-leung": ["Pixel by pixel", "takes minutes; fine grain"],
+  "wei-levoy": ["Best pixels", "slow; smooth textures"],
+  ashikhmin: ["Neighbours go on", "slow; leaves, flowers, pebbles"],
+  "correction-2008": ["Endless, of 2008", "an older form of endless"],
+};
+
+/** @param {string} method */
+export function plain(method) {
+  return METHODS[method];
+}
+
+/** @param {string} method */
+export function called(method) {
+  return METHODS[method]?.[0] ?? method;
+}
+
 /**
  * A job in a few words: its method and seed, or how soft it was drawn.
  * @param {Job} job
@@ -51,7 +81,7 @@ export function title(job) {
   const { method, seed, feather } = job.options;
   if (job.verb === "render") return feather ? `Seams ${feather} px soft` : feather === 0 ? "Exact copies" : "Drawn again";
   const verbs = /** @type {Record<string, string>} */ ({ grow: "Grown", paint: "Painted", extend: "Extended", heal: "Healed", tile: "Tiled", weave: "Woven" });
-  const first = method && method !== "auto" ? method : (verbs[job.verb] ?? readable(job.verb));
+  const first = method && method !== "auto" ? called(method) : (verbs[job.verb] ?? readable(job.verb));
   return `${first}, seed ${seed ?? 0}`;
 }
 
@@ -70,6 +100,11 @@ export function doing(job) {
 export function about(seconds) {
   if (seconds <= 0) return "a little longer";
   return seconds < 60 ? `about ${Math.ceil(seconds / 5) * 5} s` : `about ${Math.round(seconds / 60)} min`;
+}
+
+/** @param {Job | null | undefined} job */
+export function busy(job) {
+  return job?.state === "running" || job?.state === "queued";
 }
 
 /**

@@ -1,8 +1,7 @@
 /** What is seen of a job before there is a first preview: a grey canvas of the size that is wanted, and what is waited for. */
 
 import { exemplarOf, store } from "../core/store.js";
-import { about, state } from "../core/words.js";
-import { busy } from "./progress.js";
+import { about, busy, state } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 

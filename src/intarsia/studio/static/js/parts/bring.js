@@ -17,7 +17,7 @@ export function filesOf(data) {
  * @param {File[]} files
  */
 export async function bringFiles(files) {
-  if (!files.length) return complain("Nothing to open: drop a picture, or all planes of one material.");
+  if (!files.length) return complain("Nothing to open: drop a picture, or all maps of one material.");
   const form = new FormData();
   for (const file of files) form.append("files", file, file.name);
   await brought(form);

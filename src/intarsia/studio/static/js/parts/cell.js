@@ -2,8 +2,8 @@
 
 import { el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
-import { state, title } from "../core/words.js";
-import { bar, busy } from "./progress.js";
+import { busy, state, title } from "../core/words.js";
+import { bar } from "./progress.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 

@@ -35,11 +35,11 @@ class ExemplarCard extends HTMLElement {
     const exemplar = store.exemplar;
     if (!exemplar) return fill(this);
     const { name, width, height, planes } = exemplar;
-    const picture = el("img", { class: "main", src: viewOf(exemplar, 480), alt: `Exemplar ${name}`, width, height });
+    const picture = el("img", { class: "main", src: viewOf(exemplar, 480), alt: `Example ${name}`, width, height });
     const others = store.exemplars.filter((other) => other.id !== exemplar.id);
     fill(
       this,
-      el("button", { type: "button", class: "see", title: "See the exemplar", onclick: () => store.look(null) }, picture, this.mark),
+      el("button", { type: "button", class: "see", title: "See the example", onclick: () => store.look(null) }, picture, this.mark),
       el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), `${exemplar.depth} bit`))),
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),

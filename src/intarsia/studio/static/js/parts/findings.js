@@ -2,10 +2,11 @@
 
 import { button, el } from "../core/dom.js";
 import { growing } from "../core/settings.js";
+import { called } from "../core/words.js";
 import { take } from "./methods.js";
 
 /** @type {Record<string, string>} */
-const NAMES = { lattice: "Lattice", courses: "Courses", striking: "What strikes", segments: "Segments" };
+const NAMES = { lattice: "Repeating grid", courses: "Rows of stones", striking: "What stands out", segments: "Parts" };
 
 /**
  * What is known of a kind, in a few words; null where there is none.
@@ -43,7 +44,7 @@ export function overlays(found, turn) {
       box,
     );
   });
-  return el("div", { class: "overlays", role: "group", "aria-label": "Drawn over the exemplar" }, rows);
+  return el("div", { class: "overlays", role: "group", "aria-label": "Drawn over the example" }, rows);
 }
 
 /**
@@ -61,10 +62,10 @@ export function reasons(found) {
   return el(
     "div",
     { class: "group why" },
-    suggested && el("h3", {}, `Auto takes ${suggested.method}`),
+    suggested && el("h3", {}, `Automatic takes: ${called(suggested.method)}`),
     suggested && lines(suggested.why ?? []),
-    suggested && button(`Grow with ${suggested.method}`, grow, { class: "framed" }),
-    el("h3", {}, "Lattice"),
+    suggested && button(`Grow with ${called(suggested.method)}`, grow, { class: "framed" }),
+    el("h3", {}, "Repeating grid"),
     lines(lattice?.reasons ?? [reason]),
     light && el("h3", {}, "Light"),
     light && lines([light.strong ? "It is lit unevenly: flatten it first." : "It is lit evenly enough."]),

@@ -20,8 +20,8 @@ const LOOKS = [
   { look: "lit", says: "Lit", alpha: 1, told: "" },
   { look: "pieces", says: "Pieces", alpha: 0.72, told: "Each colour is one piece, copied whole" },
   { look: "seams", says: "Seams", alpha: 1, told: "The redder, the more a join costs" },
-  { look: "usage", says: "Usage", alpha: 0.85, told: "The brighter, the more often its place is shown" },
-  { look: "provenance", says: "Source", alpha: 0.85, told: "Red from the right of the exemplar, green from below" },
+  { look: "usage", says: "How often", alpha: 0.85, told: "The brighter, the more often its place is shown" },
+  { look: "provenance", says: "Where from", alpha: 0.85, told: "Red from the right of the example, green from below" },
 ];
 
 /**
@@ -41,7 +41,7 @@ export class Looks {
   element = el("span", { class: "looks", hidden: true });
   legend = el("span", { class: "corner low left", role: "status" });
   /** What of a material is seen. */
-  planes = el("select", { class: "field planes-field", "aria-label": "Plane", hidden: true, onchange: () => this.other((this.plane = this.planes.value)) });
+  planes = el("select", { class: "field planes-field", "aria-label": "Map", hidden: true, onchange: () => this.other((this.plane = this.planes.value)) });
   /** @type {Look} the one that was chosen; it comes again with the next result that has it */
   wanted = "";
   /** @type {string | null} the plane that is looked at */

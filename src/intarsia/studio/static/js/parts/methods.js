@@ -2,13 +2,14 @@
 
 import { el, fill, follow } from "../core/dom.js";
 import { store } from "../core/store.js";
+import { called, plain } from "../core/words.js";
 import { field, isField } from "./field.js";
 import { Sketches } from "./sketches.js";
 
 /** @typedef {import("../core/types.js").Method} Method */
 /** @typedef {import("../core/settings.js").Settings} Settings */
 
-const AUTO = { slug: "auto", summary: "chooses by what the exemplar is like" };
+const AUTO = { slug: "auto", summary: "picks what suits this picture" };
 
 /**
  * Take another method; parameters that it does not have are dropped.
@@ -63,8 +64,9 @@ function says(method, settings) {
   const wraps = (settings.options.wrap ?? "none") !== "none";
   const unable = wraps && method.supports && !method.supports.includes("wrap");
   return [
-    el("span", { class: "slug" }, method.slug),
-    el("span", { class: "sentence" }, unable ? "cannot tile" : method.summary),
+    el("span", { class: "slug" }, called(method.slug)),
+    el("span", { class: "sentence" }, unable ? "cannot tile" : plain(method.slug)?.[1] ?? method.summary),
+    method.slug !== AUTO.slug && el("span", { class: "quiet small", title: method.summary }, method.slug),
   ];
 }
 
@@ -81,7 +83,7 @@ export function parameterForm(settings) {
     if (slug === shown) return;
     shown = slug;
     const parameters = store.schema?.methods.find((m) => m.slug === slug)?.parameters.filter(isField) ?? [];
-    fill(place, parameters.length > 0 && group(`Parameters of ${slug}`, parameters.map((p) => field(p, settings)), false));
+    fill(place, parameters.length > 0 && group(`Options of ${called(slug)}`, parameters.map((p) => field(p, settings)), false));
   };
   follow(settings, place, show);
   return place;

@@ -3,14 +3,10 @@
 import { button, el, fill } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { facts, state, took } from "../core/words.js";
+import { busy, facts, state, took } from "../core/words.js";
+import { left } from "./estimate.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
-
-/** @param {Job | null | undefined} job */
-export function busy(job) {
-  return job?.state === "running" || job?.state === "queued";
-}
 
 /**
  * A bar that is as long as a job is far.
@@ -40,7 +36,7 @@ export function showProgress(place, job) {
     }
     const [line, told] = place.children;
     line?.replaceWith(bar(job));
-    if (told) told.textContent = facts(state(job), took(job));
+    if (told) told.textContent = facts(state(job), took(job), left(job));
     return;
   }
   const again = button("Again", () => void tried(async () => store.look((await store.change(job, "again")).id)), { class: "framed" });

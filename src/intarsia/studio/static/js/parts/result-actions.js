@@ -9,7 +9,7 @@ import { weight } from "../core/words.js";
 import { carryOn } from "./bring.js";
 
 /** What a press on *Continue from this* does, in a sentence. */
-export const ONWARD = "It becomes the picture that is worked with, all its planes";
+export const ONWARD = "It becomes the picture that is worked with, all its maps";
 
 /**
  * @param {import("../core/types.js").Result} result

@@ -5,13 +5,13 @@ import { button, el, fill } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { exemplarOf, mapOf, planesOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { doing, facts, size, state, title, took } from "../core/words.js";
+import { busy, doing, facts, size, state, title, took } from "../core/words.js";
 import { Stage } from "../stage/stage.js";
 import { awaited, grey, wantedSize } from "./awaited.js";
 import { Compare } from "./compare.js";
 import { Looks } from "./looks.js";
 import { Origins } from "./origins.js";
-import { busy, showProgress } from "./progress.js";
+import { showProgress } from "./progress.js";
 import { resultActions } from "./result-actions.js";
 import { scoreButton } from "./score.js";
 import { Sheet } from "./sheet.js";
@@ -136,14 +136,14 @@ export class ResultView extends HTMLElement {
       const path = at(this.looks.chosen(planes));
       const picture = await store.picture(path);
       if (!still()) return;
-      this.#show(exemplar.id, picture, `Exemplar ${exemplar.name}`, [exemplar.width, exemplar.height], path);
+      this.#show(exemplar.id, picture, `Example ${exemplar.name}`, [exemplar.width, exemplar.height], path);
       const down = exemplar.planes.some((each) => each.normals === "dx");
       this.looks.show({ id: exemplar.id, result: null, planes, at, down });
     }
     if (!still()) return;
     const seed = job && job.verb !== "render" ? `seed ${job.options.seed ?? 0}` : "";
     if (job) this.#headline(busy(job) ? `${doing(job)} ...` : state(job), facts(job.options.method, seed, size(...wantedSize(job))), []);
-    else this.#headline("Exemplar", exemplar ? size(exemplar.width, exemplar.height) : "", []);
+    else this.#headline("Example", exemplar ? size(exemplar.width, exemplar.height) : "", []);
   }
 
   /** A switch that lays another result over half of this one. */

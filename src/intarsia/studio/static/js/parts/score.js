@@ -11,9 +11,9 @@ const MEANS = {
   joins: "what changes where pieces meet",
   steps: "slow tone that changes where pieces meet",
   overused: "how often the most used places are shown",
-  salient: "how often what strikes is shown",
+  salient: "how often what stands out is shown",
   repeats: "windows shown again near by with what is around them",
-  lattice: "by how much less it repeats by the periods of the exemplar",
+  lattice: "by how much less it repeats in the steps of the example",
   blurred: "by how much steps between neighbours are smaller",
 };
 
@@ -28,7 +28,7 @@ export function scoreButton(score) {
   const box = el("div", { class: "menu score", hidden: true, role: "group", "aria-label": "Parts of the score", tabIndex: 0 });
   fill(
     box,
-    el("p", { class: "quiet small" }, "100 is as good as the exemplar itself; each part takes something away."),
+    el("p", { class: "quiet small" }, "100 is as good as the example itself; each part takes something away."),
     el("dl", {}, parts.map(([name, part]) => row(name, part))),
   );
   const toggle = button(facts(`Score ${Math.round(score.total)}`, score.verdict), () => open(box.hidden), { "aria-expanded": "false", class: "number" });

@@ -4,10 +4,9 @@ import { button, el, fill, there } from "../core/dom.js";
 import { icon } from "../core/icons.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { facts, title } from "../core/words.js";
+import { busy, facts, title } from "../core/words.js";
 import { awaited } from "./awaited.js";
 import { arrange, Cell } from "./cell.js";
-import { busy } from "./progress.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 

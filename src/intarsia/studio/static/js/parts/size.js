@@ -53,7 +53,7 @@ export function sizeField(settings) {
     settings.set("size", asked ? `${wide.value || high.value}x${high.value || wide.value}` : null);
   };
   const steps = [2, 3, 4, 8].map((by) =>
-    button(`${by}×`, () => choose(by), { "aria-label": `${by} times the exemplar`, value: String(by) }),
+    button(`${by}×`, () => choose(by), { "aria-label": `${by} times the example`, value: String(by) }),
   );
   const choose = (/** @type {number} */ by) => {
     wide.value = high.value = "";

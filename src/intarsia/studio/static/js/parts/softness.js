@@ -3,7 +3,7 @@
 import { el } from "../core/dom.js";
 import { exemplarOf, mapOf, store } from "../core/store.js";
 import { complain, tried } from "../core/toast.js";
-import { busy } from "./progress.js";
+import { busy } from "../core/words.js";
 
 /** @typedef {import("../core/types.js").Job} Job */
 /** @typedef {import("../core/types.js").Options} Options */
@@ -23,7 +23,7 @@ export class Softness {
   element = el(
     "label",
     { class: "softness small", title: "How far pieces run into each other. It is only drawn again; 0: exact copies", hidden: true },
-    el("span", { class: "quiet" }, "Softness"), this.range, this.told,
+    el("span", { class: "quiet" }, "Soften seams"), this.range, this.told,
   );
   /** @type {{job: Job, map: string} | null} what is drawn again */
   #subject = null;

@@ -17,7 +17,7 @@ export class Strip extends HTMLElement {
   connectedCallback() {
     this.className = "strip";
     this.setAttribute("role", "group");
-    this.setAttribute("aria-label", "Made of this exemplar");
+    this.setAttribute("aria-label", "Made of this example");
     store.on(["jobs", "exemplar", "chosen", "preview"], () => this.show(), this.#gone.signal);
   }
 

@@ -38,7 +38,7 @@ export class EndlessRoom extends HTMLElement {
       "div",
       { class: "view-buttons" },
       this.place,
-      el("div", { class: "segments" }, button("Middle", () => this.sight.home(), { title: "Where it begins (0)" }), button("100 %", () => this.sight.whole(), { title: "Pixel for pixel (1)" })),
+      el("div", { class: "segments" }, button("Start", () => this.sight.home(), { title: "Where it begins (0)" }), button("100 %", () => this.sight.whole(), { title: "Pixel for pixel (1)" })),
     );
     this.sight.append(this.status);
     fill(this, el("section", { class: "half", "aria-label": "Endless texture" }, el("div", { class: "head" }, el("h2", {}, "Endless"), buttons), this.sight), this.panel);
@@ -89,7 +89,7 @@ export class EndlessRoom extends HTMLElement {
     try {
       for (let next = this.#wanted(); JSON.stringify(next) !== this.#sent; next = this.#wanted()) {
         this.#sent = JSON.stringify(next);
-        this.status.textContent = "Looking at the exemplar";
+        this.status.textContent = "Looking at the example";
         await this.#show(next);
       }
     } finally {

@@ -1,4 +1,4 @@
-/** Found: what the program sees in the exemplar, drawn over it, and why it would grow it so; crop it, mark what to avoid. */
+/** Inspect: what the program sees in the exemplar, drawn over it, and why it would grow it so; crop it, mark what to avoid. */
 
 import { get, post, viewOf } from "../core/api.js";
 import { button, el, fill } from "../core/dom.js";
@@ -22,7 +22,7 @@ const avoided = new Map();
 
 export class FoundRoom extends HTMLElement {
   stage = new Stage();
-  panel = el("aside", { class: "panel", "aria-label": "Found in the exemplar" });
+  panel = el("aside", { class: "panel", "aria-label": "Seen in the example" });
   tools = el("div", { class: "group" });
   told = el("div", { class: "group" });
   /** @type {Mode} */
@@ -35,7 +35,7 @@ export class FoundRoom extends HTMLElement {
   connectedCallback() {
     this.className = "paint";
     const { signal } = this.#gone;
-    const head = el("div", { class: "head" }, el("h2", {}, "Exemplar"), viewButtons(this.stage, false));
+    const head = el("div", { class: "head" }, el("h2", {}, "Example"), viewButtons(this.stage, false));
     this.brush = new Brush(this.stage, kit, () => this.#avoided());
     kit.set({ value: 1 });
     toolKeys(kit, signal, 0);
@@ -43,7 +43,7 @@ export class FoundRoom extends HTMLElement {
     /** @type {[Mode, string][]} */
     const modes = [["look", "Look"], ["crop", "Crop"], ["avoid", "Avoid"]];
     const choice = segments("Task", modes, () => this.mode, (mode) => [(this.mode = mode), this.#mode()], { wide: true });
-    fill(this, el("section", { class: "half", "aria-label": "Exemplar" }, head, this.stage), this.panel);
+    fill(this, el("section", { class: "half", "aria-label": "Example" }, head, this.stage), this.panel);
     fill(this.panel, el("div", { class: "fields padded" }, choice.element, this.tools, this.told));
     this.#mode();
     store.on(["exemplar"], () => void this.#show(), signal);
@@ -73,7 +73,7 @@ export class FoundRoom extends HTMLElement {
     await tried(async () => {
       const picture = await store.exemplarPicture(exemplar);
       if (store.exemplar?.id !== exemplar.id) return;
-      this.stage.show(picture, `Exemplar ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
+      this.stage.show(picture, `Example ${exemplar.name}`, [exemplar.width, exemplar.height], viewOf(exemplar));
       this.#mode();
       const found = await get(`/api/exemplars/${exemplar.id}/found`);
       if (store.exemplar?.id !== exemplar.id) return;

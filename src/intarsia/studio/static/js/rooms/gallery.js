@@ -5,10 +5,9 @@ import { icon } from "../core/icons.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
-import { anySeed, facts, state, title, took } from "../core/words.js";
+import { anySeed, busy, facts, state, title, took } from "../core/words.js";
 import { carryOn } from "../parts/bring.js";
 import { Cell } from "../parts/cell.js";
-import { busy } from "../parts/progress.js";
 import { takeAway } from "../parts/taking.js";
 
 /** @typedef {import("../core/types.js").Job} Job */

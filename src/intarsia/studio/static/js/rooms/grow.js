@@ -6,8 +6,10 @@ import { kept } from "../core/kept.js";
 import { growing } from "../core/settings.js";
 import { store } from "../core/store.js";
 import { tried } from "../core/toast.js";
+import { about } from "../core/words.js";
 import { imageOf } from "../paint/marks.js";
 import { segments } from "../parts/choice.js";
+import { estimate } from "../parts/estimate.js";
 import { refused } from "../parts/field.js";
 import { methodPicker, parameterForm } from "../parts/methods.js";
 import { choicesOf, optionGroups } from "../parts/options.js";
@@ -49,6 +51,10 @@ export class GrowRoom extends HTMLElement {
     const redo = button("Redo", () => growing.redo(), { icon: icon("redo"), bare: true });
     const able = () => [(undo.disabled = !growing.canUndo), (redo.disabled = !growing.canRedo)];
     follow(growing, undo, able);
+    const soon = el("p", { class: "quiet small number", role: "status" });
+    const told = () => (soon.textContent = store.exemplar ? `Takes ${about(estimate(this.#asked()))}` : "");
+    follow(growing, soon, told);
+    for (const topic of ["jobs", "exemplar"]) follow(store, soon, told, topic);
     fill(
       this.panel,
       el("div", { class: "do" }, button("Grow", () => void this.grow(), { class: "strong big" }), undo, redo),
@@ -56,6 +62,7 @@ export class GrowRoom extends HTMLElement {
         "div",
         { class: "fields" },
         sizeField(growing),
+        soon,
         el("div", { class: "row" }, el("span", {}, "Tiles"), wrap.element),
         seedField(growing),
         el("div", { class: "row" }, el("span", {}, "Make"), this.#many()),
@@ -69,21 +76,25 @@ export class GrowRoom extends HTMLElement {
   #many() {
     /** @type {[import("../parts/variants.js").Many, string][]} */
     const choices = [["1", "1"], ["4", "4"], ["9", "9"], ["methods", "Methods"]];
-    const many = segments("Make", choices, () => this.many, (value) => kept.set({ many: value }), { wide: true });
+    const many = segments("Make", choices, () => this.many, (value) => [kept.set({ many: value }), growing.dispatchEvent(new Event("change"))], { wide: true });
     many.element.title = "So many seeds, or one with each method, side by side";
     return many.element;
   }
 
+  /** @returns {Pick<import("../core/types.js").Job, "verb" | "exemplars" | "options">[]} what is set, a job for each picture */
+  #asked() {
+    const name = store.exemplar?.id ?? "";
+    const mask = imageOf(name, "avoid");
+    const all = variants(inPixels(growing.options), this.many, choicesOf("grow", "method"));
+    return all.map((options) => ({ verb: "grow", exemplars: [name], options: mask ? { ...options, mask: [mask] } : options }));
+  }
+
   /** Ask for what is set. */
   async grow() {
-    const exemplar = store.exemplar;
-    if (!exemplar || !this.panel || refused(this.panel)) return;
+    if (!store.exemplar || !this.panel || refused(this.panel)) return;
     await tried(async () => {
       const jobs = [];
-      const mask = imageOf(exemplar.id, "avoid");
-      for (const options of variants(inPixels(growing.options), this.many, choicesOf("grow", "method"))) {
-        jobs.push(await store.start("grow", [exemplar.id], mask ? { ...options, mask: [mask] } : options));
-      }
+      for (const { verb, exemplars, options } of this.#asked()) jobs.push(await store.start(verb, exemplars, options));
       if (jobs.length > 1) store.spreadOut(jobs.map((job) => job.id));
       else store.look(jobs[0]?.id ?? null);
     });

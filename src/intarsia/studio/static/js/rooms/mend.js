@@ -44,7 +44,7 @@ const task = {
 const SAYS = {
   heal: "Brush over what must go. Everything else stays, byte for byte.",
   extend: "Drag the frame outwards. The picture stays, and grows beyond its borders.",
-  tile: "The picture will continue in itself. A wall is first cut to whole courses; then only a band along its borders changes.",
+  tile: "The picture will continue in itself. A wall is first cut to whole rows of stones; then only a band along its borders changes.",
 };
 
 export class MendRoom extends HTMLElement {

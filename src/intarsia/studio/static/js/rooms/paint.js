@@ -127,7 +127,7 @@ export class PaintRoom extends HTMLElement {
       el(
         "div",
         { class: "fields" },
-        el("p", { class: "quiet" }, "Mark what is what in the exemplar, then paint with the same labels where each shall be."),
+        el("p", { class: "quiet" }, "Mark what is what in the example, then paint with the same labels where each shall be."),
         el("div", { class: "group" }, el("div", { class: "headed" }, el("h3", {}, "Label"), this.#proposing()), el("div", { class: "palette" }, colours)),
         toolbar(kit),
         sizeField(painting),
@@ -144,7 +144,7 @@ export class PaintRoom extends HTMLElement {
     const propose = button("Propose", () => {
       propose.disabled = true;
       void tried(() => this.#propose()).finally(() => (propose.disabled = false));
-    }, { class: "framed", title: "Mark the exemplar as its segments are grouped" });
+    }, { class: "framed", title: "Mark the example by its parts that look alike" });
     return propose;
   }
 
@@ -170,7 +170,7 @@ export class PaintRoom extends HTMLElement {
     const wanted = [...new Set(labels.target.data)].find((label) => !marked.has(label));
     if (wanted !== undefined) {
       const name = `Label ${wanted + 1}`;
-      return complain(`${name} is wanted, but marked nowhere in the exemplar: paint over what it is on the left, or press Propose.`);
+      return complain(`${name} is wanted, but marked nowhere in the example: paint over what it is on the left, or press Propose.`);
     }
     await tried(async () => {
       const [source, target] = [await send(labels.source), await send(labels.target)];

@@ -24,7 +24,7 @@ export class StartRoom extends HTMLElement {
       "section",
       { class: "drop", "aria-label": "Open a picture" },
       el("h1", {}, "Drop a picture of a texture"),
-      el("p", { class: "quiet" }, "or paste one. All planes of a material at once make one exemplar."),
+      el("p", { class: "quiet" }, "or paste one. All maps of a material at once make one example."),
       button("Choose files", pick, { class: "strong big" }),
     );
     const before = store.exemplars.map((exemplar) =>
