@@ -2,7 +2,8 @@
  * What the server answers.
  *
  * @typedef {{name: string, normals: "dx" | "gl" | null}} Plane
- * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: number, created: number}} Exemplar
+ * @typedef {{id: string, name: string, width: number, height: number, planes: Plane[], depth: number, created: number,
+ *   from?: string}} Exemplar `from`: the result that it is
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled" | "interrupted"} State
  * @typedef {Record<string, any>} Options values of options by name; those left out are automatic
  * @typedef {{id: string, verb: string, exemplars: string[], options: Options, state: State, fraction: number | null,

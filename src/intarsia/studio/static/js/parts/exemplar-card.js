@@ -7,15 +7,18 @@ import { store } from "../core/store.js";
 import { facts, readable, size } from "../core/words.js";
 import { imageOf } from "../paint/marks.js";
 import { pick } from "./bring.js";
+import { drawSteps } from "./steps.js";
 
 class ExemplarCard extends HTMLElement {
   mark = el("span", { class: "source-mark", hidden: true });
+  steps = el("nav", { "aria-label": "Steps", hidden: true });
   #gone = new AbortController();
 
   connectedCallback() {
     this.className = "exemplar-card";
     store.on(["exemplar", "exemplars"], () => this.#draw(), this.#gone.signal);
     store.on(["source"], () => this.#point(), this.#gone.signal);
+    store.on(["exemplar", "exemplars", "jobs", "chosen"], () => drawSteps(this.steps), this.#gone.signal);
   }
 
   disconnectedCallback() {
@@ -43,6 +46,7 @@ class ExemplarCard extends HTMLElement {
       el("div", {}, el("h2", { class: "one-line", title: name }, name), el("p", { class: "quiet small number" }, facts(size(width, height), `${exemplar.depth} bit`))),
       imageOf(exemplar.id, "avoid") && el("p", { class: "quiet small" }, "Parts are marked as avoided."),
       planes.length > 1 && el("ul", { class: "planes" }, planes.map((plane) => el("li", {}, readable(plane.name)))),
+      this.steps,
       el(
         "div",
         { class: "others" },
