@@ -81,8 +81,7 @@ calls = [["--help"], *([name, "-h"] for name in COMMANDS), *([name, "--frobnicat
          ["methods"], ["methods", "image-quilting", "--json"], ["--version"], ["nonsense"], ["grow"],
          ["grow", "a", "-o", "b", "--size", "x"], ["grow", "a.png", "-o", "b.png", "--patch", "0"],
          ["grow", "a.png", "-o", "b.png", "--method", "repeat", "--patch", "9"],
-         ["analyze"], ["analyze", "a.png", "--overlay", "nonsense=b.png"], ["analyze", "a.png", "--overlay", ""],
-         ["analyze", "a.png", "--overlay", "-", "--best-tile", "-"]]
+         ["analyze"], ["analyze", "a.png", "--crop", "nonsense"]]
 for call in calls:
     assert CliRunner().invoke(cli, call).exit_code in (0, 2), call
 os.environ.update(_INTARSIA_COMPLETE="bash_complete", COMP_WORDS="intarsia grow --me", COMP_CWORD="2")
@@ -144,11 +143,10 @@ class TestGrow:
 
     def test_further_planes_lie_beside_in_the_format_they_came_in(self) -> None:
         made = told(*GROW, "--map", "normal=n.png", "--map", "height=h.exr", "-o", "out.png", "--save-map", "m.npz",
-                      "--st-map", "st.exr", "--even-tone", 0)  # fmt: skip
-        assert [f["path"] for f in made["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz", "st.exr"]
+                      "--even-tone", 0)  # fmt: skip
+        assert [f["path"] for f in made["files"]] == ["out.png", "out_normal.png", "out_height.exr", "m.npz"]
         assert pixels(Path("out_height.exr")).dtype == np.float16
-        st, smap = pixels(Path("st.exr")), ia.SourceMap.load("m.npz")
-        assert np.array_equal(st[:, :, :2], smap.st_map())
+        smap = ia.SourceMap.load("m.npz")
         exemplar = pixels(Path("h.exr"))
         assert np.array_equal(pixels(Path("out_height.exr")), exemplar[smap.yx[:, :, 0], smap.yx[:, :, 1]])
 

@@ -81,7 +81,7 @@ OPTIONS = {  # of GROW
     --map =n.png | --map a/b=a.png | --depth 12 | --progress loud | --set --several | --sheet sheet.jpg | --patch 700
     --crop 40,0,20,20 | --crop -1,0,20,20 | --scale 1/64 | --method repeat --wrap both | --save-map m.txt
     --method repeat --mask mask.png --mask mask.png | --map normal=a.png --map normal=a.png | --map albedo=a.png
-    --save-map out.png | --st-map st.png | --sheet a.png | --sheet out.png
+    --save-map out.png | --sheet a.png | --sheet out.png
     """,
     3: """
     --mask missing.png | --mask other_mask.png | --mask black.png | --map normal=missing.png | --map normal=normal.png
@@ -92,7 +92,7 @@ COMMANDS = {
     1: "grow a.png -o far.png -q --patch 12 --size 400 --min-repeat-distance 1000",
     2: """
     frobnicate | --frobnicate | grow | render | replay | methods magic | warm-up now
-    grow a.png -o - --json | grow - -o out.png --mask - | grow a.png deep.png -o out.png --st-map st.exr
+    grow a.png -o - --json | grow - -o out.png --mask -
     grow wide.png -o out.png --toroidal --scale 1/2 | grow a.png -o a.png | grow a.png -o folder | grow a.png -o out
     grow a.png -o out.gif | grow a.png -o out.bmp --depth 16 | grow a.png -o old.bmp
     grow a.png -o {stem}_{colour}.png | grow a.png a.png --several -o {stem}_big.png

@@ -46,7 +46,7 @@ NEEDED: dict[str, dict[str, Any]] = {
 """What a verb cannot do without, beside its exemplars."""
 
 BESIDE = {
-    "by": {"trials": 2}, "keep": {"gates": (("total", 60.0),)},
+    "by": {"trials": 2},
 }  # fmt: skip
 """What must be asked for, so that a field may be."""
 
@@ -55,7 +55,7 @@ VALUES = {
     "named": ("total", 0.5), "float": 1.5, "exemplar": "b.png", "image": "i.png",
 }  # fmt: skip
 NAMED = {
-    "maps": ("normal", "n.png"), "pictures": ("zoom", "z.png"), "overlays": ("lattice", "o.png"), "page": "r.html",
+    "maps": ("normal", "n.png"), "pictures": ("zoom", "z.png"), "page": "r.html",
     "distance_map": ((3, 4), "d.tif"), "many": (1, 2, 3, 9), "origin": (-7, 12), "packed": "R=ao,G=roughness",
     "sheet": "s.png", "dask": "local",
 }  # fmt: skip
@@ -133,13 +133,11 @@ def test_what_json_cannot_hold_is_refused_in_the_words_of_the_command(given: dic
 @pytest.mark.parametrize("slug", list(METHODS))
 def test_the_same_picture_is_asked_for_once_more(slug: str) -> None:
     """The method is named with all that it has; what bears on nothing in the picture is left out."""
-    request = plain(
-        "grow", trials=3, page="r.html", gates=(("total", 50.0),), threads=2, even_tone=0, crop=(0, 0, 9, 9)
-    )
+    request = plain("grow", trials=3, page="r.html", threads=2, even_tone=0, crop=(0, 0, 9, 9))
     method = method_class(slug)()
     again = repeated(request, [{"albedo": "a.png", "normal": "n.png", "mask": "m.png"}], method, 5, out="o.png")
     assert (again.files, again.maps, again.masks) == (("a.png",), (("normal", "n.png"),), ("m.png",))
-    assert (again.trials, again.page, again.gates, again.threads) == (None, None, (), None)
+    assert (again.trials, again.page, again.threads) == (None, None, None)
     assert (again.seed, again.even_tone, again.crop, again.out) == (5, 0, (0, 0, 9, 9), "o.png")
     assert read_argv(to_argv(again)).chosen == method
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..disk import check_fits
 from ..files import write, write_bytes
 from ..files.material_sets import Material
-from ..foundation import CancelledError, IntarsiaError, QualityError
+from ..foundation import CancelledError, IntarsiaError
 from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
 from ..model.image import Kind, Plane, Transfer, dtype_of
@@ -25,7 +25,7 @@ from ..tasks import made_of
 from . import CANCEL, Progress, Report, Step, as_json, describe_error, explain, one_line
 from .exemplars import Inputs
 from .outputs import Staging, by_file, check_all, index_name, write_page
-from .plan import Output, materials_of, method_as_json, orders_of, shelves_of
+from .plan import PREVIEWED, Output, materials_of, method_as_json, orders_of, shelves_of
 
 if TYPE_CHECKING:
     from ..tasks.drawings import Pixels
@@ -51,10 +51,8 @@ class Batch:
     index: str | None = None
     thumbnails: list[Pixels] = field(default_factory=list)
     judged: list[tuple[Outcome, Pixels]] = field(default_factory=list)
-    missed: list[str] = field(default_factory=list)
     results: list[Json] = field(default_factory=list)
     failed: list[Json] = field(default_factory=list)
-    made: list[tuple[str, Json, tuple[str, ...]]] = field(default_factory=list)  # not printed yet
 
     @classmethod
     def plan(cls, request: Request, report: Report, check: Callable[[Scene], None] | None = None) -> Batch:
@@ -117,7 +115,7 @@ class Batch:
         """Make everything, and report it."""
         each = len(self.request.seeds)
         parts = 1 + len(self.materials) * each if self.materials else sum(len(orders) for _, orders in self.groups)
-        with self.report.watching(parts) as meter, Staging(self.request.force) as whole:
+        with self.report.watching(parts) as meter:
             if self.materials:
                 self._plan_materials(meter.stage("check", 0.0, 1.0))
                 meter.next_part(1 + each * len(self.failed))
@@ -125,42 +123,14 @@ class Batch:
                 left = len(orders)
                 with self._minding(name):
                     for order in orders:
-                        self._carry_out(order, meter, whole)
+                        self._make(order, meter)
                         left -= 1
                         meter.next_part()
-                    if name:
-                        self._check_missed()
                 if left:
                     meter.next_part(left)
                 orders[0].shelf.forget()
-            if self._refused:
-                self._check_missed()
-            beside = self._write_beside(whole)
-            whole.commit()
-        self._tell()
+            beside = self._write_beside()
         self._end(beside)
-
-    def _carry_out(self, order: Output, meter: Progress, whole: Staging) -> None:
-        """Make an output; with gates or one report on all, files appear together at the end, else one by one."""
-        if not self.materials and (self.request.gates or self.index is not None):
-            self._make(order, meter, whole)
-            return
-        with Staging(self.request.force, bool(self.materials)) as staging:
-            self._make(order, meter, staging)
-            staging.commit()
-        self._tell()
-
-    @property
-    def _refused(self) -> bool:
-        """Whether a gate was missed, so that nothing is written."""
-        return bool(self.missed) and not self.request.keep
-
-    def _check_missed(self) -> None:
-        """Raise QualityError if a gate was missed."""
-        if self.missed:
-            said = "all was kept" if self.request.keep else "nothing was written; --keep writes it all the same"
-            missed, self.missed = "; ".join(self.missed), []
-            raise QualityError(f"{missed}; {said}.")
 
     @contextmanager
     def _minding(self, name: str) -> Iterator[None]:
@@ -184,7 +154,6 @@ class Batch:
             of = f"{len(names)} of {len(self.materials)}"
             self.report.say(one_line(f"intarsia: {of} materials failed: {', '.join(names)}"))
             raise click.exceptions.Exit(int(self.failed[0]["exit_code"]))
-        self._check_missed()
 
     def _planned(self, order: Output) -> Json:
         """Print what would be made, and return it as JSON."""
@@ -199,8 +168,8 @@ class Batch:
         explain(self.report, about, order.warnings)
         return about
 
-    def _make(self, order: Output, meter: Progress, staging: Staging) -> None:
-        """Make one output and score it; unless it is refused write its files, to appear when `staging` is committed."""
+    def _make(self, order: Output, meter: Progress) -> None:
+        """Make one output, write its files, which appear together, and report it."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
         plan, asked = shelf.plan, request.distance_map
         clock = {"read": time.perf_counter() - began}
@@ -223,62 +192,54 @@ class Batch:
 
         base = next(iter(order.pictures))
         first, found = drawn(base), None
-        if request.page is not None or request.gates:
+        if request.page is not None:
             found = self._judged(order, grown, first)
-            about |= {"score": found.score.as_dict(), "missed": list(found.missed)}
-        if self._refused:
-            return
-        for path, names in by_file(order.pictures).items():
-            planes = {name: first if name == base else drawn(name) for name in names}
-            picture = planes if request.layers else planes[names[0]]
-            write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
+            about |= {"score": found.score.as_dict()}
         if request.sheet is not None:
             from ..tasks import drawings
 
             self.thumbnails.append(drawings.thumbnail(first, drawings.THUMBNAIL))
-        _write_more(order, grown, staging, found, probe)
+        with Staging(request.force, bool(self.materials)) as staging:
+            for path, names in by_file(order.pictures).items():
+                planes = {name: first if name == base else drawn(name) for name in names}
+                picture = planes if request.layers else planes[names[0]]
+                write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
+            _write_more(order, grown, staging, found, probe)
+            staging.commit()
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         about |= {"timings": {k: round(v, 3) for k, v in clock.items()}}
         self.results.append(about)
-        line = f"{order.line(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s"
-        self.made.append((line, about, order.warnings))
+        self.report.warn(*order.warnings)
+        self.report.note(f"{order.line(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s")
+        explain(self.report, about, order.warnings)
 
     def _judged(self, order: Output, grown: Synthesis, drawn: Plane) -> Outcome:
-        """Score an output whose base plane is `drawn`, and keep the gates that it misses."""
+        """Score an output whose base plane is `drawn`."""
         from ..tasks import report, scoring
 
         name = next(iter(order.pictures.values()))
         found = scoring.Outcome.of(grown, name, drawn)
-        missed = scoring.misses(found.score, self.request.gates)
-        if missed:
-            self.missed.append(f"{name} falls short: {', '.join(missed)}")
-        found = found.but(command=_again(order, grown.method, grown.recipe["seed"]), missed=missed)
-        if self.index is not None and not self._refused:
+        found = found.but(command=_again(order, grown.method, grown.recipe["seed"]))
+        if self.index is not None:
             self.judged.append(report.thumbnailed(found))
         return found
 
-    def _write_beside(self, staging: Staging) -> Json:
+    def _write_beside(self) -> Json:
         """Write what shows all outputs, a contact sheet and a report; return their names."""
         written: Json = {}
-        if self.request.sheet is not None and self.thumbnails:
-            from ..tasks.drawings import contact_sheet
+        with Staging(self.request.force) as staging:
+            if self.request.sheet is not None and self.thumbnails:
+                from ..tasks.drawings import contact_sheet
 
-            written["sheet"] = self.request.sheet
-            write(staging.place(self.request.sheet), contact_sheet(self.thumbnails))
-            self.made.append((f"{self.request.sheet}: contact sheet of {len(self.thumbnails)}", {}, ()))
-        if self.index is not None and self.judged:
-            written["report"] = self.index
-            write_page(staging, self.index, self.judged)
+                written["sheet"] = self.request.sheet
+                write(staging.place(self.request.sheet), contact_sheet(self.thumbnails))
+                self.report.note(f"{self.request.sheet}: contact sheet of {len(self.thumbnails)}")
+            if self.index is not None and self.judged:
+                written["report"] = self.index
+                write_page(staging, self.index, self.judged)
+            staging.commit()
         return written
-
-    def _tell(self) -> None:
-        """Print the outputs that are written."""
-        for line, about, warnings in self.made:
-            self.report.warn(*warnings)
-            self.report.note(line)
-            explain(self.report, about, warnings)
-        self.made = []
 
     def _about(self, order: Output, grown: Synthesis | None) -> Json:
         """Return a result as JSON, x before y, with how its method was chosen."""
@@ -360,10 +321,6 @@ def _write_more(
         if what == "map":
             smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
             write_bytes(staging.place(path), smap.to_bytes())
-        elif what == "st map":
-            # Red and green; blue is 0, so that every program opens it as colour.
-            pixels = np.pad(grown.map.st_map(), ((0, 0), (0, 0), (0, 1)))
-            write(staging.place(path), Plane(pixels, Kind.DATA, Transfer.LINEAR), run=run)
         elif what == "distances" and probe is not None and probe.maps is not None:
             from ..search import distance_map
 
@@ -373,10 +330,8 @@ def _write_more(
         elif what == "report" and found is not None:
             write_page(staging, path, found)
         elif what == "preview":
-            many = tileable.repeated(grown.render(), grown.map.wrap, request.tiles)
+            many = tileable.repeated(grown.render(), grown.map.wrap, PREVIEWED)
             write(staging.place(path), many, depth=request.depth, run=run)
-        elif what == "offset":
-            write(staging.place(path), tileable.half_shifted(order.shelf.scene), depth=request.depth, run=run)
 
 
 def _laid(about: Json) -> str:

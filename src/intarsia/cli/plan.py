@@ -60,11 +60,11 @@ SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
 """Bytes that a method keeps for each px of the exemplars while it works; of other methods, and around a start:"""
 SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
-KEPT = {
-    "save_map": "map", "st_map": "st map", "distance_map": "distances", "page": "report", "preview": "preview",
-    "offset": "offset",
-}  # fmt: skip
+KEPT = {"save_map": "map", "distance_map": "distances", "page": "report", "preview": "preview"}
 """Fields of a request that name files beside the pictures, and what each holds."""
+
+PREVIEWED = 3
+"""How often a preview repeats the picture along an axis."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Output:
             swapped = made if made == 2 else 0  # bytes of 16 bits
             written = (made if made != held else 0) + ENCODED * made + swapped
             drawn = max(drawn, samples * (held + max(written, LEVEL if blend.finish else 0)))
-        judged = LIBRARIES + EACH * width * height if request.page is not None or request.gates else 0
+        judged = LIBRARIES + EACH * width * height if request.page is not None else 0
         return int(max(LEAST, peak_memory() + WORKING) + own * searched + area * each + drawn) + judged
 
     def line(self, slug: str) -> str:
@@ -216,10 +216,6 @@ def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None)
     check_formats(orders[0])
     check_alike(exemplars)
     check_drawable(exemplars, canvas.height, canvas.width, plan.joined.feather)
-    if request.gates:
-        from ..tasks.scoring import check_gates
-
-        check_gates(request.gates)
     return orders
 
 
@@ -259,22 +255,16 @@ def method_as_json(method: Method, blend: Blend) -> Json:
 
 def check_formats(order: Output) -> None:
     """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
-    request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
-    first = exemplars[0]
+    request, beside, first, size = order.shelf.request, order.beside, order.shelf.scene.exemplars[0], order.shelf.size
     check_depths(order.pictures, first, size, request)
     for path in order.pictures.values():
         if path != "-" and not format_of(path).text:
             check_place(str(recipe_path(path)), request.force, bool(request.folder))
     if "map" in beside and Path(beside["map"]).suffix.lower() != ".npz":
         raise ParameterError(f"--save-map {beside['map']}: a map is saved as .npz; end the name in it.")
-    if "st map" in beside:
-        if Path(beside["st map"]).suffix.lower() != ".exr":
-            raise ParameterError(f"--st-map {beside['st map']}: an ST map is saved as .exr; end the name in it.")
-        if len(exemplars) > 1:
-            raise ParameterError(f"--st-map shows one exemplar, here are {len(exemplars)}; use --save-map.")
-    for what, times in (("preview", request.tiles), ("offset", 1)):
-        if what in beside:
-            check_depth(beside[what], first.planes[first.drawn[0]], request.depth, (size[0] * times, size[1] * times))
+    if "preview" in beside:
+        large = size[0] * PREVIEWED, size[1] * PREVIEWED
+        check_depth(beside["preview"], first.planes[first.drawn[0]], request.depth, large)
     if request.distance_map is not None:
         (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
         if not (x < size[0] and y < size[1]):

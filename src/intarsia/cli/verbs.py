@@ -377,7 +377,7 @@ def carry_out(request: Request, report: Report) -> None:
 
 def check_stdout(request: Request, report: Report) -> None:
     """Raise an error if a picture cannot go to the standard output."""
-    if not request.to_stdout:
+    if request.out != "-":
         return
     if report.as_json:
         raise ParameterError("--json and -o - both want the standard output; write the picture to a file.")

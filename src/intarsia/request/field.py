@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from ..foundation import OVERLAYS, InputError, channels_of
+from ..foundation import InputError, channels_of
 from ..foundation.run import SEED_LIMIT
 
 MAX_SEEDS = 10_000
@@ -250,20 +250,6 @@ class NamedFile(Kind):
         if not equals or not path or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,63}", name):
             raise ValueError(f"{text} is not NAME=FILE; give a plane and its file, such as normal=brick_n.png.")
         return name, path
-
-
-class Overlay(NamedFile):
-    """FILE, or KIND=FILE; gives the pair."""
-
-    shown = "[KIND=]FILE"
-
-    def read(self, text: str) -> Any:
-        kind, equals, path = File().read(text).partition("=")
-        if not equals or not kind.isalpha():
-            return "lattice", text
-        if kind not in OVERLAYS:
-            raise ValueError(f"{kind} is no kind of overlay; give {', '.join(k + '=FILE' for k in OVERLAYS)}.")
-        return kind, path
 
 
 class Channels(Kind):

@@ -13,7 +13,6 @@ from ..foundation import (
     FEATHER,
     MOST_PASSES,
     MOST_TRIALS,
-    OVERLAYS,
     PLANE_WEIGHTS,
     REACHES,
     TIMES,
@@ -32,7 +31,6 @@ from .field import (
     NamedFile,
     NamedNumber,
     Number,
-    Overlay,
     Pair,
     Rectangle,
     Scale,
@@ -184,15 +182,6 @@ class Options:
             },
         },
     )  # fmt: skip
-    overlays: tuple[tuple[str, str], ...] = option(
-        Overlay(), "--overlay", f"Draw what was found over the exemplar. Kinds: {', '.join(OVERLAYS)}.",
-        "analyze", "many",
-    )  # fmt: skip
-    best_tile: str | None = option(
-        WRITTEN, "--best-tile",
-        "Write the period that repeats best. Upright where the lattice allows it, else with opacity 0 around it.",
-        "analyze",
-    )  # fmt: skip
     wrap: str | None = option(
         one_of(*(w.value for w in Wrap)), "--wrap",
         "Axes along which the output tiles. It continues in itself there; without a value along both.",
@@ -211,7 +200,7 @@ class Options:
         recipe="depth",
     )  # fmt: skip
     force: bool = option(
-        FLAG, "--force", "Replace files that exist.", EVERY, "local",
+        FLAG, "--force", "Replace files that exist.", EVERY - {"analyze"}, "local",
         otherwise={"weave": "Begin anew where another texture or picture lies."},
     )  # fmt: skip
     page: str | None = option(
@@ -221,15 +210,8 @@ class Options:
         otherwise={"score": "A page on how good it is. Also where it misses a gate."},
     )  # fmt: skip
     preview: str | None = option(
-        WRITTEN, "--preview", "Write the result repeated. 3 x 3 times, to look at.", "tile", "without_effect",
-    )  # fmt: skip
-    tiles: int = option(
-        Whole(low=1, high=16), "--preview-tiles",
-        "How often the preview repeats it along each axis that continues. Default: 3.",
-        "tile", "rare without_effect", 3,
-    )  # fmt: skip
-    offset: str | None = option(
-        WRITTEN, "--offset", "Write the picture as it was, shifted by half.", "tile", "rare without_effect",
+        WRITTEN, "--preview", "Write the result repeated. 3 times along each axis that continues, to look at.", "tile",
+        "without_effect",
     )  # fmt: skip
     layers: bool = option(
         FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", DRAWN, "rare",
@@ -237,10 +219,6 @@ class Options:
     save_map: str | None = option(
         WRITTEN, "--save-map", "Save which exemplar pixel went where.",
         PLANNED | {"replay"}, "rare without_effect", shown="FILE.npz",
-    )  # fmt: skip
-    st_map: str | None = option(
-        WRITTEN, "--st-map", "Save the same as an ST map for compositing.",
-        PLANNED | {"replay"}, "rare without_effect", shown="FILE.exr",
     )  # fmt: skip
     distance_map: tuple[tuple[int, int], str] | None = option(
         Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
@@ -251,9 +229,6 @@ class Options:
         Whole(low=16, high=8192), "--chunk",
         "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
         "weave", "rare", shown="PX",
-    )  # fmt: skip
-    keep: bool = option(
-        FLAG, "--keep", "Write all the same what misses a --gate.", PLANNED | {"replay"}, "rare without_effect",
     )  # fmt: skip
 
     method: str = option(
@@ -440,12 +415,8 @@ class Options:
     )  # fmt: skip
     gates: tuple[tuple[str, float], ...] = option(
         NamedNumber(shown="PART=VALUE", most=100, remedy="a part and its least worth, such as joins=0.5"),
-        "--gate", "Exit with 4, writing nothing, if it is worse. The total goes to 100, the worth of a part to "
-        "1, see `intarsia score`; once for each.",
-        PLANNED | {"replay", "score"}, "many without_effect",
-        otherwise={
-            "score": "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
-        },
+        "--gate", "Exit with 4 where less is reached. The total goes to 100, parts to 1; once for each.",
+        "score", "many without_effect",
     )  # fmt: skip
     as_json: bool = option(
         FLAG, "--json", "Print the result as a JSON object.", EVERY, "local without_effect",
@@ -455,11 +426,8 @@ class Options:
         },
     )  # fmt: skip
     quiet: bool = option(
-        FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local without_effect",
-        otherwise={
-            "analyze": "Print nothing; only write the pictures.",
-            "score": "Print nothing; the exit code tells of the gates.",
-        },
+        FLAG, "--quiet -q", "Say nothing but errors.", EVERY - {"analyze"}, "local without_effect",
+        otherwise={"score": "Print nothing; the exit code tells of the gates."},
     )  # fmt: skip
     sheet: str | None = option(
         WRITTEN, "--sheet", "A contact sheet of all that is made.", PLANNED, "rare without_effect", shown="FILE.png",

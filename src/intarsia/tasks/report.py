@@ -128,7 +128,7 @@ def index_of(outcomes: Sequence[tuple[Outcome, Pixels]]) -> str:
     cards = [
         f'<section class="card">{_image(small, outcome.name)}'
         f'<div><h2>{_text(outcome.name)}</h2><p class="total">{outcome.score.total:.0f}</p>'
-        f"<small>of 100, {outcome.score.verdict}</small>{_missed(outcome.missed)}"
+        f"<small>of 100, {outcome.score.verdict}</small>"
         f"{_parts(outcome.score)}{_again(outcome)}</div></section>"
         for outcome, small in ranked
     ]

@@ -302,16 +302,3 @@ def _seen(picture: Exemplar) -> Exemplar:
 def repeated(plane: Plane, axes: Wrap, times: int) -> Plane:
     """Return a picture repeated `times` along each periodic axis."""
     return plane.like(np.tile(plane.samples, (*(times if closed else 1 for closed in axes.closed), 1)))
-
-
-def half_shifted(scene: Scene, plane: str | None = None) -> Plane:
-    """Return the original picture of a scene rolled by half its size, so that its borders meet in the middle."""
-    picture, canvas = scene.exemplars[0], scene.canvas
-    top, left, height, width = _cut(picture, canvas.shape)
-    shown = picture.planes[plane or picture.drawn[0]]
-    down, across = shown.height / picture.height, shown.width / picture.width
-    rows = slice(int(top * down), int((top + height) * down))
-    columns = slice(int(left * across), int((left + width) * across))
-    part = shown.samples[rows, columns]
-    by = [n // 2 * closed for n, closed in zip(part.shape, canvas.wrap.closed, strict=False)]
-    return shown.like(np.ascontiguousarray(np.roll(part, by, (0, 1))))
