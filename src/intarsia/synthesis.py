@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,7 +16,7 @@ from numpy.typing import ArrayLike
 from .foundation import AUTO_METHOD, InputError, MethodError, ParameterError, chosen, expect, lazy, size_of
 from .foundation.arrays import Array, Pair
 from .foundation.blend import Blend, Finish
-from .foundation.geometry import Box, Wrap, overlap_range, patch_starts
+from .foundation.geometry import Box, Wrap, overlap_range
 from .foundation.run import Run, check_seed, run_of
 from .methods import Method, check_abilities, check_method, check_start, make, recipe_settings, traits
 from .model import Exemplar
@@ -238,29 +237,18 @@ class Plan:
         return self.blend or replace(own, feather=max(own.feather, int(self.scene.exemplars[0].times > 1)))
 
     @property
-    def patches(self) -> int | None:
-        """The number of patches of the layout; None for methods without one, and on a canvas with a start map."""
-        return math.prod(len(patch_starts(*axis)[0]) for axis in self._axes) if self._axes else None
-
-    @property
     def overlaps(self) -> dict[str, list[int]]:
-        """Least and most overlap of neighbours in px along rows and columns; empty if they do not overlap."""
-        its = traits(self.method)
-        return (
-            {}
-            if its.pitch == its.footprint
-            else {k: [*overlap_range(*a)] for k, a in zip("yx", self._axes, strict=False)}
-        )
+        """Least and most overlap of neighbouring patches in px along rows and columns.
 
-    @property
-    def _axes(self) -> list[tuple[int, int, int, bool, int | None]]:
-        """Arguments of `patch_starts` for rows and columns; empty without patches, and with a start map."""
+        Empty for methods without patches that overlap, and on a canvas with a start map.
+        """
         canvas, its = self.scene.canvas, traits(self.method)
-        if its.pitch is None or its.footprint is None or canvas.start is not None:
-            return []
-        size, wraps = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x)
-        along = zip(size, its.footprint, its.pitch, wraps, strict=True)
-        return [(side, px, px - step, closed, its.hangs) for side, px, step, closed in along]
+        if its.pitch is None or its.footprint is None or its.pitch == its.footprint or canvas.start is not None:
+            return {}
+        size, wraps, found = (canvas.height, canvas.width), (canvas.wrap.y, canvas.wrap.x), dict[str, list[int]]()
+        for name, side, px, step, closed in zip("yx", size, its.footprint, its.pitch, wraps, strict=True):
+            found[name] = [*overlap_range(side, px, px - step, closed, its.hangs)]
+        return found
 
 
 def planned(

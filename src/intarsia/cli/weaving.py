@@ -95,7 +95,7 @@ class Weaving:
             seconds, memory = seconds + spent, max(memory, needed)
             raw += store.grid.height * store.grid.width * store.texture.channels * store.texture.dtype.itemsize
         about = self._about() | {
-            "patches": None, "cells": sum(len(s.grid) for s in self.stores.values()),
+            "cells": sum(len(s.grid) for s in self.stores.values()),
             "pixels_bytes": raw, "memory_mib": memory >> 20, "seconds": round(seconds, 1),
         }  # fmt: skip
         self.report.warn(*self.warnings)
