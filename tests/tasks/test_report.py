@@ -16,7 +16,7 @@ from PIL import Image
 
 import intarsia as ia
 from intarsia.tasks.drawings import LARGE, pictures_of, stretched, thumbnail
-from intarsia.tasks.report import index_of, page_of, thumbnailed
+from intarsia.tasks.report import page_of
 from intarsia.tasks.scoring import Outcome, outcome_of
 
 STONES = (blobs(96, 96, 1) // 4).astype(np.uint8)
@@ -98,10 +98,9 @@ def test_a_page_holds_all_and_needs_nothing(made: ia.Synthesis) -> None:
         assert said in page.text
 
 
-@pytest.mark.parametrize("index", [False, True])
-def test_a_page_allows_nothing_but_its_pictures_and_its_style(made: ia.Synthesis, index: bool) -> None:
+def test_a_page_allows_nothing_but_its_pictures_and_its_style(made: ia.Synthesis) -> None:
     """So it may be opened, and served, where inline scripts and styles are refused; headings are of one tree."""
-    text = index_of([thumbnailed(Outcome.of(made))] * 2) if index else ia.report(made)
+    text = ia.report(made)
     style = re.search(r"<style>(.*?)</style>", text, re.DOTALL)
     assert style is not None
     digest = base64.b64encode(hashlib.sha256(style[1].encode()).digest()).decode()
@@ -126,31 +125,13 @@ def test_no_text_is_taken_for_a_tag(made: ia.Synthesis) -> None:
         command=HOSTILE, missed=(HOSTILE,), recipe={"method": HOSTILE, "seed": 1, "parameters": {HOSTILE: HOSTILE}}
     )
     outcome = outcome.but(exemplars=tuple(ia.Exemplar.of(e, name=HOSTILE) for e in outcome.exemplars))
-    for text in (page_of(outcome), index_of([thumbnailed(outcome)])):
-        page = Page(text)
-        assert "script" not in page.tags
-        assert "alert('1')" in page.text
+    page = Page(page_of(outcome))
+    assert "script" not in page.tags
+    assert "alert('1')" in page.text
 
 
 def test_the_same_output_gives_the_same_page(made: ia.Synthesis) -> None:
     assert ia.report(made) == ia.report(made)
-
-
-def test_an_index_is_sorted_worst_first() -> None:
-    broken = np.tile(STONES[:16, :16], (8, 8, 1))
-    found = [
-        outcome_of(STONES, STONES).but(name="whole"),
-        outcome_of(STONES, broken).but(name="broken"),
-        Outcome.of(grown(), "grown"),
-    ]
-    totals = sorted((one.score.total, one.name) for one in found)
-    small = [thumbnailed(one) for one in found]
-    page = Page(index_of(small))
-    places = [page.text.index(f" {name} ") for _, name in totals]
-    assert places == sorted(places)
-    assert [name for _, name in totals] == ["broken", "grown", "whole"]
-    assert len(page.pictures) == 3
-    assert page.text.count("overused") == 3
 
 
 def test_good_and_broken_are_told_apart_at_a_glance() -> None:

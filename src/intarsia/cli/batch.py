@@ -14,7 +14,7 @@ import click
 from ..disk import check_fits
 from ..files import write, write_bytes
 from ..files.material_sets import Material
-from ..foundation import CancelledError, IntarsiaError
+from ..foundation import CancelledError, IntarsiaError, ParameterError
 from ..foundation.run import Probe, Run
 from ..methods import Method, keeps_lattice
 from ..model.image import Kind, Plane, Transfer
@@ -23,7 +23,7 @@ from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
 from . import CANCEL, Progress, Report, Step, as_json, describe_error, explain, one_line
 from .exemplars import Inputs
-from .outputs import Staging, by_file, check_all, index_name, write_page
+from .outputs import Staging, by_file, check_all, write_page
 from .plan import PREVIEWED, Output, materials_of, method_as_json, orders_of, shelves_of
 
 if TYPE_CHECKING:
@@ -38,8 +38,7 @@ class Batch:
     """Textures to grow, one after another; mostly one.
 
     Every material of a folder is grown by itself, atomically, and an error with one stops no other. ``lots``: name of a
-    material ("" for none) and orders of the same exemplars. ``index`` is the name of the one report on all outputs, if
-    there is one, and ``judged`` its entries.
+    material ("" for none) and orders of the same exemplars. ``thumbnails``: what the contact sheet shows.
     """
 
     request: Request
@@ -47,9 +46,7 @@ class Batch:
     materials: list[Material] = field(default_factory=list)
     groups: list[tuple[str, list[Output]]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
-    index: str | None = None
     thumbnails: list[Pixels] = field(default_factory=list)
-    judged: list[tuple[Outcome, Pixels]] = field(default_factory=list)
     results: list[Json] = field(default_factory=list)
     failed: list[Json] = field(default_factory=list)
 
@@ -60,9 +57,9 @@ class Batch:
         check_all(filter(None, (request.sheet,)), request.force, batch.named)
         if request.into_folder:
             batch.materials = materials_of(request, report)
+            if request.page is not None and len(batch.materials) > 1 and "{stem}" not in request.page:
+                raise ParameterError(f"--report {request.page}: it tells of one material; put {{stem}} into its name.")
         shelves = [] if batch.materials else shelves_of(request, report)
-        batch.index = index_name(request, bool(batch.materials) or len(shelves) * len(request.seeds) > 1)
-        check_all(filter(None, (batch.index,)), request.force, batch.named)
         for shelf in shelves:
             batch._plan(shelf, "", check)
             if len(shelves) > 1:
@@ -71,7 +68,7 @@ class Batch:
 
     def _plan(self, shelf: Inputs, name: str, check: Callable[[Scene], None] | None = None) -> None:
         """Plan the outputs of some exemplars; ResourceError if one does not fit into memory, except on a dry run."""
-        request, orders = shelf.request, orders_of(shelf, self.index is None, check)
+        request, orders = shelf.request, orders_of(shelf, check)
         if request.verb == "tile" and request.size is None:
             from ..tasks.tileable import remarks
 
@@ -128,8 +125,8 @@ class Batch:
                 if left:
                     meter.next_part(left)
                 orders[0].shelf.forget()
-            beside = self._write_beside()
-        self._end(beside)
+            sheet = self._write_sheet()
+        self._end(sheet)
 
     @contextmanager
     def _minding(self, name: str) -> Iterator[None]:
@@ -213,30 +210,23 @@ class Batch:
 
     def _judged(self, order: Output, grown: Synthesis, drawn: Plane) -> Outcome:
         """Score an output whose base plane is `drawn`."""
-        from ..tasks import report, scoring
+        from ..tasks import scoring
 
         name = next(iter(order.pictures.values()))
         found = scoring.Outcome.of(grown, name, drawn)
-        found = found.but(command=_again(order, grown.method, grown.recipe["seed"]))
-        if self.index is not None:
-            self.judged.append(report.thumbnailed(found))
-        return found
+        return found.but(command=_again(order, grown.method, grown.recipe["seed"]))
 
-    def _write_beside(self) -> Json:
-        """Write what shows all outputs, a contact sheet and a report; return their names."""
-        written: Json = {}
+    def _write_sheet(self) -> Json:
+        """Write the contact sheet of all outputs, if one is asked for; return its name."""
+        if self.request.sheet is None or not self.thumbnails:
+            return {}
+        from ..tasks.drawings import contact_sheet
+
         with Staging(self.request.force) as staging:
-            if self.request.sheet is not None and self.thumbnails:
-                from ..tasks.drawings import contact_sheet
-
-                written["sheet"] = self.request.sheet
-                write(staging.place(self.request.sheet), contact_sheet(self.thumbnails))
-                self.report.note(f"{self.request.sheet}: contact sheet of {len(self.thumbnails)}")
-            if self.index is not None and self.judged:
-                written["report"] = self.index
-                write_page(staging, self.index, self.judged)
+            write(staging.place(self.request.sheet), contact_sheet(self.thumbnails))
             staging.commit()
-        return written
+        self.report.note(f"{self.request.sheet}: contact sheet of {len(self.thumbnails)}")
+        return {"sheet": self.request.sheet}
 
     def _about(self, order: Output, grown: Synthesis | None) -> Json:
         """Return a result as JSON, x before y, with how its method was chosen."""

@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from os.path import basename, dirname, exists, isdir, join, lexists, realpath, splitext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import files
 from ..disk import atomic, reason_of
@@ -224,21 +224,8 @@ class Staging:
                 raise ResourceError(f"{target} cannot be written ({reason_of(e)}); name another place.") from None
 
 
-def index_name(request: Request, many: bool) -> str | None:
-    """Return the name of the one report on several outputs; None if each has its own, or none is asked for."""
-    page = request.page
-    if page is None or not many or "{stem}" in page or "{seed}" in page:
-        return None
-    if any("{" + name + "}" in page for name in FIELDS):
-        raise ParameterError(
-            f"--report {page}: it tells of several outputs; put {{stem}} or {{seed}} into its name, or no field."
-        )
-    return page
+def write_page(staging: Staging, path: str, found: Outcome) -> None:
+    """Write the report on an output."""
+    from ..tasks.report import page_of
 
-
-def write_page(staging: Staging, path: str, found: Outcome | list[tuple[Outcome, Any]]) -> None:
-    """Write the report on one output, or on several with their thumbnails."""
-    from ..tasks import report
-
-    page = report.index_of(found) if isinstance(found, list) else report.page_of(found)
-    files.write_bytes(staging.place(path), page.encode("utf-8", "replace"))
+    files.write_bytes(staging.place(path), page_of(found).encode("utf-8", "replace"))

@@ -186,10 +186,10 @@ def shelves_of(request: Request, report: Report) -> list[Inputs]:
     return shelves
 
 
-def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None) -> list[Output]:
+def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Output]:
     """Return the orders of a shelf, one for each seed; an error if something cannot work.
 
-    `paged`: each has a report of its own, if one is asked for. `check` may refuse what was read.
+    `check` may refuse what was read.
     """
     request, sets = shelf.request, shelf.sets
     if request.size is not None and not request.begun:
@@ -205,7 +205,6 @@ def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None)
     fields |= {"method": plan.method.slug} | dict(zip("wh", shelf.size, strict=True))
     asked = {what: getattr(request, name) for name, what in KEPT.items()}
     asked["distances"] = request.distance_map and request.distance_map[1]
-    asked["report"] = request.page if paged else None
     for seed in request.seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)

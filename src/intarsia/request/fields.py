@@ -204,8 +204,8 @@ class Options:
         otherwise={"weave": "Begin anew where another texture or picture lies."},
     )  # fmt: skip
     page: str | None = option(
-        WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; of "
-        "several outputs one for each where {stem} or {seed} is in its name, else one of all, the worst first.",
+        WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; with {stem} "
+        "or {seed} in its name of several outputs.",
         PLANNED | {"replay", "score"}, "without_effect", shown="FILE.html",
         otherwise={"score": "A page on how good it is. Also where it misses a gate."},
     )  # fmt: skip
