@@ -156,11 +156,7 @@ class Request(Options):
     @property
     def into_folder(self) -> bool:
         """Whether `out` is a folder, for a result of every material of `files`."""
-        out = self.out or ""
-        if out.endswith(("/", os.sep)):
-            return True
-        plain = out not in ("", "-") and not os.path.splitext(out)[1]
-        return (plain or os.path.isdir(out)) and any(os.path.isdir(path) for path in self.files)
+        return (self.out or "").endswith(("/", os.sep))
 
 
 FIELDS = fields_of(Request)
