@@ -22,7 +22,7 @@ from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
 from . import CANCEL, Progress, Report, as_json, describe_error, explain, one_line
 from .exemplars import Inputs
-from .outputs import Staging, by_file, check_all, write_page
+from .outputs import Staging, check_all, write_page
 from .plan import PREVIEWED, Output, materials_of, method_as_json, orders_of, shelves_of
 
 if TYPE_CHECKING:
@@ -184,9 +184,8 @@ class Batch:
 
             self.thumbnails.append(drawings.thumbnail(first, drawings.THUMBNAIL))
         with Staging(request.force, bool(self.materials)) as staging:
-            for path, names in by_file(order.pictures).items():
-                planes = {name: first if name == base else drawn(name) for name in names}
-                picture = planes if request.layers else planes[names[0]]
+            for name, path in order.pictures.items():
+                picture = first if name == base else drawn(name)
                 write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
             _write_more(order, grown, staging, found, probe)
             staging.commit()

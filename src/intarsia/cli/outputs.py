@@ -77,13 +77,6 @@ def usual_ending(path: str, plane: Plane, times: float, depth: str | None) -> st
     return ".tif"
 
 
-def layer_files(out: str, exemplar: Exemplar, depth: str | None) -> PlaneFiles:
-    """Return one file for all planes; ParameterError if they cannot be its layers."""
-    planes = {name: exemplar.planes[name] for name in exemplar.drawn}
-    files.check_layered(out, planes, depth)
-    return dict.fromkeys(planes, out)
-
-
 def check_depths(pictures: PlaneFiles, exemplar: Exemplar, size: Pair, request: Request) -> None:
     """Raise ParameterError for depths, channels and sides that files cannot hold; `size`: width, height of the base."""
     for name, path in pictures.items():
@@ -91,21 +84,6 @@ def check_depths(pictures: PlaneFiles, exemplar: Exemplar, size: Pair, request: 
         assert plane is not None
         width, height = (side * plane.width // (exemplar.width * request.magnify) for side in size)
         files.check_depth(path, plane, request.depth, (width, height))
-
-
-def by_file(pictures: PlaneFiles) -> dict[str, list[str]]:
-    """Return the planes of each file."""
-    found: dict[str, list[str]] = {}
-    for name, path in pictures.items():
-        found.setdefault(path, []).append(name)
-    return found
-
-
-def check_apart(pictures: PlaneFiles) -> None:
-    """Raise ParameterError if two planes would be written to one file."""
-    for path, names in by_file(pictures).items():
-        if len(names) > 1 and path != "-":
-            raise _twice(path)
 
 
 def _twice(path: str) -> ParameterError:

@@ -30,12 +30,9 @@ from ..tasks import small_of
 from . import Report
 from .exemplars import Inputs, PlaneFiles, check_each, grouped, sets_of, stem_of
 from .outputs import (
-    by_file,
-    check_apart,
     check_depths,
     check_place,
     filled_name,
-    layer_files,
     plane_files,
     usual_ending,
     usual_name,
@@ -79,8 +76,7 @@ class Output:
     @property
     def files(self) -> list[tuple[str, str]]:
         """All files, and what each holds."""
-        pictures = [(path, ", ".join(names)) for path, names in by_file(self.pictures).items()]
-        return pictures + [(path, what) for what, path in self.beside.items()]
+        return [(path, what) for found in (self.pictures, self.beside) for what, path in found.items()]
 
     @property
     def cut_from(self) -> Pair | None:
@@ -196,7 +192,7 @@ def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Outp
         width, height = small_of(request.size, request.magnify)
         Canvas(height, width)
     fields: Json = {"stem": stem_of(sets[0]), "method": request.chosen.slug}
-    if request.out and not request.layers:
+    if request.out:
         plane_files(filled_name(request.out, fields), sets[0])  # refused before anything is read
     if check is not None:
         check(shelf.scene)
@@ -208,8 +204,6 @@ def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Outp
     for seed in request.seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)
-        if not request.layers:
-            check_apart(pictures)
         beside = {what: filled_name(path, fields) for what, path in asked.items() if path is not None}
         orders.append(Output(shelf, seed, pictures, beside))
     check_formats(orders[0])
@@ -221,12 +215,6 @@ def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Outp
 def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fields: Json) -> PlaneFiles:
     """Return the file of each plane: as -o names it, or by the exemplars, and by the seed if there are several."""
     usual = usual_name(sets, OUTPUT_SUFFIX[request.verb], fields["seed"] if len(request.seeds) > 1 else None)
-    if request.layers:
-        if request.folder:
-            out = join(filled_name(request.folder, fields), stem_of(sets[0]) + ".exr")
-        else:
-            out = filled_name(request.out, fields) if request.out else usual + ".exr"
-        return layer_files(out, exemplar, request.depth)
     if request.out:
         return plane_files(filled_name(request.out, fields), sets[0])
     found, longer = sets[0], max(fields["w"], fields["h"]) / (max(exemplar.width, exemplar.height) * exemplar.times)

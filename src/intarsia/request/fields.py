@@ -213,9 +213,6 @@ class Options:
         WRITTEN, "--preview", "Write the result repeated. 3 times along each axis that continues, to look at.", "tile",
         "without_effect",
     )  # fmt: skip
-    layers: bool = option(
-        FLAG, "--layers", "Write all planes as layers of one OpenEXR file: OUT.exr.", DRAWN, "rare",
-    )  # fmt: skip
     save_map: str | None = option(
         WRITTEN, "--save-map", "Save which exemplar pixel went where.",
         PLANNED | {"replay"}, "rare without_effect", shown="FILE.npz",
