@@ -207,19 +207,6 @@ def test_a_damaged_recipe_is_called_so(change: dict[str, Any]) -> None:
         from_recipe(RECIPE | change, given, "the recipe")
 
 
-MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
-
-
-def test_a_recipe_may_say_what_correction_2008_took_over_where_it_says_what_is_done_anyway() -> None:
-    given = Request("replay", picture="p.png", out="o.png", files=("a.png",))
-    old = RECIPE | {"method": "parallel-controllable", "parameters": {"passes": 1, **MOVED}}
-    assert values_of(from_recipe(old, given, "the recipe").chosen)["passes"] == 1  # type: ignore[arg-type]
-    for name, other in {"rule": "memo", "neighbourhood": "colour", "neighbourhood_mask": [1] * 9, "k": 1}.items():
-        asked = old | {"parameters": MOVED | {name: other}}
-        with pytest.raises(InputError, match=f"^the recipe cannot be followed: {name} of .* correction-2008"):
-            from_recipe(asked, given, "the recipe")
-
-
 TOLD = "Give it a tint. It is faint."
 LINE = f'    tint: str | None = option(Colour(), "--tint", "{TOLD}", "grow", "of_exemplars")\n'
 SCRIPT = """

@@ -305,9 +305,6 @@ def values_of(method: Method) -> Json:
     return {p.name: getattr(method, p.name) for p in parameters(method)}
 
 
-MOVED = {"rule": "near", "neighbourhood": "appearance", "neighbourhood_mask": None, "k": 2, "subpasses": 4}
-"""Former parameters of parallel-controllable, now of correction-2008, and the values that it now has fixed."""
-
 VERBS = {"extend": "extend", "tile": "tile", "heal": "heal", "guide": "paint"}
 """Key of a recipe -> its verb; `grow` if it has none of them."""
 
@@ -337,11 +334,7 @@ def from_recipe(recipe: Mapping[str, Any], given: Request, called: str) -> Reque
 
 def _filled(recipe: Mapping[str, Any], given: Request) -> Request:
     verb = next((verb for word, verb in VERBS.items() if word in recipe), "grow")
-    slug, settings = recipe["method"], {**recipe["parameters"]}
-    for name, was in MOVED.items() if slug == "parallel-controllable" else ():
-        if settings.pop(name, was) != was:
-            raise ParameterError(f"{name} of {slug} is one of correction-2008 now; grow it again with that method.")
-    method, joined = method_of(slug, settings), Blend.of(recipe["blend"])
+    method, joined = method_of(recipe["method"], recipe["parameters"]), Blend.of(recipe["blend"])
     told, names = _fields(recipe, given), [(str(e["sha256"]), e.get("name", ""))[1] for e in recipe["exemplars"]]
     (width, height), times = recipe["size"], told.get("magnify", given.magnify)
     if not names:
