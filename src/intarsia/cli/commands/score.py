@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from ...foundation import InputError
-from ...request import Request, to_line
+from ...request import Request
 from .. import CANCEL, Report, print_lines
 from ..verbs import HelpfulCommand
 
@@ -53,7 +53,7 @@ def judge(request: Request, report: Report) -> None:
     found = outcome.score
     if page is not None:
         outcome = outcome.but(name=output, missed=misses(found, request.gates))
-        _tell(outcome, sets, page, request.force)
+        _tell(outcome, page, request.force)
     if report.as_json:
         more = {"energy": outcome.energy, "report": page}
         told = {name: value for name, value in more.items() if value is not None}
@@ -76,8 +76,8 @@ def _made_again(output: str, made: Plane, exemplars: Exemplars, report: Report) 
         return None
 
 
-def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) -> None:
-    """Write the report, with the command that makes the output again if its recipe needs no further files."""
+def _tell(outcome: Outcome, page: str, force: bool) -> None:
+    """Write the report, with the recipe that the output carries."""
     from ... import files
     from ..outputs import Staging, write_page
 
@@ -85,15 +85,8 @@ def _tell(outcome: Outcome, sets: list[dict[str, str]], page: str, force: bool) 
     if outcome.name != "-":
         with suppress(InputError):  # damaged, or of another program: not what was asked
             recipe = files.read_recipe(outcome.name)
-    if recipe is not None:
-        outcome = outcome.but(recipe=recipe)
-        further = {"heal", "guide", "origin", "advected"} | (set() if "extend" in recipe else {"start"})
-        if not further & set(recipe):
-            sources = tuple(next(iter(found.values())) for found in sets)
-            again = Request("replay", picture=outcome.name, out="again.png", files=sources)
-            outcome = outcome.but(command=to_line(again))
     with Staging(force) as staging:
-        write_page(staging, page, outcome)
+        write_page(staging, page, outcome if recipe is None else outcome.but(recipe=recipe))
         staging.commit()
 
 
