@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 
 from ..foundation import IntarsiaError, ParameterError
 from .processes import FailedError, Process
-from .requests import LIMITS, Words, plain, result_of, words_of
+from .requests import LIMITS, Words, result_of, words_of
 from .store import OPEN, Events, Row, Store, digest
 
 PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
@@ -191,7 +191,7 @@ class Jobs:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1
             stopped = self._cancelled or code == CANCELLED
-            line = plain(words.cleaned(line.replace(f"{self.store.folder}{os.sep}", "")))
+            line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         self._running = ""
         self._tell(job | self._live | failed | {"ended": time.time()})
