@@ -236,8 +236,7 @@ def named(sets: Sequence[PlaneFiles], exemplar: Exemplar, request: Request, fiel
 
 def method_as_json(method: Method, blend: Blend) -> Json:
     """Return a method and its blending as JSON, x before y."""
-    its = {"method": method.slug, "parameters": recipe_settings(method)}
-    return its | traits(method).spans | {"blend": blend.as_recipe}
+    return {"method": method.slug, "parameters": recipe_settings(method), "blend": blend.as_recipe}
 
 
 def check_formats(order: Output) -> None:

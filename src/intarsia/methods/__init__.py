@@ -100,11 +100,6 @@ class Traits(NamedTuple):
     asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
     terms: Callable[[Exemplars, SourceMap], Mapping[str, int]] = lambda exemplars, smap: {}
 
-    @property
-    def spans(self) -> dict[str, list[int] | None]:
-        """Pitch and footprint for JSON, x before y."""
-        return {"pitch": self.pitch and [*self.pitch[::-1]], "footprint": self.footprint and [*self.footprint[::-1]]}
-
 
 def traits(method: Method) -> Traits:
     """Return the optional attributes of a method, with defaults for those that it does not have."""
