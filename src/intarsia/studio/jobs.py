@@ -21,6 +21,7 @@ PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
 SLOW = ("efros-leung",)
 """Methods that take minutes where others take seconds: their jobs start when no other waits."""
 
+TRIAL = ("--size=512", "--output=out.png", "--json")  # options of growing an exemplar before a job comes
 CANCELLED = 130  # exit code
 PATIENCE = 3.0  # s after which a worker that does not stop is killed
 
@@ -165,11 +166,12 @@ class Jobs:
                     self._idling = False
 
     async def _prepare(self) -> None:
-        """Have the worker analyse the exemplar that was opened last."""
+        """Have the worker grow the exemplar that was opened last, so that its analysis is cached; nothing is kept."""
         name, self._to_prepare = self._to_prepare, None
         assert name is not None
         with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # its job will report why
-            await self.worker.ask("prepare", words=Words(self.store).exemplar(name), folder=str(folder))
+            words = ["grow", *Words(self.store).exemplar(name), *TRIAL]
+            await self.worker.ask("command", words=words, folder=str(folder))
             self._prepared.append(name)
 
     async def _carry_out(self, job: Row) -> None:

@@ -21,7 +21,7 @@ Tell = Callable[..., None]
 """Sends progress: fields of JSON, and `data` as bytes."""
 
 WORK = {
-    "commands": ("command", "prepare", "warm"),
+    "commands": ("command", "warm"),
     "decoding": ("look", "labels", "see", "origins"),
     "views": ("view", "find", "overlay", "edit"),
     "endless": ("begin", "tile"),
