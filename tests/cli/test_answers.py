@@ -82,7 +82,7 @@ def test_json_holds_the_same_of_every_result_and_of_every_plan(name: str) -> Non
     assert not Path(DONE[name]).exists()
     made = told(line)
     assert set(made) == RESULT | result
-    assert {"read", "total"} <= set(made["timings"])
+    assert "total" in made["timings"]
     for key in RESULT & PLAN - {"parameters", "auto"}:  # a patch for holes is found by trying
         assert made[key] == planned[key], key
     assert made["files"] == [{"path": DONE[name], "holds": "albedo"}]

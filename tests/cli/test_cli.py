@@ -157,7 +157,7 @@ class TestGrow:
         assert made["parameters"]["patch"] == [14, 12]
         assert (made["seed"], made["method"], made["wrap"]) == (0, "image-quilting", "none")
         assert made["warnings"] == []
-        assert {"read", "grow", "write", "total"} == set(made["timings"])
+        assert set(made["timings"]) == {"total"}
         assert made["exemplars"][0]["size"] == [48, 40]
 
     def test_masked_and_avoided_pixels_never_appear(self) -> None:

@@ -156,7 +156,6 @@ class Batch:
         """Make one output, write its files, which appear together, and report it; return that as JSON."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
         plan, asked = shelf.plan, request.distance_map
-        clock = {"read": time.perf_counter() - began}
         probe = None if asked is None else Probe(asked[0][1] // request.magnify, asked[0][0] // request.magnify)
         grown_at, share = 0.6 if request.repair else 0.9, 0.1 / len(order.pictures)
         run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL, probe=probe)
@@ -167,7 +166,6 @@ class Batch:
         said = {"inputs": inputs_of(request) or None, "depth": request.depth, **request.said}
         grown = replace(grown, recipe=grown.recipe | {name: value for name, value in said.items() if value is not None})
         self.report.warn(*run.notes)
-        clock["grow"] = time.perf_counter() - began - sum(clock.values())
         about = self._about(order, grown) | seams
 
         def drawn(name: str) -> Plane:
@@ -177,7 +175,10 @@ class Batch:
         base = next(iter(order.pictures))
         first, found = drawn(base), None
         if request.page is not None:
-            found = self._judged(order, grown, first)
+            from ..tasks.scoring import Outcome
+
+            found = Outcome.of(grown, order.pictures[base], first)
+            found = found.but(command=_again(order, grown.method, grown.recipe["seed"]))
             about |= {"score": found.score.as_dict()}
         if request.sheet is not None:
             from ..tasks import drawings
@@ -189,21 +190,12 @@ class Batch:
                 write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
             _write_more(order, grown, staging, found, probe)
             staging.commit()
-        clock["write"] = time.perf_counter() - began - sum(clock.values())
-        clock["total"] = time.perf_counter() - began
-        about |= {"timings": {k: round(v, 3) for k, v in clock.items()}}
+        seconds = time.perf_counter() - began
+        about |= {"timings": {"total": round(seconds, 3)}}
         self.report.warn(*order.warnings)
-        self.report.note(f"{order.line(about['method'])}, {about['timings']['total']:.1f} s")
+        self.report.note(f"{order.line(about['method'])}, {seconds:.1f} s")
         explain(self.report, about, order.warnings)
         return about
-
-    def _judged(self, order: Output, grown: Synthesis, drawn: Plane) -> Outcome:
-        """Score an output whose base plane is `drawn`."""
-        from ..tasks import scoring
-
-        name = next(iter(order.pictures.values()))
-        found = scoring.Outcome.of(grown, name, drawn)
-        return found.but(command=_again(order, grown.method, grown.recipe["seed"]))
 
     def _write_sheet(self) -> Json:
         """Write the contact sheet of all outputs, if one is asked for; return its name."""
