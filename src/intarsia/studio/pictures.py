@@ -113,7 +113,7 @@ class Showing:
             given |= {"words": words, "picture": str(place / row["pictures"][0])}
         return await self._drawn(self.beside, "view", **given)
 
-    async def origins(self, row: Row, box: list[int] | None) -> tuple[int, int, bytes]:
+    async def origins(self, row: Row, box: list[int]) -> tuple[int, int, bytes]:
         """Return width and height of a map, and where each pixel of a box comes from."""
         path = self.store.place("results", row["id"]) / MAP
         if not path.is_file():
