@@ -121,6 +121,15 @@ class TestGrown:
         run(*GROW, "-q")
         assert "slate_col.png" in tree("out")
 
+    def test_a_name_without_an_ending_is_a_folder_where_one_is_read(self) -> None:
+        for there in (False, True):
+            if there:
+                Path("there").mkdir()
+                assert "names no format" in run("grow", "in/slate_col.png", "-o", "there", code=2).stderr
+            out = "there" if there else "out"
+            run("grow", "in", "-o", out, *GROW[4:], "-q")
+            assert tree(out) == tree("in")
+
     def test_one_file_for_unrelated_pictures_leads_to_a_folder(self) -> None:
         said = run("grow", "in/wood/a", "in", "-o", "one.png", code=3).stderr
         assert "both are the albedo of in; give one, or -o FOLDER/ to work on each, --several to mix" in said
@@ -215,6 +224,7 @@ class TestFailing:
         fractions = [s["fraction"] for s in steps]
         assert fractions == sorted(fractions)
         assert fractions[-1] == 1
+        assert steps[0]["stage"] == "check"
 
     def test_a_stop_ends_all(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr("intarsia.cli.batch.write", Mock(side_effect=Interrupted))

@@ -134,12 +134,12 @@ OTHERS = {
     "heal alpha": {"-e b.png": "b.png has no alpha"},
     "heal alpha as a channel": {"-e b.png": "has no alpha"},
     "paint": {
-        "-e e.png -l l.png -t t2.png": "hold other labels than",
-        "-e e.png -l l2.png -t t.png": "hold other labels than",
-        "-e e.png -l swapped.png -t t.png": "hold other labels than",
+        "-e e.png -l l.png -t t2.png": "t2.png holds other labels",
+        "-e e.png -l l2.png -t t.png": "l2.png holds other labels",
+        "-e e.png -l swapped.png -t t.png": "swapped.png holds other labels",
         "-e e2.png -l l.png -t t.png": "e2 is another exemplar",
     },
-    "paint with two": {"-e e.png -e e2.png --several -l l.png -l l.png -t t.png": "hold other labels than"},
+    "paint with two": {"-e e.png -e e2.png --several -l l.png -l l.png -t t.png": "l.png holds other labels"},
 }
 LEFT_OUT = {
     "heal": {"-e a.png": "made with --mask FILE", "-e a.png --mask h.png --from b.png": "made without --from"},

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ from ..model.image import Kind, Plane, Transfer
 from ..request import Json, Request, inputs_of, repeated, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
-from . import CANCEL, Progress, Report, as_json, describe_error, explain, one_line
+from . import CANCEL, Progress, Report, Step, as_json, describe_error, explain, one_line
 from .exemplars import Inputs
 from .outputs import Staging, check_all, write_page
 from .plan import PREVIEWED, Output, materials_of, method_as_json, orders_of, shelves_of
@@ -36,15 +37,14 @@ MOST_HEALED = 0.5  # share of a picture: with more, its mask is probably inverte
 class Batch:
     """Textures to grow, one after another; mostly one.
 
-    ``groups``: orders of the same exemplars, planned before the first is made; in place of them ``materials`` of a
-    folder, each of which is planned when its turn comes: an error with one stops no other. ``thumbnails``: what the
-    contact sheet shows.
+    Every material of a folder is grown by itself, atomically, and an error with one stops no other. ``lots``: name of a
+    material ("" for none) and orders of the same exemplars. ``thumbnails``: what the contact sheet shows.
     """
 
     request: Request
     report: Report
     materials: list[Material] = field(default_factory=list)
-    groups: list[list[Output]] = field(default_factory=list)
+    groups: list[tuple[str, list[Output]]] = field(default_factory=list)
     named: set[str] = field(default_factory=set)
     thumbnails: list[Pixels] = field(default_factory=list)
     results: list[Json] = field(default_factory=list)
@@ -59,15 +59,14 @@ class Batch:
             batch.materials = materials_of(request, report)
             if request.page is not None and len(batch.materials) > 1 and "{stem}" not in request.page:
                 raise ParameterError(f"--report {request.page}: it tells of one material; put {{stem}} into its name.")
-            return batch
-        shelves = shelves_of(request, report)
+        shelves = [] if batch.materials else shelves_of(request, report)
         for shelf in shelves:
-            batch.groups.append(batch._plan(shelf, check))
+            batch._plan(shelf, "", check)
             if len(shelves) > 1:
                 shelf.forget()
         return batch
 
-    def _plan(self, shelf: Inputs, check: Callable[[Scene], None] | None = None) -> list[Output]:
+    def _plan(self, shelf: Inputs, name: str, check: Callable[[Scene], None] | None = None) -> None:
         """Plan the outputs of some exemplars; ResourceError if one does not fit into memory, except on a dry run."""
         request, orders = shelf.request, orders_of(shelf, check)
         if request.verb == "tile" and request.size is None:
@@ -81,54 +80,65 @@ class Batch:
         for order in orders:
             if not request.dry_run:
                 check_fits(order.memory, order.line(shelf.plan.method.slug))
-        return orders
+        self.groups.append((name, orders))
 
-    def _material(self, material: Material) -> list[Output]:
-        """Plan the outputs of a material; its planes keep their place relative to the folder."""
-        request = replace(
-            self.request, files=tuple(os.fspath(path) for path in material.files), as_set=True, several=False,
-            out=None, folder=os.path.join(self.request.out or "", material.place),
-        )  # fmt: skip
-        (shelf,) = shelves_of(request, self.report)
-        return self._plan(shelf)
+    def _plan_materials(self, step: Step) -> None:
+        """Plan each material; those that cannot be made are reported at once.
+
+        Its planes keep their place relative to the folder. Each material is read again when it is made.
+        """
+        for number, material in enumerate(self.materials, 1):
+            with self._minding(material.name):
+                request = replace(
+                    self.request, files=tuple(os.fspath(path) for path in material.files), as_set=True, several=False,
+                    out=None, folder=os.path.join(self.request.out or "", material.place),
+                )  # fmt: skip
+                (shelf,) = shelves_of(request, self.report)
+                self._plan(shelf, material.name)
+                shelf.forget()
+            step(number, len(self.materials), None)
 
     def tell_plan(self) -> None:
         """Report what would be made (a dry run)."""
-        self._go_through(self._planned, lambda parts: None)
+        self._plan_materials(lambda *_: None)
+        for name, orders in self.groups:
+            with self._minding(name):
+                self.results += map(self._planned, orders)
+            orders[0].shelf.forget()
         self._end({"dry_run": True})
 
     def carry_out(self) -> None:
         """Make everything, and report it."""
-        parts = len(self.materials) * len(self.request.seeds) or sum(map(len, self.groups))
+        each = len(self.request.seeds)
+        parts = 1 + len(self.materials) * each if self.materials else sum(len(orders) for _, orders in self.groups)
         with self.report.watching(parts) as meter:
-            self._go_through(lambda order: self._make(order, meter), meter.next_part)
+            if self.materials:
+                self._plan_materials(meter.stage("check", 0.0, 1.0))
+                meter.next_part(1 + each * len(self.failed))
+            for name, orders in self.groups:
+                left = len(orders)
+                with self._minding(name):
+                    for order in orders:
+                        self._make(order, meter)
+                        left -= 1
+                        meter.next_part()
+                if left:
+                    meter.next_part(left)
+                orders[0].shelf.forget()
             sheet = self._write_sheet()
         self._end(sheet)
 
-    def _go_through(self, does: Callable[[Output], Json], ended: Callable[[int], None]) -> None:
-        """Do something with one output after another, and keep what it tells; `ended` counts them.
-
-        An error with a material is reported in one line, and the others go on.
-        """
-        for orders in self.groups:
-            for order in orders:
-                self.results.append(does(order))
-                ended(1)
-            orders[0].shelf.forget()
-        for material in self.materials:
-            left = len(self.request.seeds)
-            try:
-                for order in self._material(material):
-                    self.results.append(does(order))
-                    ended(1)
-                    left -= 1
-            except (CancelledError, BrokenPipeError):
+    @contextmanager
+    def _minding(self, name: str) -> Iterator[None]:
+        """Report an error with a material in one line, and go on; without a name let it pass."""
+        try:
+            yield
+        except (IntarsiaError, OSError, MemoryError) as e:
+            if not name or isinstance(e, (CancelledError, BrokenPipeError)):
                 raise
-            except (IntarsiaError, OSError, MemoryError) as e:
-                code, said = describe_error(e)
-                self.failed.append({"material": material.name, "error": said, "exit_code": code})
-                self.report.say(one_line(f"intarsia: {material.name}: {said}"))
-                ended(left)
+            code, said = describe_error(e)
+            self.failed.append({"material": name, "error": said, "exit_code": code})
+            self.report.say(one_line(f"intarsia: {name}: {said}"))
 
     def _end(self, more: Json) -> None:
         """Print the result, and leave with the exit code of the first failure."""
@@ -152,8 +162,8 @@ class Batch:
         explain(self.report, about, order.warnings)
         return about
 
-    def _make(self, order: Output, meter: Progress) -> Json:
-        """Make one output, write its files, which appear together, and report it; return that as JSON."""
+    def _make(self, order: Output, meter: Progress) -> None:
+        """Make one output, write its files, which appear together, and report it."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
         plan, asked = shelf.plan, request.distance_map
         probe = None if asked is None else Probe(asked[0][1] // request.magnify, asked[0][0] // request.magnify)
@@ -192,10 +202,10 @@ class Batch:
             staging.commit()
         seconds = time.perf_counter() - began
         about |= {"timings": {"total": round(seconds, 3)}}
+        self.results.append(about)
         self.report.warn(*order.warnings)
         self.report.note(f"{order.line(about['method'])}, {seconds:.1f} s")
         explain(self.report, about, order.warnings)
-        return about
 
     def _write_sheet(self) -> Json:
         """Write the contact sheet of all outputs, if one is asked for; return its name."""

@@ -156,7 +156,11 @@ class Request(Options):
     @property
     def into_folder(self) -> bool:
         """Whether `out` is a folder, for a result of every material of `files`."""
-        return (self.out or "").endswith(("/", os.sep))
+        out = self.out or ""
+        if out.endswith(("/", os.sep)):
+            return True
+        plain = out not in ("", "-") and not os.path.splitext(out)[1]
+        return (plain or os.path.isdir(out)) and any(os.path.isdir(path) for path in self.files)
 
 
 FIELDS = fields_of(Request)

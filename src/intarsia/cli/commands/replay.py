@@ -12,6 +12,7 @@ from ..verbs import HelpfulCommand
 
 if TYPE_CHECKING:
     from ...model import Exemplar
+    from ...model.canvas import Guide
     from ...synthesis import Scene
 
 
@@ -88,9 +89,20 @@ def check_scene(recipe: Json, scene: Scene, request: Request) -> None:
     for entry, exemplar in zip(expected, found, strict=True):
         if entry["sha256"] != exemplar.digest:
             raise _another(entry, exemplar)
-    if guide is not None and recipe["guide"].get("sha256") != guide.digest:
-        labels = ", ".join([*request.labels, str(request.target)])
-        raise InputError(f"{labels} hold other labels than the recipe was made with; give the same files.")
+    if guide is not None:
+        _check_guide(recipe["guide"], guide, request)
+
+
+def _check_guide(recorded: Json, guide: Guide, given: Request) -> None:
+    if recorded.get("sha256") == guide.digest:
+        return
+    known = [*recorded.get("labels", []), recorded.get("target")]
+    options = [*("--labels" for _ in given.labels), "--target"]
+    paths = (*given.labels, given.target)
+    for path, option, digest, was in zip(paths, options, guide.digests, known, strict=False):
+        if digest != was:
+            raise InputError(f"{path} holds other labels than the recipe was made with; give the same {option}.")
+    raise InputError(f"{given.target} and the labels are not what the recipe was made with; give the same files.")
 
 
 def _another(entry: Json, exemplar: Exemplar) -> InputError:
