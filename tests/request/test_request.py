@@ -27,6 +27,7 @@ from intarsia.request import (
     parameters_of_verb,
     repeated,
     to_argv,
+    to_json,
     values_of,
 )
 from intarsia.request.field import Field, Kind, Whole
@@ -70,15 +71,6 @@ def some(field: Field) -> Any:
     else:
         value = VALUES.get(kind.name, "f.png")
     return (value,) if field.many else value
-
-
-def to_json(request: Request) -> dict[str, Any]:
-    """The options of a job: the fields and parameters that are not usual."""
-    told = {
-        f.key: [f.kind.json(one) for one in value] if f.many else f.kind.json(value)
-        for f in fields_of_verb(request.verb) if f.flags and (value := getattr(request, f.name)) != f.default
-    }  # fmt: skip
-    return told | {name: request.written(name) for name in request.parameters}
 
 
 def plain(verb: str, **more: Any) -> Request:
@@ -214,7 +206,7 @@ from click.testing import CliRunner
 from intarsia.cli import cli
 from intarsia.cli.verbs import read_argv
 from intarsia.request import to_argv, to_line
-from intarsia.request import from_json
+from intarsia.request import from_json, to_json
 from intarsia.request import from_recipe, inputs_of
 from intarsia.request import Request
 from intarsia.studio import requests
@@ -227,7 +219,7 @@ assert "tint" not in requests.options("heal")
 request = read_argv(["grow", "a.png", "--tint", "#0102ff"])
 assert request.tint == (1, 2, 255)
 assert to_line(request) == "intarsia grow a.png --tint '#0102ff'"
-assert from_json("grow", {"tint": "#0102ff"}, files=("a.png",)) == request
+assert from_json("grow", to_json(request), files=("a.png",)) == request
 assert inputs_of(request) == {"tint": "#0102ff"}
 recipe = %r | {"inputs": inputs_of(request)}
 assert from_recipe(recipe, Request("replay", files=("a.png",), out="o.png"), "it").tint == (1, 2, 255)

@@ -407,6 +407,15 @@ def parameter_values(verb: str, slug: str, given: Mapping[str, Any]) -> Json:
     return found
 
 
+def to_json(request: Request) -> Json:
+    """Return the options of a job: the fields and parameters that are not default."""
+    told = {
+        f.key: [f.kind.json(one) for one in value] if f.many else f.kind.json(value)
+        for f in fields_of_verb(request.verb) if f.flags and (value := getattr(request, f.name)) != f.default
+    }  # fmt: skip
+    return told | {name: request.written(name) for name in request.parameters}
+
+
 def text_of(kind: str, value: Any) -> str:
     """Return a value of JSON as text of an option."""
     if isinstance(value, list):

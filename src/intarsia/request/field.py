@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
-from ..foundation import MAX_PIXELS, InputError, channels_of
+from ..foundation import InputError, channels_of
 from ..foundation.run import SEED_LIMIT
 
 MAX_SEEDS = 10_000
@@ -148,8 +148,8 @@ class Rectangle(Kind):
         if len(parts) != 4 or not all(re.fullmatch(r"-?[0-9]{1,12}", p) for p in parts):
             raise ValueError(f"{text} is no rectangle; give X,Y,WIDTH,HEIGHT in px such as 0,0,256,256.")
         x, y, width, height = (int(p) for p in parts)
-        if min(width, height) < 1 or width * height > MAX_PIXELS:
-            raise ValueError(f"{text} is empty or too large; give sides of at least 1 px, at most 2**31 px in all.")
+        if min(width, height) < 1:
+            raise ValueError(f"{text} is empty; give a width and a height of at least 1 px.")
         return x, y, width, height
 
     def json(self, value: Any) -> Any:

@@ -138,8 +138,8 @@ class Studio:
         return self.jobs.add(await said(request))
 
     def preview(self, request: Request, job: Row) -> Response:
-        data = self.jobs.preview_of(job)
-        return Response(data, media_type="image/png") if data else Response(status_code=204)  # it may just have ended
+        number, data = self.jobs.previews.get(job["id"], (0, b""))
+        return Response(data, media_type="image/png") if number else Response(status_code=204)  # it may just have ended
 
     def file(self, request: Request, result: Row, file: str) -> Response:
         if file not in [entry["name"] for entry in result["files"]]:

@@ -31,11 +31,11 @@ class Jobs:
 
     def __init__(self, store: Store, events: Events, worker: Process, beside: Process) -> None:
         self.store, self.events, self.worker, self.beside = store, events, worker, beside
-        self.preview = 0, b""  # number and PNG of the last preview of the running job
+        self.previews: dict[str, tuple[int, bytes]] = {}
         self.warmth: Row = {"done": 0, "total": 1}
         self._running = ""  # the id of the job that the worker runs
-        self._live: Row = {}  # its progress, which is not stored
-        self._cancelled = False
+        self._live: dict[str, Row] = {}  # progress of running jobs, which is not stored
+        self._cancelled: set[str] = set()
         self._to_prepare: str | None = None
         self._idling = self._hurry = False  # idling: the worker warms or prepares; hurry: a job came meanwhile
         self._warmed: int | None = 0  # pid of the process that has all kernels
@@ -90,22 +90,19 @@ class Jobs:
 
     def now(self, row: Row) -> Row:
         """Return a row; of a running job with its progress."""
-        return row | self._live if row["id"] == self._running else row
-
-    def preview_of(self, job: Row) -> bytes:
-        """Return the last preview of a job as PNG; empty if there is none, or the job does not run."""
-        return self.preview[1] if job["id"] == self._running else b""
+        return row | self._live.get(row["id"], {})
 
     def cancel(self, job: Row) -> Row:
         """Cancel a job that is queued or running; status 409 for others."""
+        name = job["id"]
         if job["state"] == "queued":
             return self._tell(job | {"state": "cancelled", "ended": time.time()})
         if job["state"] != "running":
             raise HTTPException(409, f"this job is {job['state']}.")
-        if not self._cancelled:
-            self._cancelled = True
+        if name not in self._cancelled:
+            self._cancelled.add(name)
             self.worker.cancel()
-            asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, job["id"])
+            asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
         return self.now(job)
 
     def again(self, job: Row) -> Row:
@@ -126,7 +123,7 @@ class Jobs:
         return job
 
     def _end_worker(self, name: str) -> None:
-        if name == self._running:
+        if name == self._running and name in self._cancelled:
             self._tasks.append(asyncio.create_task(self.worker.end()))
 
     async def warm(self) -> None:
@@ -177,7 +174,7 @@ class Jobs:
     async def _carry_out(self, job: Row) -> None:
         """Run a job and write how it ended."""
         name = job["id"]
-        self._running, self._live, self._cancelled, self.preview = name, {}, False, (0, b"")
+        self._running, self._live[name] = name, {}
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
         failed: Row
@@ -192,26 +189,31 @@ class Jobs:
         except Exception as e:
             line = str(e) or type(e).__name__
             code = e.exit_code if isinstance(e, FailedError) else 1
-            stopped = self._cancelled or code == CANCELLED
+            stopped = name in self._cancelled or code == CANCELLED
             line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
-        self._running = ""
-        self._tell(job | self._live | failed | {"ended": time.time()})
+        finally:
+            self._running = ""
+            self._cancelled.discard(name)
+            self.previews.pop(name, None)
+        self._tell(job | self._live.pop(name) | failed | {"ended": time.time()})
         if failed.get("result") and failed.get("score") is None:
             self._to_score.put_nowait(name)
 
     def _hearing(self, job: Row) -> Any:
         """Return a function that handles what the worker reports of a job."""
+        name = job["id"]
 
         def heard(said: Row, data: bytes) -> None:
             if said.get("preview"):
-                self.preview = self.preview[0] + 1, data
-                self.events.tell("preview", {"id": job["id"], "number": self.preview[0]})
+                number = self.previews.get(name, (0, b""))[0] + 1
+                self.previews[name] = (number, data)
+                self.events.tell("preview", {"id": name, "number": number})
             else:
                 if "ready" in said:
                     said = {"ready": time.time() + said["ready"]}
-                self._live |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
-                self.events.tell("job", job | self._live)
+                self._live[name] |= {key: said[key] for key in ("fraction", "stage", "ready") if key in said}
+                self.events.tell("job", job | self._live[name])
 
         return heard
 

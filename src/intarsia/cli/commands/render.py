@@ -6,7 +6,7 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ...foundation import InputError, ParameterError
+from ...foundation import MAX_PIXELS, InputError, ParameterError
 from ...request import Request
 from .. import CANCEL, Report
 from ..verbs import HelpfulCommand
@@ -23,15 +23,34 @@ def draw(request: Request, report: Report) -> None:
 
     smap, times = SourceMap.load(request.saved), request.magnify
     smap.check_sources()
-    if request.window is not None and any(v % times for v in request.window):
-        window = ",".join(map(str, request.window))
-        raise ParameterError(f"--window {window} does not suit --magnify {times}; give multiples of {times}.")
+    if request.window is not None:
+        x, y, width, height = request.window
+        if any(v % times for v in request.window):
+            raise ParameterError(
+                f"--window {x},{y},{width},{height} does not suit --magnify {times}; give multiples of {times}."
+            )
+        _check_window(smap, times, request.window)
     if not request.files:  # maps of built-in exemplars name their own
         names = tuple(source.name for source in smap.sources)
         if not names or not all(name.startswith("sample:") for name in names):
             raise ParameterError("the map needs its exemplars to be drawn; name them with --exemplar FILE.")
         request = replace(request, files=names)
     redraw(smap, request, report)
+
+
+def _check_window(smap: SourceMap, times: int, window: tuple[int, int, int, int]) -> None:
+    x, y, width, height = window
+    for start, length, whole, closed, axis in (
+        (x, width, smap.width * times, smap.wrap.x, "columns"),
+        (y, height, smap.height * times, smap.wrap.y, "rows"),
+    ):
+        if not closed and (start < 0 or start + length > whole):
+            raise ParameterError(
+                f"--window {x},{y},{width},{height}: {axis} {start} to {start + length} do not lie in 0 to {whole} "
+                f"of the map ({smap.width * times}x{smap.height * times} px); choose a part of it."
+            )
+    if width * height > MAX_PIXELS:
+        raise ParameterError(f"--window {x},{y},{width},{height} is too large; give at most 2**31 px in all.")
 
 
 def redraw(smap: SourceMap, request: Request, report: Report) -> None:
