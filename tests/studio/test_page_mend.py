@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from studio.browser import Desk
-from studio.served import opened
+from studio.served import opened, png
 from studio.test_page_paint import drawn
+
+import intarsia as ia
+from intarsia.tasks.completion import healed_scene
 
 if TYPE_CHECKING:
     from playwright.sync_api import expect
@@ -109,9 +112,47 @@ def test_the_way_back_leads_to_the_picture_as_it_was(mend: Desk) -> None:
     assert mend.told()["layers"] == 1
 
 
-def test_a_hole_is_healed_with_its_rim_if_that_is_chosen(mend: Desk) -> None:
-    mend.stroke((100, 100), (140, 120))
-    mend.radio("With rim").click()
-    mend.button("Heal").click()
-    mend.grown()
-    assert mend.jobs[0]["options"]["grow"] == "auto"
+def stained() -> np.ndarray:
+    """Noise with a red stain, 21 px in radius, whose rim of 4 px is bright."""
+    out = np.random.default_rng(3).integers(90, 130, (160, 160, 3), np.uint8)
+    y, x = np.mgrid[:160, :160] - 79.5
+    far = np.sqrt(y * y + x * x)
+    out[far < 25] = (240, 240, 200)
+    out[far < 21] = (200, 20, 20)
+    return out
+
+
+def test_the_rim_that_healing_takes_is_seen(page: Desk) -> None:
+    page.drop(stain=png(stained()))
+    page.page.get_by_role("heading", name="stain").wait_for()
+    page.room("Mend")
+    said = page.page.get_by_role("status").filter(has_text="rim")
+    page.radio("With rim").click()
+    expect(said).to_have_count(0)
+    page.page.get_by_role("slider", name="Size of the brush").fill("60")
+    page.stroke((80, 80), (80, 80.5))
+    size = int(page.page.locator(".brush-size").inner_text().split()[0])
+    assert 36 <= size <= 44
+    expect(said).to_contain_text("px wide", timeout=60_000)
+    hole = np.zeros((160, 160), np.uint8)
+    masks = {path: opened(path.read_bytes()) for path in (page.served.folder / "images").glob("*.png")}
+    image = next(p for p, m in masks.items() if m.shape == hole.shape and m.max() == 255)  # what was sent to be healed
+    hole[:] = opened(image.read_bytes())
+    scene = healed_scene(ia.Exemplar.of(stained()), hole > 0, (), ia.Wrap.NONE, None)
+    grow = scene.recipe["heal"]["grow"]
+    assert grow > 2
+    expect(said).to_have_text(f"The rim is {grow} px wide.")
+    exemplar = next(e["id"] for e in page.served.get("/api/exemplars") if e["name"] == "stain")
+    answer = page.served.client.get(f"/api/exemplars/{exemplar}/rim/{image.stem}.png")
+    assert answer.headers["x-grow"] == str(grow)
+    assert scene.canvas.start is not None
+    assert np.array_equal(opened(answer.content)[..., 3] > 0, scene.canvas.start.holes & (hole == 0))
+    assert page.told()["layers"] == 2
+    page.button("Heal").click()
+    page.grown()
+    assert page.jobs[0]["options"]["grow"] == "auto"
+    page.button("Back to the picture").click()
+    page.radio("As painted").click()
+    expect(said).to_have_count(0)
+    assert page.told()["layers"] == 1
+    assert page.served.client.get(f"/api/exemplars/{exemplar}/rim/{'0' * 16}.png").status_code == 404

@@ -124,6 +124,10 @@ class Studio:
         self.jobs.prepare(exemplar["id"])
         return await self.showing.found(exemplar)
 
+    async def rim(self, request: Request, exemplar: Row, image: Row) -> Response:
+        grow, data = await self.showing.rim(exemplar, image)
+        return Response(data, headers=KEPT | {"X-Grow": str(grow)}, media_type="image/png")
+
     async def put_image(self, request: Request) -> Row:
         return await self.uploads.image(await request.body())
 
@@ -186,6 +190,7 @@ class Studio:
             ("GET", "/api/exemplars/{exemplar}/found", 200, self.found),
             ("GET", "/api/exemplars/{exemplar}/found/{kind}.png", 200,
              lambda _, exemplar, kind: showing.overlay(exemplar, kind)),
+            ("GET", "/api/exemplars/{exemplar}/rim/{image}.png", 200, self.rim),
             ("POST", "/api/images", 201, self.put_image),
             ("GET", "/api/images/{image}.png", 200,
              lambda _, image: FileResponse(store.place("images", image["id"]), headers=KEPT)),

@@ -79,6 +79,12 @@ class Showing:
         """Return findings as a picture to overlay on the exemplar."""
         return await self._drawn(self.beside, "overlay", paths=self.uploads.paths_of(row), kind=kind)
 
+    async def rim(self, row: Row, image: Row) -> tuple[int, bytes]:
+        """Return by how many px a hole would grow to cover the rim of a defect, and that area as an overlay."""
+        paths, mask = self.uploads.paths_of(row), str(self.store.place("images", image["id"]))
+        told, data = await self.beside.ask("rim", within=WITHIN, paths=paths, mask=mask)
+        return told["grow"], data
+
     async def edited(self, row: Row, given: Row) -> Row:
         """Crop, straighten or flatten an exemplar into a new one. All but `straighten` is as in the command `grow`."""
         straighten = given.get("straighten", False)

@@ -18,11 +18,14 @@ from ...cli.exemplars import Inputs, cropped, sets_of
 from ...cli.outputs import usual_ending
 from ...cli.verbs import read_argv
 from ...foundation import InputError
+from ...foundation.arrays import Array
+from ...foundation.geometry import Wrap
 from ...model import Exemplar
 from ...model.canvas import Canvas
 from ...model.image import Kind, Plane
 from ...model.sourcemap import SourceMap
 from ...regular.rectify import straight_of
+from ...tasks.completion import healed_scene
 from ...tasks.drawings import CHOSEN, GROUPS, HEAT, borders, heat, pieces, ramp, to_rgb, usage_colours
 from ...tasks.exemplar_analysis import Analysis, analyze
 from ...tasks.scoring import Outcome, outcome_of
@@ -54,6 +57,17 @@ def overlay(said: Json, tell: Tell) -> Answer:
     if drawn is None:
         raise InputError(f"nothing of this kind was found: {said['kind']}.")
     return {}, png(drawn)
+
+
+def rim(said: Json, tell: Tell) -> Answer:
+    """Return by how many px `heal --grow auto` would enlarge a hole, and that area as PNG."""
+    exemplar = exemplar_of(said["paths"])
+    hole = files.read_mask(said["mask"], exemplar.base, exemplar.name)
+    scene = healed_scene(exemplar, hole, (), Wrap.NONE, None)
+    assert scene.canvas.start is not None
+    drawn = _clear(exemplar)
+    drawn[scene.canvas.start.holes & ~hole] = LINE
+    return {"grow": scene.recipe["heal"]["grow"]}, png(drawn)
 
 
 def edit(said: Json, tell: Tell) -> Answer:

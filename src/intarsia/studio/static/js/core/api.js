@@ -145,3 +145,14 @@ export function fileOf(result, name) {
 export function lookOf(result, kind, side = LONGEST) {
   return `/api/results/${result}/view/${kind}.png?side=${side}`;
 }
+
+/**
+ * What healing would add to a hole so that a rim of the defect goes, too.
+ * @param {Exemplar} exemplar
+ * @param {string} image of the hole
+ * @returns {Promise<{grow: number, drawn: ImageBitmap}>}
+ */
+export async function rimOf(exemplar, image) {
+  const answer = await ask(`/api/exemplars/${exemplar.id}/rim/${image}.png`);
+  return { grow: Number(answer.headers.get("X-Grow")), drawn: await createImageBitmap(await answer.blob()) };
+}

@@ -1,7 +1,7 @@
 /** Mend: brush over what must go, drag the border outwards, or make the picture tile. */
 
 import { viewOf } from "../core/api.js";
-import { button, el, fill, follow } from "../core/dom.js";
+import { button, el, fill, there } from "../core/dom.js";
 import { kept } from "../core/kept.js";
 import { Settings } from "../core/settings.js";
 import { store } from "../core/store.js";
@@ -16,6 +16,7 @@ import { segments } from "../parts/choice.js";
 import { refused } from "../parts/field.js";
 import { methodPicker } from "../parts/methods.js";
 import { choicesOf } from "../parts/options.js";
+import { Rim } from "../parts/rim.js";
 import { seedField } from "../parts/seed.js";
 import { viewButtons } from "../parts/view-buttons.js";
 import { Margins } from "../stage/margins.js";
@@ -46,26 +47,15 @@ const SAYS = {
   tile: "The picture will continue in itself. A wall is first cut to whole courses; then only a band along its borders changes.",
 };
 
-/** How far the hole is enlarged before it is healed: not at all, or as far as a rim of the defect is seen. */
-function rim() {
-  const heal = settings.heal;
-  const choice = segments(
-    "Rim",
-    [["", "As painted"], ["auto", "With rim"]],
-    () => (heal.options.grow === "auto" ? "auto" : ""),
-    (grow) => heal.set("grow", grow || null),
-    { wide: true },
-  );
-  follow(heal, choice.element, choice.show);
-  return el("div", { class: "group" }, el("div", { class: "row" }, el("span", {}, "Hole"), choice.element));
-}
-
 export class MendRoom extends HTMLElement {
   stage = new Stage();
   panel = el("aside", { class: "panel", "aria-label": "Mending" });
   named = el("h2", { class: "one-line" });
   go = button("", () => void this.mend(), { class: "strong big" });
   margins = new Margins(this.stage, () => [this.#keepMargins(), this.#told()]);
+  /** @type {import("../stage/stage.js").Layer | null} what the hole would be enlarged by */
+  #ring = null;
+  rim = new Rim(settings.heal, () => this.#hole(), (ring) => [(this.#ring = ring), this.#lay()]);
   #gone = new AbortController();
   /** @type {Map<Side, HTMLInputElement>} */
   #fields = new Map();
@@ -84,6 +74,7 @@ export class MendRoom extends HTMLElement {
     toolKeys(kit, signal, 0);
     store.on(["exemplar"], () => void this.#show(), signal);
     kit.history.addEventListener("change", () => this.#keep(), { signal });
+    for (const each of [kit.history, settings.heal]) each.addEventListener("change", () => void this.rim.look(), { signal });
     this.#mode();
   }
 
@@ -99,7 +90,7 @@ export class MendRoom extends HTMLElement {
     if (known) return known;
     const hole = new Labels(exemplar.width, exemplar.height);
     holes.set(exemplar.id, hole);
-    void restore(exemplar.id, "hole", hole).then(() => this.stage.draw());
+    void restore(exemplar.id, "hole", hole).then(() => [this.stage.draw(), void this.rim.look()]);
     return hole;
   }
 
@@ -125,7 +116,9 @@ export class MendRoom extends HTMLElement {
   /** Take the tools of the chosen task. */
   #mode() {
     const { mode } = task;
+    this.#ring = null;
     this.#lay();
+    void this.rim.look();
     this.stage.room = mode === "extend" ? 0.22 : 0;
     if (this.brush) {
       this.stage.tool = mode === "heal" ? this.brush : mode === "extend" ? this.margins : null;
@@ -137,10 +130,10 @@ export class MendRoom extends HTMLElement {
     this.#panel();
   }
 
-  /** Lay the hole over the picture while it is healed. */
+  /** Lay the hole over the picture while it is healed, and its rim. */
   #lay() {
     const hole = task.mode === "heal" ? this.#hole() : null;
-    this.stage.layers = hole ? [{ picture: hole.canvas, alpha: 0.75 }] : [];
+    this.stage.layers = hole ? [{ picture: hole.canvas, alpha: 0.75 }, this.#ring].filter(there) : [];
     this.stage.draw();
   }
 
@@ -159,7 +152,7 @@ export class MendRoom extends HTMLElement {
         choice.element,
         el("p", { class: "quiet" }, SAYS[mode]),
         mode === "heal" && toolbar(kit),
-        mode === "heal" && rim(),
+        mode === "heal" && this.rim.element,
         mode === "extend" && this.#sides(),
         mode === "tile" && this.#axes(),
         seedField(settings[mode]),
