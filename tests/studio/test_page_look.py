@@ -55,7 +55,7 @@ def test_wheel_keys_and_drag_move_the_view(look: Desk) -> None:
 
 def test_every_look_is_laid_over_the_picture(look: Desk) -> None:
     plain = look.seen()
-    for name in ("Pieces", "Seams", "Usage"):
+    for name in ("Pieces", "Seams", "Usage", "Source"):
         look.radio(name).click()
         expect(look.page.locator(".corner.low.left")).not_to_have_text("…", timeout=30_000)
         assert look.told()["layers"] == 1, name
@@ -169,7 +169,7 @@ def test_what_was_softened_tells_whose_pieces_it_has(pieced: Desk) -> None:
     softness(pieced).fill("5")
     softened(pieced, 5)
     expect(pieced.page.get_by_role("radiogroup", name="Look at").get_by_role("radio")).to_have_text(
-        ["Picture", "Pieces", "Usage"]
+        ["Picture", "Pieces", "Usage", "Source"]
     )
     plain = pieced.seen()
     pieced.radio("Pieces").click()

@@ -64,6 +64,12 @@ class TestResults:
         beside = inside[:, :-1] & ~inside[:, 1:] & (numbers[:, :-1] == numbers[:, 1:])
         assert (drawn[:, 1:, :3][beside].sum(axis=1) < drawn[:, :-1, :3][beside].sum(axis=1)).all()
 
+    def test_provenance_tells_the_place_by_colour(self, served: Served, result: Any, smap: ia.SourceMap) -> None:
+        drawn = seen(served, result, "provenance").astype(int)
+        for axis, channel, length in ((1, 0, 36), (0, 1, 32)):
+            at = smap.yx[..., axis]
+            assert np.abs(drawn[..., channel] - (40 + 200 * at / (length - 1))).max() <= 1
+
     def test_what_is_shown_more_is_brighter(self, served: Served, result: Any, smap: ia.SourceMap) -> None:
         drawn = seen(served, result, "usage").astype(int)[..., :3].sum(axis=2)
         count = smap.usage()[0][smap.yx[..., 0], smap.yx[..., 1]]
@@ -77,7 +83,7 @@ class TestResults:
         assert (drawn[..., 3] == 0).any()
 
     def test_a_view_is_no_larger_than_asked(self, served: Served, result: Any) -> None:
-        for kind in ("albedo", "pieces", "usage"):
+        for kind in ("albedo", "pieces", "usage", "provenance"):
             assert max(seen(served, result, kind, side=20).shape[:2]) <= 24
 
     def test_a_part_is_those_pixels(self, served: Served, result: Any, smap: ia.SourceMap) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from studio.served import QUICK, pixels, png
 
 from intarsia.cli import Report
@@ -22,7 +23,7 @@ class Worker:
 
     def __init__(self) -> None:
         self.asked, self.pid, self.stopped = list[tuple[str, Any]](), 1, asyncio.Event()
-        self.cold = False
+        self.cold = self.ended = False
 
     async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
         """Remember it."""
@@ -47,6 +48,7 @@ class Worker:
 
     async def end(self) -> None:
         """Whoever does not listen is ended."""
+        self.ended = True
         self.stopped.set()
 
 
@@ -65,7 +67,7 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
         for number, (name, height) in enumerate((("fine", 10), ("large", large), ("slow", 10))):
             row = {"id": f"{number:016}", "name": name, "width": 100, "height": height, "files": [f"{name}.png"]}
             store.put("exemplars", row)
-        jobs = Jobs(store, Events(), worker, Worker())  # type: ignore[arg-type]
+        jobs = Jobs(store, Events(), worker, Worker(), Worker())  # type: ignore[arg-type]
         jobs.begin()
         trials = lambda: [words[1].rpartition("/")[2] for do, words in worker.asked if do == "prepare"]  # noqa: E731
         await settled(lambda: ("warm", None) in worker.asked)
@@ -87,11 +89,13 @@ def test_what_is_opened_is_tried_once_and_a_job_goes_first(tmp_path: Path) -> No
     asyncio.run(work())
 
 
-def opened(folder: Path, worker: Worker) -> Jobs:
-    """The queue of a folder with an exemplar."""
+def opened(folder: Path, worker: Worker, slow: Worker | None = None) -> Jobs:
+    """The queue of a folder with two exemplars: one is looked at in no time, the other never to the end."""
     store = Store(folder)
-    store.put("exemplars", {"id": "0" * 16, "name": "fine", "width": 100, "height": 10, "files": ["fine.png"]})
-    jobs = Jobs(store, Events(), worker, Worker())  # type: ignore[arg-type]
+    for number, name in enumerate(("fine", "slow")):
+        row = {"id": f"{number:016}", "name": name, "width": 100, "height": 10, "files": [f"{name}.png"]}
+        store.put("exemplars", row)
+    jobs = Jobs(store, Events(), worker, slow or Worker(), Worker())  # type: ignore[arg-type]
     jobs.begin()
     return jobs
 
@@ -105,23 +109,53 @@ def test_a_job_goes_before_warming_which_goes_on_afterwards(tmp_path: Path) -> N
         worker.cold = False
         job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
         await settled(lambda: jobs.now(jobs.store.row("jobs", job["id"]))["state"] == "failed")
-        await settled(lambda: [do for do, _ in worker.asked] == ["warm", "command", "warm"])
+        await settled(lambda: not jobs.busy)
+        assert [do for do, _ in worker.asked] == ["warm", "command", "warm"]
         await jobs.end()
         jobs.store.close()
 
     asyncio.run(work())
 
 
-def test_a_method_that_takes_minutes_comes_after_all_that_waits(tmp_path: Path) -> None:
+class Endless(Worker):
+    """A process whose work takes until it is cancelled."""
+
+    async def ask(self, do: str, heard: Any = None, **given: Any) -> Any:
+        """Work on and on."""
+        self.asked.append((do, given["words"]))
+        await self.stopped.wait()
+        raise FailedError("cancelled", 130)
+
+
+def test_a_method_that_takes_minutes_comes_after_all_that_waits_and_holds_up_nothing(tmp_path: Path) -> None:
     async def work() -> None:
-        worker = Worker()
-        jobs = opened(tmp_path, worker)
-        for method in ("efros-leung", "image-quilting", "graphcut"):
-            jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": {"method": method}})
-        await settled(lambda: all(job["state"] == "failed" for job in jobs.store.all("jobs")))
-        given = [words for do, words in worker.asked if do == "command"]
-        asked = [word.removeprefix("--method=") for words in given for word in words if "method" in word]
-        assert asked == ["image-quilting", "graphcut", "efros-leung"]
+        worker, slow = Worker(), Endless()
+        slow.asked = worker.asked
+        jobs = opened(tmp_path, worker, slow)
+        await settled(lambda: not jobs.busy)
+
+        def add(method: str) -> str:
+            job = jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": {"method": method}})
+            return str(job["id"])
+
+        def asked() -> list[str]:
+            given = [words for do, words in worker.asked if do == "command"]
+            return [word.removeprefix("--method=") for words in given for word in words if "method" in word]
+
+        first, second = add("efros-leung"), add("efros-leung")
+        add("image-quilting")
+        add("graphcut")
+        await settled(lambda: jobs.now(jobs.store.row("jobs", first))["state"] == "running")
+        assert asked() == ["image-quilting", "graphcut", "efros-leung"]
+        third = add("patch-sampling")
+        await settled(lambda: jobs.now(jobs.store.row("jobs", third))["state"] == "failed")
+        assert [jobs.store.row("jobs", name)["state"] for name in (first, second)] == ["running", "queued"]
+        await settled(lambda: not jobs.busy)
+        jobs.cancel(jobs.store.row("jobs", first))
+        await settled(lambda: jobs.now(jobs.store.row("jobs", second))["state"] != "queued")
+        assert jobs.now(jobs.store.row("jobs", first))["state"] == "cancelled"
+        assert slow.ended  # it keeps no memory when it has nothing to do
+        assert not worker.stopped.is_set()
         await jobs.end()
         jobs.store.close()
 
@@ -147,6 +181,39 @@ def test_a_job_that_came_before_the_process_was_there_goes_first(tmp_path: Path)
         await asyncio.sleep(0.05)
         jobs.add({"verb": "grow", "exemplars": ["0" * 16], "options": dict(QUICK)})
         await settled(lambda: [do for do, _ in worker.asked][:2] == ["warm", "command"])
+        await jobs.end()
+        jobs.store.close()
+
+    asyncio.run(work())
+
+
+class Deaf(Worker):
+    """A process that does not listen."""
+
+    def cancel(self) -> None:
+        """Go on."""
+
+
+def test_a_job_says_that_it_waits_for_an_analysis_and_ends_one_that_is_of_no_use_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("intarsia.studio.jobs.PATIENCE", 0.05)
+
+    async def work() -> None:
+        worker = Deaf()
+        jobs = opened(tmp_path, worker)
+        await settled(lambda: not jobs.busy)
+        slow = "0" * 15 + "1"
+        jobs.prepare(slow)
+        await settled(lambda: jobs._preparing == slow)
+        first = jobs.add({"verb": "grow", "exemplars": [slow], "options": dict(QUICK)})
+        assert (first["state"], first["stage"]) == ("queued", "the exemplar is looked at")
+        assert jobs.busy  # no sketch is drawn before it
+        await asyncio.sleep(0.2)
+        assert not worker.ended  # what is found out serves this job
+        jobs.add({"verb": "tile", "exemplars": [slow], "options": {}})
+        await settled(lambda: worker.ended and jobs.now(jobs.store.row("jobs", first["id"]))["state"] == "failed")
+        assert jobs.now(jobs.store.row("jobs", first["id"]))["stage"] is None
         await jobs.end()
         jobs.store.close()
 

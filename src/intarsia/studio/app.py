@@ -26,7 +26,7 @@ from ..foundation import AUTO_METHOD, SAMPLES, InputError, IntarsiaError, Parame
 from ..request import to_argv, to_line
 from . import uploads
 from .jobs import Jobs
-from .pictures import WITHIN, Pictures, Showing
+from .pictures import WITHIN, Pictures, Showing, Sketches
 from .processes import Gone, Process
 from .requests import LIMITS, schema, usual, words_of
 from .requests import options as options_of
@@ -71,10 +71,11 @@ class Studio:
         self.looker = Process(uploads.MOST_BYTES)
         beside = Process(nice=10)  # synthesis has priority
         self.bin = Bin(self.store, self.events)
-        self.jobs = Jobs(self.store, self.events, Process(), beside)
+        self.jobs = Jobs(self.store, self.events, Process(), Process(nice=10), beside)
         self.uploads = uploads.Uploads(self.store, self.looker)
         self.showing = Showing(self.store, self.uploads, beside)
         self.weaves = Weaves(self.store, self.showing.pictures)
+        self.sketches = Sketches(self.uploads, self.showing.pictures, lambda: self.jobs.busy)
 
     @asynccontextmanager
     async def living(self, app: Starlette) -> AsyncIterator[None]:
@@ -88,6 +89,7 @@ class Studio:
             await self.jobs.end()
             await self.looker.end()
             await self.weaves.weaver.end()
+            await self.sketches.end()
             self.bin.empty()
             self.store.close()
 
@@ -191,6 +193,8 @@ class Studio:
             ("GET", "/api/exemplars/{exemplar}/found/{kind}.png", 200,
              lambda _, exemplar, kind: showing.overlay(exemplar, kind)),
             ("GET", "/api/exemplars/{exemplar}/rim/{image}.png", 200, self.rim),
+            ("GET", "/api/exemplars/{exemplar}/methods/{method}.png", 200,
+             lambda request, exemplar, method: self.sketches.get(exemplar, method, request.is_disconnected)),
             ("POST", "/api/images", 201, self.put_image),
             ("GET", "/api/images/{image}.png", 200,
              lambda _, image: FileResponse(store.place("images", image["id"]), headers=KEPT)),

@@ -1,4 +1,4 @@
-"""The job queue: states, progress, cancelling and restart of jobs."""
+"""The job queue: states, progress, cancelling and restart of jobs; slow methods run in a process of their own."""
 
 from __future__ import annotations
 
@@ -19,28 +19,30 @@ from .store import OPEN, Events, Row, Store, digest
 
 PREPARED = 1 << 20  # px: larger exemplars are not analysed beforehand
 SLOW = ("efros-leung",)
-"""Methods that take minutes where others take seconds: their jobs start when no other waits."""
+"""Methods that take minutes where others take seconds: their jobs start when no other waits, and delay none."""
 
 TRIAL = ("--size=512", "--output=out.png", "--json")  # options of growing an exemplar before a job comes
 CANCELLED = 130  # exit code
+LOOKING = "the exemplar is looked at"
 PATIENCE = 3.0  # s after which a worker that does not stop is killed
 
 
 class Jobs:
     """All jobs, and the worker processes that run them."""
 
-    def __init__(self, store: Store, events: Events, worker: Process, beside: Process) -> None:
-        self.store, self.events, self.worker, self.beside = store, events, worker, beside
+    def __init__(self, store: Store, events: Events, worker: Process, slow: Process, beside: Process) -> None:
+        self.store, self.events, self.worker, self.slow, self.beside = store, events, worker, slow, beside
         self.previews: dict[str, tuple[int, bytes]] = {}
         self.warmth: Row = {"done": 0, "total": 1}
-        self._running = ""  # the id of the job that the worker runs
+        self._running: dict[str, Process] = {}
         self._live: dict[str, Row] = {}  # progress of running jobs, which is not stored
         self._cancelled: set[str] = set()
         self._to_prepare: str | None = None
-        self._idling = self._hurry = False  # idling: the worker warms or prepares; hurry: a job came meanwhile
+        self._preparing: str | None = None
+        self._warming = self._hurry = False  # hurry: a job came meanwhile
         self._warmed: int | None = 0  # pid of the process that has all kernels
         self._prepared: deque[str] = deque(maxlen=4)  # exemplars that the worker has analysed, as many as it keeps
-        self._wake = asyncio.Event()
+        self._wake, self._wake_slow = asyncio.Event(), asyncio.Event()
         self._tasks = list[asyncio.Task[Any]]()
         self._to_score: asyncio.Queue[str] = asyncio.Queue()
 
@@ -48,7 +50,7 @@ class Jobs:
 
     def begin(self) -> None:
         """Start the tasks that run and score jobs."""
-        self._tasks = [asyncio.create_task(each) for each in (self._work(), self._score())]
+        self._tasks = [asyncio.create_task(each) for each in (self._work(), self._work_slowly(), self._score())]
 
     async def end(self) -> None:
         """Stop at once; running jobs become interrupted at the next start."""
@@ -57,7 +59,7 @@ class Jobs:
         for task in self._tasks:
             with suppress(asyncio.CancelledError):
                 await task
-        for process in (self.worker, self.beside):
+        for process in (self.worker, self.slow, self.beside):
             await process.end()
 
     def add(self, given: Row) -> Row:
@@ -72,13 +74,13 @@ class Jobs:
         words_of(asked, self.store)
         names = [row["name"] for e in exemplars if (row := self.store.get("exemplars", e)) is not None]
         empty = dict.fromkeys(("error", "began", "ended", "result", "score"))
+        slow = _is_slow(asked)
         job = {
             "id": os.urandom(8).hex(), **asked, **empty, "state": "queued", "fraction": 0.0, "created": time.time(),
-            "label": " ".join([str(verb), *names]), "stage": None,
+            "label": " ".join([str(verb), *names]), "stage": LOOKING if self._preparing and not slow else None,
         }  # fmt: skip
-        self._hurry = True
-        if self._idling:
-            self.worker.cancel()
+        if not slow:
+            self._go_first(job)
         return self._tell(job)
 
     def prepare(self, name: str) -> None:
@@ -92,6 +94,11 @@ class Jobs:
         """Return a row; of a running job with its progress."""
         return row | self._live.get(row["id"], {})
 
+    @property
+    def busy(self) -> bool:
+        """Whether the worker runs a job or precompiles; slow methods in their own process do not count."""
+        return self._hurry or self.worker in self._running.values() or self.warmth["done"] < self.warmth["total"]
+
     def cancel(self, job: Row) -> Row:
         """Cancel a job that is queued or running; status 409 for others."""
         name = job["id"]
@@ -101,7 +108,7 @@ class Jobs:
             raise HTTPException(409, f"this job is {job['state']}.")
         if name not in self._cancelled:
             self._cancelled.add(name)
-            self.worker.cancel()
+            self._running[name].cancel()
             asyncio.get_running_loop().call_later(PATIENCE, self._end_worker, name)
         return self.now(job)
 
@@ -120,11 +127,24 @@ class Jobs:
         self.store.put("jobs", job)
         self.events.tell("job", job)
         self._wake.set()
+        self._wake_slow.set()
         return job
 
-    def _end_worker(self, name: str) -> None:
-        if name == self._running and name in self._cancelled:
+    def _go_first(self, job: Row) -> None:
+        """Cancel preparatory work; if it does not stop in time, kill the worker, unless it prepares for this job."""
+        self._hurry = True
+        if self._preparing or self._warming:
+            self.worker.cancel()
+        if self._preparing and not (job["verb"] == "grow" and self._preparing in job["exemplars"]):
+            asyncio.get_running_loop().call_later(PATIENCE, self._end_preparing, self._preparing)
+
+    def _end_preparing(self, name: str) -> None:
+        if self._preparing == name:
             self._tasks.append(asyncio.create_task(self.worker.end()))
+
+    def _end_worker(self, name: str) -> None:
+        if name in self._running and name in self._cancelled:
+            self._tasks.append(asyncio.create_task(self._running[name].end()))
 
     async def warm(self) -> None:
         """Have the worker load or compile kernels, until a job comes."""
@@ -136,45 +156,61 @@ class Jobs:
                 if self._hurry:  # it came before the process was there
                     self.worker.cancel()
 
+        self._warming = True
         try:
             await self.worker.ask("warm", heard)
         except FailedError as e:
             if e.exit_code == CANCELLED:
                 return
+        finally:
+            self._warming = False
         self._warmed = self.worker.pid
         self._prepared.clear()
         self.warmth = {"done": self.warmth["total"], "total": self.warmth["total"]}
         self.events.tell("warm", self.warmth)
 
+    def _waiting(self, slow: bool) -> list[Row]:
+        return [job for job in self.store.all("jobs") if job["state"] == "queued" and _is_slow(job) == slow]
+
+    async def _work_slowly(self) -> None:
+        """Run the jobs of slow methods while no other job waits."""
+        while True:
+            self._wake_slow.clear()
+            waiting = self._waiting(slow=True)
+            if waiting and not self._running and not self._waiting(slow=False):
+                await self._carry_out(waiting[0], self.slow)
+                await self.slow.end()
+            else:
+                await self._wake_slow.wait()
+
     async def _work(self) -> None:
         while True:
             self._wake.clear()
             self._hurry = False
-            waiting = [job for job in self.store.all("jobs") if job["state"] == "queued"]
+            waiting = self._waiting(slow=False)
             if waiting:
-                await self._carry_out(min(waiting, key=lambda job: job["options"].get("method") in SLOW))
-            elif self.worker.pid == self._warmed and self._to_prepare is None:
-                await self._wake.wait()
+                await self._carry_out(waiting[0], self.worker)
+            elif self.worker.pid != self._warmed:
+                await self.warm()
+            elif self._to_prepare is not None:
+                await self._prepare(self._to_prepare)
             else:
-                self._idling = True
-                try:
-                    await (self._prepare() if self.worker.pid == self._warmed else self.warm())
-                finally:
-                    self._idling = False
+                await self._wake.wait()
 
-    async def _prepare(self) -> None:
-        """Have the worker grow the exemplar that was opened last, so that its analysis is cached; nothing is kept."""
-        name, self._to_prepare = self._to_prepare, None
-        assert name is not None
-        with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # its job will report why
-            words = ["grow", *Words(self.store).exemplar(name), *TRIAL]
-            await self.worker.ask("command", words=words, folder=str(folder))
-            self._prepared.append(name)
+    async def _prepare(self, name: str) -> None:
+        self._to_prepare, self._preparing = None, name
+        try:
+            with self.store.under_way("exemplars") as folder, suppress(IntarsiaError):  # its job will report why
+                words = ["grow", *Words(self.store).exemplar(name), *TRIAL]
+                await self.worker.ask("command", words=words, folder=str(folder))
+                self._prepared.append(name)
+        finally:
+            self._preparing = None
 
-    async def _carry_out(self, job: Row) -> None:
+    async def _carry_out(self, job: Row, process: Process) -> None:
         """Run a job and write how it ended."""
         name = job["id"]
-        self._running, self._live[name] = name, {}
+        self._running[name], self._live[name] = process, {}
         job = job | {"state": "running", "began": time.time(), "fraction": 0.0, "stage": None}
         self._tell(job)
         failed: Row
@@ -182,7 +218,7 @@ class Jobs:
         try:
             words = words_of(job, self.store)
             with self.store.under_way("results") as folder:
-                answer, _ = await self.worker.ask("command", self._hearing(job), words=words.said, folder=str(folder))
+                answer, _ = await process.ask("command", self._hearing(job), words=words.said, folder=str(folder))
                 row = await asyncio.to_thread(self._keep, job, words, answer, folder)
             score = (row["score"] or {}).get("total")
             failed = {"state": "done", "result": row["id"], "fraction": 1.0, "stage": "done", "score": score}
@@ -193,7 +229,7 @@ class Jobs:
             line = words.cleaned(line.replace(f"{self.store.folder}{os.sep}", ""))
             failed = {"state": "cancelled" if stopped else "failed", "error": None if stopped else line}
         finally:
-            self._running = ""
+            del self._running[name]
             self._cancelled.discard(name)
             self.previews.pop(name, None)
         self._tell(job | self._live.pop(name) | failed | {"ended": time.time()})
@@ -240,3 +276,7 @@ class Jobs:
                     found = {key: answer[key] for key in ("total", "verdict", "parts", "version") if key in answer}
                     self.store.put("results", row | {"score": found})
                     self._tell(job | {"score": found.get("total")})
+
+
+def _is_slow(job: Row) -> bool:
+    return job["options"].get("method") in SLOW

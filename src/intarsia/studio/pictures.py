@@ -1,4 +1,4 @@
-"""Pictures for the page, drawn by worker processes and cached: views, findings, reports and archives."""
+"""Pictures for the page, drawn by worker processes and cached: views, findings, sketches, reports and archives."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-from ..foundation import InputError, ParameterError, said
+from ..foundation import AUTO_METHOD, InputError, ParameterError, said
+from ..methods import METHODS
 from ..request import from_json
-from .processes import Process
+from .processes import FailedError, Gone, Process
 from .requests import MAP, words_of
 from .store import Row, Store
 from .uploads import Uploads
 
-VIEWS = ("pieces", "seams", "usage")
+VIEWS = ("pieces", "seams", "usage", "provenance")
 WITHIN = 120.0  # s for one picture
 REPORT = "report.html"
 HELD = 64 << 20  # bytes of cached pictures
+AGAIN = 0.1  # s between two checks for other work
+IDLE = 60.0  # s after which an idle process ends
 
 
 class Pictures:
@@ -165,3 +168,68 @@ class Showing:
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
+
+
+class Sketches:
+    """Grows small previews of methods in a process of its own, which yields to jobs and ends when idle."""
+
+    def __init__(self, uploads: Uploads, pictures: Pictures, busy: Callable[[], bool]) -> None:
+        self.uploads, self.pictures, self.busy = uploads, pictures, busy
+        self.process = Process(nice=19)
+        self._asked = 0
+        self._rest: asyncio.TimerHandle | None = None
+
+    async def get(self, row: Row, method: str, gone: Gone) -> bytes:
+        """Return the sketch of a method as PNG, empty if it cannot serve this exemplar.
+
+        FailedError if the client has gone.
+        """
+        if method not in (AUTO_METHOD, *METHODS):
+            raise InputError(f"{said(method)} is no method; give one of {', '.join((AUTO_METHOD, *METHODS))}.")
+        return await self.pictures.get(("sketch", row["id"], method), lambda: self._grown(row, method, gone))
+
+    async def end(self) -> None:
+        """Stop at once."""
+        if self._rest is not None:
+            self._rest.cancel()
+        await self.process.end()
+
+    async def _grown(self, row: Row, method: str, gone: Gone) -> bytes | None:
+        """Return a sketch, or None if it gave way to a job."""
+        watch: list[asyncio.Task[None]] = []
+
+        async def in_vain() -> bool:
+            """Wait while there is other work; return whether the client has gone."""
+            while self.busy() and not await gone():
+                await asyncio.sleep(AGAIN)
+            watch.append(asyncio.create_task(self._give_way()))
+            return await gone()
+
+        self._asked += 1
+        try:
+            paths = self.uploads.paths_of(row)
+            _, data = await self.process.ask("sketch", within=WITHIN, gone=in_vain, paths=paths, method=method)
+            return data
+        except FailedError:
+            if any(task.done() for task in watch):
+                return None
+            raise
+        finally:
+            for task in watch:
+                task.cancel()
+            self._asked -= 1
+            self._let_rest()
+
+    async def _give_way(self) -> None:
+        while not self.busy():
+            await asyncio.sleep(AGAIN)
+        self.process.cancel()
+
+    def _let_rest(self) -> None:
+        if self._rest is not None:
+            self._rest.cancel()
+        self._rest = asyncio.get_running_loop().call_later(IDLE, self._end_idle)
+
+    def _end_idle(self) -> None:
+        if not self._asked:
+            self._ending = asyncio.create_task(self.process.end())

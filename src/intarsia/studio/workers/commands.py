@@ -1,4 +1,4 @@
-"""Worker process: run commands with progress and previews, and precompile kernels."""
+"""Worker process: run commands with progress and previews, precompile kernels, and grow sketches of methods."""
 
 from __future__ import annotations
 
@@ -9,17 +9,23 @@ import shutil
 import tempfile
 import time
 from contextlib import chdir, redirect_stderr, redirect_stdout
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
+
+import numpy as np
 
 from ...cli import CANCEL, cli, listen
 from ...cli.exemplars import ExemplarCache, set_cache
+from ...foundation import InputError, MethodError, ParameterError
 from ...foundation.run import Run
 from ...kernels import no_longer, on_first_compilation
-from ...model import Exemplars
+from ...model import Exemplar, Exemplars
+from ...model.image import Plane
 from ...model.sourcemap import SourceMap
+from ...rendering.magnification import cut_out
+from ...synthesis import synthesize
 from ...tasks import precompile
-from .decoding import coloured, png, seen
+from .decoding import coloured, exemplar_of, png, reduced, seen
 from .worker import Answer, Json, Tell
 
 FIRST, MORE = 20.0, 5.0  # s of compiling in a first command, and in a later one
@@ -28,6 +34,10 @@ STEPS = 50  # of progress reported while precompiling
 PREVIEW = 512  # px: largest preview
 APART = 0.25  # s between two previews
 SHARE = 0.03  # of the time at most is spent on previews
+
+LARGEST = 320  # px a side: larger exemplars are reduced
+SIDE = 192  # px of a sketch
+SLOW = {"efros-leung": (112, 96)}  # compares every pixel with all: px of the exemplar, and of the sketch
 
 _grown: list[bool] = []  # not empty once a command ran here
 
@@ -124,3 +134,26 @@ def drawn(smap: SourceMap, exemplars: Exemplars) -> bytes | None:
 
     out = coloured(smap, step // 2, step, copied)
     return png(out) if out[..., 3].any() else None
+
+
+def sketch(said: Json, tell: Tell) -> Answer:
+    """Return a small picture of a method with its default parameters; empty if it cannot serve."""
+    try:
+        part, side = SLOW.get(said["method"], (LARGEST, SIDE))
+        whole = _reduced(*said["paths"])
+        height, width = min(whole.height, part), min(whole.width, part)
+        exemplar = cut_out(whole, (whole.width - width) // 2, (whole.height - height) // 2, width, height)
+        made = synthesize(exemplar, side, said["method"], run=Run(threads=1, cancel=CANCEL))
+        return {}, png(seen(made.render()))
+    except (MethodError, ParameterError, InputError):
+        return {}, b""
+
+
+@lru_cache(maxsize=4)
+def _reduced(*paths: str) -> Exemplar:
+    """Return the colours of an exemplar, as displayed, at most LARGEST px a side."""
+    whole = exemplar_of(list(paths))
+    pixels = np.ascontiguousarray(reduced(seen(whole.base), LARGEST)[:, :, :3])
+    step = -(-max(whole.height, whole.width) // LARGEST)
+    usable = None if whole.usable is None else whole.usable[::step, ::step][: pixels.shape[0], : pixels.shape[1]]
+    return Exemplar({"albedo": Plane(pixels)}, usable)

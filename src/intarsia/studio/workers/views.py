@@ -177,7 +177,7 @@ def view(said: Json, tell: Tell) -> Answer:
     step = max(-(-max(smap.height, smap.width) // said["side"]), 1)
     if said["kind"] == "seams":
         return {}, png(_joins(said, smap, step))
-    return {}, png((_pieces if said["kind"] == "pieces" else _usage)(smap, step))
+    return {}, png({"pieces": _pieces, "usage": _usage, "provenance": _provenance}[said["kind"]](smap, step))
 
 
 def _pieces(smap: SourceMap, step: int) -> Pixels:
@@ -190,6 +190,16 @@ def _usage(smap: SourceMap, step: int) -> Pixels:
     counts = [uniform_filter(count.astype(np.float32), AROUND, mode="nearest") for count in smap.usage()]
     mean = sum(float(c.sum()) for c in counts) / max(sum(c.size for c in counts), 1)
     return coloured(smap, 0, step, lambda number, y, x: usage_colours(counts[number][y, x] / max(mean, 1e-9)))
+
+
+def _provenance(smap: SourceMap, step: int) -> Pixels:
+    """Return each pixel coloured by its place in the exemplar: red by column, green by row, blue by exemplar."""
+
+    def places(number: int, y: Array, x: Array) -> Array:
+        tall, wide = (max(n - 1, 1) for n in (smap.sources[number].height, smap.sources[number].width))
+        return np.stack([40 + 200 * (x / wide), 40 + 200 * (y / tall), np.full(len(x), (150 + 97 * number) % 256)], 1)
+
+    return coloured(smap, 0, step, places)
 
 
 def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:

@@ -156,3 +156,21 @@ export async function rimOf(exemplar, image) {
   const answer = await ask(`/api/exemplars/${exemplar.id}/rim/${image}.png`);
   return { grow: Number(answer.headers.get("X-Grow")), drawn: await createImageBitmap(await answer.blob()) };
 }
+
+/**
+ * What a method makes of an exemplar, small; null where it cannot serve it.
+ * @param {Exemplar} exemplar
+ * @param {string} method
+ * @param {AbortSignal} signal
+ * @returns {Promise<HTMLImageElement | null>}
+ */
+export async function sketchOf(exemplar, method, signal) {
+  const path = `/api/exemplars/${exemplar.id}/methods/${method}.png`;
+  const answer = await ask(path, { signal });
+  if (answer.status === 204) return null;
+  const image = new Image();
+  image.alt = "";
+  image.src = path; // it is kept by the browser now
+  await image.decode();
+  return image;
+}

@@ -1,4 +1,4 @@
-/** How what is on the stage is looked at: a plane as it is, lit, or with pieces, seams or use laid over it. */
+/** How what is on the stage is looked at: a plane as it is, lit, or with pieces, seams, use or sources laid over it. */
 
 import { lookOf } from "../core/api.js";
 import { el, fill } from "../core/dom.js";
@@ -12,7 +12,7 @@ import { segments } from "./choice.js";
  * What is looked at; `result`: whose map says where its pixels come from; `judged`: whether it is that result itself.
  * @typedef {import("../lit/lit.js").Subject & {result: string | null, judged?: boolean}} Subject
  */
-/** @typedef {"" | "lit" | "pieces" | "seams" | "usage"} Look */
+/** @typedef {"" | "lit" | "pieces" | "seams" | "usage" | "provenance"} Look */
 
 /** @type {{look: Look, says: string, alpha: number, told: string}[]} */
 const LOOKS = [
@@ -21,6 +21,7 @@ const LOOKS = [
   { look: "pieces", says: "Pieces", alpha: 0.72, told: "Each colour is one piece, copied whole" },
   { look: "seams", says: "Seams", alpha: 1, told: "The redder, the more a join costs" },
   { look: "usage", says: "Usage", alpha: 0.85, told: "The brighter, the more often its place is shown" },
+  { look: "provenance", says: "Source", alpha: 0.85, told: "Red from the right of the exemplar, green from below" },
 ];
 
 /**

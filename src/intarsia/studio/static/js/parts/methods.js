@@ -3,6 +3,7 @@
 import { el, fill, follow } from "../core/dom.js";
 import { store } from "../core/store.js";
 import { field, isField } from "./field.js";
+import { Sketches } from "./sketches.js";
 
 /** @typedef {import("../core/types.js").Method} Method */
 /** @typedef {import("../core/settings.js").Settings} Settings */
@@ -32,6 +33,7 @@ export function methodPicker(settings, allowed) {
   const offered = [AUTO, ...known];
   const head = el("summary", { class: "pick-head" });
   const list = el("div", { class: "pick-list", role: "radiogroup", "aria-label": "Method" });
+  const sketches = new Sketches();
   const box = el("details", { class: "pick" }, head, list);
   for (const method of offered) {
     const radio = el("input", {
@@ -39,9 +41,10 @@ export function methodPicker(settings, allowed) {
       onchange: () => take(settings, method.slug),
       onclick: (/** @type {MouseEvent} */ e) => e.detail > 0 && (box.open = false),
     });
-    list.append(el("label", { class: "method" }, radio, el("span", {}, ...says(method, settings))));
+    list.append(el("label", { class: "method" }, radio, sketches.place(method.slug), el("span", {}, ...says(method, settings))));
   }
   box.addEventListener("keydown", (e) => e.key === "Escape" && [(box.open = false), head.focus()]);
+  box.addEventListener("toggle", () => (box.open ? void sketches.draw() : sketches.stop()));
   const show = () => {
     const slug = settings.options.method ?? AUTO.slug;
     const method = offered.find((m) => m.slug === slug) ?? AUTO;
