@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import threading
@@ -244,6 +245,7 @@ class TestStore:
         store.keep("results", kept, {"id": made, "job": "j", "made": 1.0})
         store.put("results", {"id": gone, "job": "k", "made": 1.0})
         store.put("jobs", {"id": "k", "state": "done", "result": gone, "ended": 2.0})
+        store.drop_row("results", made)  # as if it was killed before the row was written
         store.begun("results")
         store.begun("exemplars")
         store.put("images", {"id": "ff" * 8})
@@ -255,5 +257,7 @@ class TestStore:
         assert not list((tmp_path / "images").iterdir())
         assert store.all("images") == []
         states = {job["id"]: (job["state"], job["result"]) for job in store.all("jobs")}
-        assert states == {"j": ("interrupted", None), "k": ("interrupted", None)}
+        assert states == {"j": ("done", made), "k": ("interrupted", None)}
+        told = json.loads((tmp_path / "results" / made / ".told.json").read_text())
+        assert told == store.get("results", made)
         store.close()

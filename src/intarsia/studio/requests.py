@@ -213,6 +213,7 @@ def result_of(name: str, job: Row, words: Words, answer: Row, files: Sequence[Pa
         "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
         "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
         "command": to_line(asked, joined=True), "made": time.time(), "score": None,
+        "label": job["label"], "began": job["began"],
         "inputs": {own: path for path, own in words.called.items()},
         "score_words": score_words(words, pictures[0]) if judged else None,
     }  # fmt: skip

@@ -1,4 +1,4 @@
-"""The studio's folder: files named by content, and a table of rows in SQLite.
+"""The studio's folder: files named by content with a JSON note beside each, and a table of rows in SQLite.
 
 What is removed can be restored until the studio ends. Listeners get an event for every change.
 """
@@ -14,7 +14,7 @@ import shutil
 import sqlite3
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,10 +33,14 @@ MARKER = ".intarsia-studio"
 
 TABLE = "studio.sqlite"
 AUTHORIZATION = ".authorization"
+OWN = {*FILED, MARKER, TABLE, f"{TABLE}-wal", f"{TABLE}-shm", f"{TABLE}-journal", AUTHORIZATION, ".lock"}
 
 ID = re.compile("[0-9a-f]{16}")
 HIDDEN = ".under-way-"
 UNDER_WAY = re.compile(re.escape(HIDDEN) + ID.pattern)
+TOLD = ".told.json"
+"""The note beside files: their row, from which a lost table is restored."""
+
 OPEN = ("queued", "running")
 
 MOST = 1000  # events queued for a listener; one that is further behind is disconnected
@@ -61,7 +65,7 @@ class Store:
             why = getattr(e, "strerror", None) or e
             raise ResourceError(f"{printable(self.folder)}: {why}; name another place with --folder.") from None
         except sqlite3.DatabaseError as e:
-            hint = f"move {TABLE} away, and it is made anew, without what it held; the files stay."
+            hint = f"move {TABLE} away, and it is made anew from what lies beside it."
             raise ResourceError(f"{printable(self.folder)}: {e}; {hint}") from None
         self._reconcile()
 
@@ -69,7 +73,7 @@ class Store:
         """Make the folder the studio's own; refuse one that holds other files."""
         self.folder.mkdir(parents=True, exist_ok=True)
         if not (self.folder / MARKER).is_file():
-            if any(self.folder.iterdir()):
+            if any(self.folder.iterdir()) and not _is_table(self.folder / TABLE):
                 place = printable(self.folder)
                 raise ParameterError(
                     f"{place} holds files that are not the studio's, and stays as it is; "
@@ -81,9 +85,11 @@ class Store:
 
     def _keep_to_oneself(self) -> None:
         """Make the folder private."""
-        for path in (self.folder, *(self.folder / kind for kind in FILED)):
-            path.chmod(0o700)
+        for kind in FILED:
+            (self.folder / kind).chmod(0o700)
         (self.folder / TABLE).chmod(0o600)
+        if {path.name for path in self.folder.iterdir()} <= OWN:  # an older one may contain other files
+            self.folder.chmod(0o700)
 
     def _lock(self) -> None:
         """Refuse a folder that another studio uses."""
@@ -114,7 +120,11 @@ class Store:
     # rows
 
     def put(self, kind: str, row: Row) -> Row:
-        """Write a row, replacing one of the same id."""
+        """Write a row, replacing one of the same id, and the note beside its files."""
+        note, fresh = self._note(kind, row["id"]), self._fresh(kind)
+        if kind in FILED and note.parent.is_dir():
+            fresh.write_text(json.dumps(row), encoding="utf-8")
+            fresh.replace(note)
         self._rows.execute(
             f"INSERT INTO {kind} (id, about) VALUES (?, ?) ON CONFLICT(id) DO UPDATE SET about = excluded.about",
             (row["id"], json.dumps(row)),
@@ -140,13 +150,14 @@ class Store:
         return [row for row in rows if ("gone" in row) == gone]
 
     def drop(self, kind: str, name: str) -> None:
-        """Delete a row and its files: files are renamed first, so that they never are there by half.
+        """Delete a row and its files: files are renamed first, so that no note restores half of them.
 
-        Nothing else deletes stored files; what has no row is left.
+        Nothing else deletes stored files; what lacks an id and a note of the studio's form is left.
         """
-        known, path = self.get(kind, name) or self.get(kind, name, gone=True), self.place(kind, name)
-        if known is not None and path.exists():
-            _remove(path.rename(self._fresh(kind)))
+        if kind in FILED and ID.fullmatch(name) and self._note(kind, name).is_file():
+            for path in (self.place(kind, name), self._note(kind, name)):
+                if path.exists():
+                    _remove(path.rename(self._fresh(kind)))
         self.drop_row(kind, name)
 
     def drop_row(self, kind: str, name: str) -> None:
@@ -158,6 +169,9 @@ class Store:
     def place(self, kind: str, name: str) -> Path:
         """Return the path of the files of an id: a folder; an image is one file."""
         return self.folder / kind / (f"{name}.png" if kind == "images" else name)
+
+    def _note(self, kind: str, name: str) -> Path:
+        return self.folder / kind / (f"{name}{TOLD}" if kind == "images" else f"{name}/{TOLD}")
 
     def _fresh(self, kind: str) -> Path:
         """Return an unused path for temporary files."""
@@ -179,28 +193,66 @@ class Store:
             shutil.rmtree(path, ignore_errors=True)
 
     def keep(self, kind: str, path: Path, row: Row) -> Row:
-        """Write the row of complete files, then move them to the place of its id: no files are there without a row."""
+        """Move complete files with their note to the place of their id, then write their row."""
         place = self.place(kind, row["id"])
         if place.exists():
             shutil.rmtree(path, ignore_errors=True)
             return self.get(kind, row["id"]) or self.put(kind, row)
-        self.put(kind, row)
+        (path / TOLD).write_text(json.dumps(row), encoding="utf-8")
         path.rename(place)
-        return row
+        return self.put(kind, row)
 
     def _reconcile(self) -> None:
-        """Delete rows without files, and mark running jobs as interrupted."""
+        """Delete rows without files, restore rows from notes, and mark running jobs as interrupted."""
         for kind in FILED:
+            known = {row["id"]: row for row in self.all(kind)}
             for path in (self.folder / kind).iterdir():
                 if UNDER_WAY.fullmatch(path.name):
                     _remove(path)
-            for row in self.all(kind):
-                if not self.place(kind, row["id"]).exists():
-                    self.drop_row(kind, row["id"])
+            for name, row in known.items():
+                if row.get("sample"):  # of an older studio, which made no folder for it
+                    self.place(kind, name).mkdir(exist_ok=True)
+                if not self.place(kind, name).exists():
+                    self.drop(kind, name)
+                elif not self._note(kind, name).is_file():
+                    self.put(kind, row)
+            names = {path.name[:16] for path in (self.folder / kind).iterdir()} - set(known)
+            lost = [told for name in names if (told := self._told(kind, name)) is not None]
+            for row in sorted(lost, key=lambda row: row.get("created") or row.get("made") or 0.0):
+                self._adopt(kind, row)
         for job in self.all("jobs"):
             if job["state"] == "running" or (job["state"] == "done" and self.get("results", job["result"]) is None):
                 ended = job["ended"] or time.time()
                 self.put("jobs", job | {"state": "interrupted", "result": None, "error": None, "ended": ended})
+
+    def _told(self, kind: str, name: str) -> Row | None:
+        """Return the row in the note beside files, if both are valid."""
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            row: Row = json.loads(self._note(kind, name).read_text(encoding="utf-8"))
+            whole = kind != "results" or {"job", "made"} <= row.keys()
+            if row["id"] == name and ID.fullmatch(name) and whole and self.place(kind, name).exists():
+                return row
+        return None
+
+    def _adopt(self, kind: str, row: Row) -> None:
+        """Restore a row that the table lost, or that was not written before a crash, and its job's."""
+        self.put(kind, row)
+        if kind == "results":
+            total = (row.get("score") or {}).get("total")
+            job = {key: row.get(key) for key in ("verb", "exemplars", "options", "label", "began")}
+            job |= {"id": row["job"], "created": row["made"], "stage": "done", "score": total}
+            done = {"state": "done", "result": row["id"], "fraction": 1.0, "ended": row["made"], "error": None}
+            self.put("jobs", (self.get("jobs", row["job"]) or job) | done)
+
+
+def _is_table(path: Path) -> bool:
+    """Return whether a file is the table of a studio; one whose rows were in a lost log counts."""
+    try:
+        with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as rows:
+            found = rows.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+    except sqlite3.Error:
+        return False
+    return {name for (name,) in found} <= {*KINDS, "sqlite_sequence"}
 
 
 def _remove(path: Path) -> None:
