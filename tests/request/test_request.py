@@ -1,7 +1,8 @@
-"""A request is the same in words, JSON and recipe; a field of it is declared in one line."""
+"""A request is the same in words, JSON, recipe and Python; a field of it is declared in one line."""
 
 from __future__ import annotations
 
+import ast
 import os
 import shutil
 import subprocess
@@ -32,6 +33,7 @@ from intarsia.request import (
 )
 from intarsia.request.field import Field, Kind, Whole
 from intarsia.request.fields import EVERY
+from intarsia.request.python import to_python
 
 NEEDED: dict[str, dict[str, Any]] = {
     "heal": {"holes": ("h.png",)},
@@ -199,6 +201,13 @@ def test_a_damaged_recipe_is_called_so(change: dict[str, Any]) -> None:
         from_recipe(RECIPE | change, given, "the recipe")
 
 
+def test_python_runs_the_command_where_a_call_would_say_less() -> None:
+    request = plain("heal", masks=("u.png",), out="whole.png")
+    _, _, line = to_python(request, {}).splitlines()
+    words = ast.literal_eval(line.removeprefix("subprocess.run(").removesuffix(", check=True)"))
+    assert read_argv(words[1:]) == request
+
+
 TOLD = "Give it a tint. It is faint."
 LINE = f'    tint: str | None = option(Colour(), "--tint", "{TOLD}", "grow", "of_exemplars")\n'
 SCRIPT = """
@@ -207,6 +216,7 @@ from intarsia.cli import cli
 from intarsia.cli.verbs import read_argv
 from intarsia.request import to_argv, to_line
 from intarsia.request import from_json, to_json
+from intarsia.request.python import to_python
 from intarsia.request import from_recipe, inputs_of
 from intarsia.request import Request
 from intarsia.studio import requests
@@ -223,11 +233,12 @@ assert from_json("grow", to_json(request), files=("a.png",)) == request
 assert inputs_of(request) == {"tint": "#0102ff"}
 recipe = %r | {"inputs": inputs_of(request)}
 assert from_recipe(recipe, Request("replay", files=("a.png",), out="o.png"), "it").tint == (1, 2, 255)
+assert "'--tint=#0102ff'" in to_python(request, {})
 """
 
 
 def test_a_field_is_one_line_in_one_file(tmp_path: Path) -> None:
-    """Help, page, words, JSON and recipe have it then."""
+    """Help, page, words, JSON, recipe and Python have it then."""
     package = Path(intarsia.__file__).parent
     shutil.copytree(package, tmp_path / "intarsia", ignore=shutil.ignore_patterns("static", "__pycache__"))
     table = tmp_path / "intarsia" / "request" / "fields.py"

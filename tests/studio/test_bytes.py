@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from studio.browser import Desk
-from studio.served import QUICK, Served, pixels, png
+from studio.served import QUICK, Served, opened, pixels, png
 
 import intarsia as ia
 from intarsia import files
@@ -133,6 +133,37 @@ def test_the_command_to_copy_makes_the_same_bytes(served: Served) -> None:
     assert name == "intarsia"
     by_command(line)
     assert Path("rock_grown.png").read_bytes() == served.files(result)["rock_grown.png"]
+
+
+@pytest.mark.parametrize(
+    ("verb", "options"),
+    [
+        ("grow", QUICK | {"seed": 9, "wrap": "x", "patch": "10x8", "overlap": "3"}),
+        ("grow", {"method": "parallel-controllable", "jitter": "0.3,0.2", "size": "40x44", "even_tone": 4}),
+        ("grow", {"size": "50x40", "seed": 2}),
+        ("grow", QUICK | {"crop": "1,1,30,28"}),
+        ("extend", {"right": 6, "patch": "8", "method": "image-quilting"}),
+    ],
+    ids=["quilted", "jittered", "chosen", "cropped", "extended"],
+)
+def test_the_snippet_to_copy_makes_the_same_bytes(served: Served, verb: str, options: dict[str, Any]) -> None:
+    exemplar = served.exemplar(rock=png(pixels(40, 44)))["id"]
+    result = served.done(verb, [exemplar], **options)
+    Path("rock.png").write_bytes(png(pixels(40, 44)))
+    assert ("ia.synthesize" in result["python"]) == (verb == "grow" and "crop" not in options)
+    program = result["python"].replace("['intarsia'", f"[{sys.executable!r}, '-m', 'intarsia'")
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    name = result["files"][-1]["name"]
+    data = served.files(result)[name]
+    if "method" in options:
+        assert Path(name).read_bytes() == data
+    else:  # the recipe of a method that was chosen tells how, besides
+        Path("served.png").write_bytes(data)
+        assert np.array_equal(opened(data), opened(Path(name).read_bytes()))
+        recipe = files.read_recipe("served.png")
+        assert recipe.pop("auto")
+        assert recipe == files.read_recipe(name)
 
 
 def shown(height: int = 32, width: int = 36) -> np.ndarray:

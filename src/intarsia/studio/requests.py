@@ -15,6 +15,7 @@ from ..foundation import SAMPLES, InputError, ParameterError, said
 from ..foundation.params import OVER
 from ..request import Request, fields_of_verb, from_json, parameters_of_verb, text_of, to_argv, to_line
 from ..request.field import Field
+from ..request.python import to_python
 from .store import ID, Row, Store
 
 VERBS = ("grow", "paint", "extend", "heal", "tile", "weave", "render")
@@ -212,7 +213,7 @@ def result_of(name: str, job: Row, words: Words, answer: Row, files: Sequence[Pa
     return {
         "id": name, "job": job["id"], "verb": job["verb"], "exemplars": job["exemplars"], "options": job["options"],
         "size": answer.get("size"), "files": entries, "pictures": pictures, "told": clean,
-        "command": to_line(asked, joined=True), "made": time.time(), "score": None,
+        "command": to_line(asked, joined=True), "python": to_python(asked, clean), "made": time.time(), "score": None,
         "label": job["label"], "began": job["began"],
         "inputs": {own: path for path, own in words.called.items()},
         "score_words": score_words(words, pictures[0]) if judged else None,

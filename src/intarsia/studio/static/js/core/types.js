@@ -16,7 +16,7 @@
  *   light?: {strong: boolean} | null}} Found
  * @typedef {{name: string, holds: string, bytes: number}} Made
  * @typedef {{id: string, job: string, verb: string, size: [number, number], files: Made[], options: Options, command: string,
- *   inputs: Record<string, string>, told: {method?: string, blend?: {feather: number}} | null, score: Score | null}} Result
+ *   inputs: Record<string, string>, told: {method?: string, blend?: {feather: number}} | null, python: string, score: Score | null}} Result
  * @typedef {{name: string, kind: string, help: string, default: unknown, low: number | null, high: number | null,
  *   unit?: string, choices: string[]}} Option
  * @typedef {{slug: string, paper: string, summary: string, supports: string[], parameters: Option[]}} Method

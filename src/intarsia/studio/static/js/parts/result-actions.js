@@ -26,6 +26,7 @@ export function resultActions(result, plane, onward) {
   more.append(link(`/api/results/${result.id}/all.zip`, `${result.id}.zip`, "All as a zip"));
   if (result.verb !== "render" && main) more.append(reportButton(result, main.name));
   const needed = needing(Object.keys(result.inputs), "the zip");
+  more.append(button("Copy as Python", () => void copied(result.python, `Python copied${needed}`), { title: result.python }));
   const toggle = button("More to take", () => open(more.hidden), { icon: icon("add"), bare: true, "aria-expanded": "false" });
   const open = (/** @type {boolean} */ yes) => {
     more.hidden = !yes;
