@@ -88,7 +88,6 @@ def _write(found: Analysis, plan: Plan, answer: Json, force: bool) -> None:
             "corner": list(tile.corner),
             "cost": tile.cost,
             "size": [base.width, base.height],
-            "rectangular": tile.rectangular,
         }
     with Staging(force) as staging:
         for path, _, plane in drawn:
