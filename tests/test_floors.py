@@ -37,7 +37,7 @@ PUBLIC = {
 
 HOMES = {
     "OpenImageIO": {"files"},
-    "PIL": {"files", "model"},
+    "PIL": {"files", "model", "tasks"},
     "click": {"cli", "studio"},
     "rich": {"cli"},
     "starlette": {"studio"},

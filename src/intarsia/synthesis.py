@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
     from .choosing import auto
     from .choosing.auto import Auto, Choice
-    from .judging import Score, notebook
-else:  # where no method is named, and where a notebook shows pictures
-    auto, notebook = lazy("intarsia.choosing.auto"), lazy("intarsia.judging.notebook")
+    from .judging import Score
+else:  # where no method is named
+    auto = lazy("intarsia.choosing.auto")
 
 ExemplarLike = Exemplar | Plane | ArrayLike | Mapping[str, "ArrayLike | Plane"] | str | Path
 
@@ -131,9 +131,6 @@ class Synthesis:
 
     def _repr_png_(self) -> bytes:
         return self.render()._repr_png_()
-
-    def _repr_html_(self) -> str:
-        return notebook.html_of(self.render(), self.exemplars, self.map, self.method.slug)
 
 
 def synthesize(

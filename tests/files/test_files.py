@@ -19,6 +19,7 @@ from corpus import picture, pillow, tiff
 from files.exrs import save_exr
 from PIL import Image, ImageCms, ImageOps
 
+import intarsia as ia
 from intarsia.files import (
     check_depth,
     check_writable,
@@ -433,6 +434,12 @@ def test_samples(name: str) -> None:
 def test_previews(plane: Plane) -> None:
     with Image.open(io.BytesIO(plane._repr_png_())) as image:
         assert image.size == (plane.width, plane.height)
+
+
+def test_a_notebook_shows_a_synthesis_as_its_picture() -> None:
+    made = ia.synthesize(picture(), 40, ia.ImageQuilting(patch=8))
+    with Image.open(io.BytesIO(made._repr_png_())) as image:
+        assert np.array_equal(np.asarray(image), made.render().pixels)
 
 
 def test_importing_files_is_cheap() -> None:

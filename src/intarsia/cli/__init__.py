@@ -400,7 +400,7 @@ def explain(report: Report, about: dict[str, Any], warnings: tuple[str, ...]) ->
 
     usual = {name: p.default for name, p in parameters_of(about["method"]).items()}
     values = [(k, v) for k, v in about["parameters"].items() if v != usual[k]] or [("all", "usual")]
-    lines = [f"{name:13}{m['says']}" for name, m in auto["measurements"].items()]
+    lines = [f"{name:13}{said}" for name, said in auto["measurements"].items()]
     lines += [f"{'rule':13}{auto['rule']}"] + [f"{'':13}{why}" for why in auto["why"]]
     lines += [f"{'method':13}{about['method']}"]
     lines += [f"{'parameters' if not n else '':13}{k} {written(v)}" for n, (k, v) in enumerate(values)]

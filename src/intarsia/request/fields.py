@@ -344,9 +344,8 @@ class Options:
         otherwise={
             "render": {"shown": "MAP.npz", "required": True},
             "score": {
-                "flags": ("--map",), "shown": "FILE.npz|recipe",
-                "help": "The map that was saved with --save-map. It tells what seams cost, and a report of its "
-                "pieces; \"recipe\" makes it again, from the recipe that OUTPUT carries.",
+                "flags": ("--map",), "shown": "FILE.npz",
+                "help": "The map that was saved with --save-map. It tells what seams cost, and a report of its pieces.",
             },
         },
     )  # fmt: skip

@@ -104,7 +104,7 @@ def report(made: Synthesis, name: str = "the output") -> str:
 def page_of(outcome: Outcome) -> str:
     """Return the HTML page on one output."""
     drawn = pictures_of(outcome)
-    output = [d for d in drawn if d.name not in ("exemplar", "usage", "sources")]
+    output = [d for d in drawn if d.name not in ("exemplar", "usage")]
     exemplar = [d for d in drawn if d not in output]
     body = [
         _head(outcome), _missed(outcome.missed),

@@ -208,7 +208,7 @@ def _joins(said: Json, smap: SourceMap, step: int) -> Pixels:
     size = (smap.height, smap.width)
     shape = tuple(-(-n // step) for n in size)
     out = np.zeros((*shape, 4), np.uint8)
-    _, opaque = heat(outcome, size, shape)
+    opaque = heat(outcome, size, shape) ** 0.6
     out[..., :3], out[..., 3] = ramp(HEAT, opaque), 230 * opaque
     out[borders(smap.pieces()[::step, ::step])] = (20, 20, 20, 150)
     return out
