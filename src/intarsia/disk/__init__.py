@@ -187,18 +187,6 @@ def check_fits(needed: int, what: str, instead: str = "choose a smaller --size, 
             )
 
 
-def free_memory() -> int | None:
-    """Return how many bytes of memory this process may still take; None if the system does not report it."""
-    found = [max(most - used, 0) for most, used in _groups()]
-    memory = _numbers("/proc/meminfo")
-    if "MemAvailable" in memory:
-        found.append(memory["MemAvailable"])
-    if not found:
-        with suppress(OSError, ValueError, AttributeError):
-            found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    return min(found, default=None)
-
-
 def peak_memory() -> int:
     """Return the peak memory of this process so far in bytes; 0 if the system does not report it."""
     return _numbers("/proc/self/status").get("VmHWM", 0)
