@@ -179,19 +179,18 @@ class PictureFile:
         return data
 
     @contextmanager
-    def plain_path(self, data: bytes | None = None) -> Iterator[str]:
+    def plain_path(self) -> Iterator[str]:
         """Make a temporary link or copy with the true ending and a plain name, for libraries that go by the name."""
-        source = data or self.source
         with working_folder() as folder:
             target = Path(folder, "picture" + {"jpeg": ".jpg", "tiff": ".tif"}.get(self.format, "." + self.format))
-            if isinstance(source, Path):
+            if isinstance(self.source, Path):
                 try:
-                    target.symlink_to(source.absolute())
+                    target.symlink_to(self.source.absolute())
                 except OSError:  # no links here, as on some Windows machines
-                    shutil.copyfile(source, target)
+                    shutil.copyfile(self.source, target)
             else:
                 try:
-                    target.write_bytes(source)
+                    target.write_bytes(self.source)
                 except OSError as e:
                     raise ResourceError(
                         f"there is no room for a copy of {self.name} in {folder} ({reason_of(e)}); free some, or set "

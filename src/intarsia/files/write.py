@@ -344,10 +344,10 @@ def _parse(text: str, name: str) -> dict[str, Any]:
 def _description(picture: PictureFile) -> str:
     """Return the texts that a file holds, joined."""
     try:
-        if picture.format == "png":
-            return "\n".join(png.parse_png(picture.data(), picture.name).texts.values())
-        if picture.format in ("jpeg", "webp"):
+        if picture.format in ("png", "jpeg", "webp"):
             with pillow_opened(picture.format, picture.data()) as image:
+                if picture.format == "png":
+                    return "\n".join(map(str, image.text.values()))
                 if picture.format == "jpeg":
                     return bytes(image.info.get("comment", b"")).decode("utf-8", "replace")
                 return str(image.getexif().get(0x010E, ""))
