@@ -112,9 +112,7 @@ def _of_environment() -> int | None:
 
 
 def _words(count: float) -> str:
-    return f"{int(count) >> 20} MiB" if count >= 1 << 20 else f"{-(-int(count) >> 10)} KiB" if count >= 1 << 10 else (
-        f"{int(count)} bytes"
-    )  # fmt: skip
+    return f"{int(count) >> 20} MiB" if count >= 1 << 20 else f"{int(count)} bytes"
 
 
 FLOOR = 720 << 20

@@ -6,6 +6,7 @@ Pillow decodes straight into the memory of an array; conversions are made band b
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,6 +39,10 @@ WEBP_BYTES_PER_PIXEL = 10
 
 SCANS = 16
 """Most scans of a JPEG of the largest size that is allowed; smaller ones may have more."""
+
+_SIDES = 2 * rb"(?:\s|#[^\n]*\n)+\d+" + rb"(?:\s|#[^\n]*\n)+"
+PNM = re.compile(rb"(?:P[56]" + _SIDES + rb"(?:255|65535)|P[Ff]" + _SIDES + rb"-?1(?:\.0*)?)[ \t\n]")
+"""Headers of netpbm pictures that OpenImageIO reads rightly: it rounds other maxima down, and multiplies by a scale."""
 
 BAND = 1 << 20
 """Pixels that are converted at a time."""
@@ -88,10 +93,11 @@ def decode(picture: PictureFile, layer: str | None = None) -> Decoded:
 def _by_format(picture: PictureFile, layer: str | None) -> Decoded:
     if layer is not None and picture.format != "exr":
         raise InputError(f"{picture.name}: only EXR files have layers, and this is {picture.format}.")
-    if picture.format == "pnm":
-        from . import netpbm
-
-        return Decoded(netpbm.decode_netpbm(picture.data(), picture.name))
+    if picture.format == "pnm" and not PNM.match(picture.head):
+        raise InputError(
+            f"{picture.name} is a netpbm picture that is not read: plain text, bits, a maximum other than 255 and "
+            "65535, a scale other than 1, or a header that is damaged; save it as PNG."
+        )
     if picture.format == "png":
         return _png(picture)
     if picture.format in ("jpeg", "gif"):
@@ -241,6 +247,7 @@ def opened(picture: PictureFile) -> Iterator[tuple[Any, str]]:
     with picture.plain_path() as path:
         hints = oiio.ImageSpec()
         hints.attribute("oiio:UnassociatedAlpha", 1)  # without it colours would be multiplied by alpha
+        hints.attribute("pnm:pfmflip", 1)  # a PFM is stored bottom up
         file = oiio.ImageInput.open(path, hints)
         if file is None:
             raise damaged_error(picture.name, oiio.geterror().replace(path, "file"))

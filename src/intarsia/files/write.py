@@ -49,10 +49,9 @@ def encode(plane: Plane, fmt: str, recipe: str | None = None, run: Run | None = 
 
     Raises ParameterError where the format cannot hold the plane, ResourceError where the temporary folder is full.
     """
-    known, word = {f.name: f for f in FORMATS}, fmt.lower().lstrip(".")
-    target = known.get(word) or SUFFIXES.get(f".{word}")
+    target = SUFFIXES.get("." + fmt.lower().lstrip("."))
     if target is None:
-        raise ParameterError(f"{fmt} is no format; choose one of {', '.join(known)}.")
+        raise ParameterError(f"{fmt} is no format; choose one of {', '.join(SUFFIXES)}.")
     check_holds(target, plane)
     pixels = np.ascontiguousarray(plane.samples * np.uint8(255) if plane.pixels.dtype == bool else plane.samples)
     text = _text(target, recipe)

@@ -26,6 +26,7 @@ from ..foundation import (
     expect_path,
     pair,
     said,
+    size_of,
     whole_within,
 )
 from ..foundation.arrays import Array, Pair
@@ -113,10 +114,7 @@ def box_of(key: Any) -> Box:
 
 def sides_of(shape: Any) -> Pair:
     """Return (height, width) of a size; one number is a square. ParameterError if it is out of range."""
-    try:
-        height, width = pair(shape)
-    except ValueError:
-        raise ParameterError(f"shape={called(shape)} is no size; give (height, width) in px.") from None
+    height, width = size_of(shape)
     if min(height, width) < 1 or max(height, width) > FARTHEST:
         raise ParameterError(f"shape=({called(height)}, {called(width)}) is not allowed; give sides of 1 to 2**40 px.")
     return height, width
