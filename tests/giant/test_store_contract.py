@@ -295,7 +295,7 @@ class TestPicture(ExportPromises):
 
     def test_what_its_format_does_not_hold_is_refused_in_the_plan(self, tmp_path: Path) -> None:
         for dtype, channels, ending, words in (
-            ("float32", 3, "png", "png holds 8 or 16 bit, not float; name a .zarr or a .tif."),
+            ("float32", 3, "png", "png holds 8 bit or 16 bit, not float; name a .zarr or a .tif."),
             ("uint16", 3, "bmp", "bmp holds 8 bit, not 16 bit; name a .zarr or a .tif."),
             ("uint8", 2, "ppm", "ppm holds 3 channels, not 2"),
         ):

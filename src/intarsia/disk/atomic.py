@@ -65,8 +65,10 @@ def is_file(path: PathLike) -> bool:
         return False
     if stat.S_ISREG(mode):
         return True
-    found = "a link" if stat.S_ISLNK(mode) else "a folder" if stat.S_ISDIR(mode) else "a pipe, a socket or a device"
-    raise ParameterError(f"{printable(path)} is {found}, no ordinary file; move it elsewhere, or name another place.")
+    raise ParameterError(
+        f"{printable(path)} is a link, a folder, a pipe or a device, no ordinary file; move it elsewhere, or name "
+        "another place."
+    )
 
 
 def open_regular(path: PathLike, mode: str = "r+b") -> BinaryIO:

@@ -339,7 +339,7 @@ def upright(pixels: Array, orientation: int) -> Array:
 
 
 def _exif_orientation(exif: bytes | None) -> int:
-    if not exif or (b"\x01\x12" not in exif and b"\x12\x01" not in exif):  # the tag, in either order of bytes
+    if not exif:
         return 1
     from PIL import Image
 

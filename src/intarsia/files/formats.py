@@ -18,7 +18,6 @@ from typing import Any
 from ..disk import MAX_CHANNELS, no_room, reason_of
 from ..disk.atomic import PathLike, file_size, working_folder
 from ..foundation import InputError, ParameterError, ResourceError, printable
-from ..model.image import DTYPE_OF_DEPTH
 
 PNG_SIDE = 1_000_000
 """libpng reads and writes no longer sides."""
@@ -38,13 +37,6 @@ class Format:
     text: bool = False  # holds a recipe inside
     icc: bool = False
     lossless: bool = True
-
-    @property
-    def depths(self) -> str:
-        """The depths that it holds, in words."""
-        held = [depth for depth, dtype in DTYPE_OF_DEPTH.items() if dtype in self.dtypes]
-        unit = " bit" if held[-1] in ("8", "16") else ""
-        return " or ".join(held) + unit
 
 
 ANY = tuple(range(1, MAX_CHANNELS + 1))
@@ -214,8 +206,6 @@ def _standard_input() -> bytes:
     if _RECEIVED.get("from") is not sys.stdin:
         _RECEIVED.update({"from": sys.stdin, "data": sys.stdin.buffer.read(MAX_WHOLE + 1)})
     data: bytes = _RECEIVED["data"]
-    if len(data) > MAX_WHOLE:
-        raise InputError(f"the standard input is larger than {MAX_WHOLE >> 30} GiB; name a file.")
     return data
 
 

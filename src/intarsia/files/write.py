@@ -76,7 +76,8 @@ def check_holds(target: Format, plane: Plane, depth: Depth = None, size: Pair | 
     if dtype not in target.dtypes:
         remedy = f"write {_any_of(choices)}, or ask" if choices else "ask"
         other = "float" if "float32" in target.dtypes else "16" if "uint16" in target.dtypes else "8"
-        raise ParameterError(f"{name} holds {target.depths}, not {_WORDS[dtype]}; {remedy} for --depth {other}.")
+        held = _any_of([_WORDS[d] for d in target.dtypes])
+        raise ParameterError(f"{name} holds {held}, not {_WORDS[dtype]}; {remedy} for --depth {other}.")
     if plane.channels not in target.channels:
         alpha = " (alpha among them)" if plane.alpha else ""
         many = f"1 to {MAX_CHANNELS}" if len(target.channels) > 4 else _any_of([str(c) for c in target.channels])
