@@ -73,13 +73,11 @@ class Request(Options):
              f"--sheet {self.sheet}: a contact sheet is a PNG; end its name in .png."),
             (self.out == "", f"-o: an empty name was given; name {able_to}."),
             (self.out == "-" and self.verb == "weave",
-             "-o -: a giant picture does not fit into a pipe; name a .zarr, a .tif or a folder."),
+             "-o -: a giant picture does not fit into a pipe; name a .zarr or a .tif."),
             *((path in ("", "-"), f"{option} needs the name of a file.") for option, path in beside),
             (self.verb == "extend" and not any(self.margins),
              "no side is extended; give at least one of --left, --right, --top and --bottom, in px."),
             (self.seed is not None and self.many is not None, "--seed and --seeds exclude each other; drop one."),
-            (self.executor is not None and self.dask is not None,
-             "--executor and --dask exclude each other; drop one."),
         ):  # fmt: skip
             if wrong:
                 raise ParameterError(line)

@@ -164,10 +164,9 @@ class Options:
         otherwise={
             **{verb: OUT + USUAL_OUT.format(OUTPUT_SUFFIX[verb]) for verb in PLANNED},
             **{verb: {"required": True} for verb in ("render", "replay")},
-            "weave": "OUT.zarr, OUT.tif, a folder of tiles, or OUT.png. A .zarr goes on where it was stopped, all "
-                "else begins anew; a .tif is a tiled BigTIFF; a name without an ending is a folder of DeepZoom tiles; "
-                "a .png, or another picture, must fit into memory. Further planes lie beside it as OUT_NAME. Default: "
-                "NAME_woven.tif in the working folder.",
+            "weave": "OUT.zarr, OUT.tif, or OUT.png. A .zarr goes on where it was stopped, all else begins anew; a "
+                ".tif is a tiled BigTIFF; a .png, or another picture, must fit into memory. Further planes lie beside "
+                "it as OUT_NAME. Default: NAME_woven.tif in the working folder.",
         },
     )  # fmt: skip
     size: tuple[int, int] | None = option(
@@ -201,7 +200,7 @@ class Options:
     )  # fmt: skip
     force: bool = option(
         FLAG, "--force", "Replace files that exist.", EVERY - {"analyze"}, "local",
-        otherwise={"weave": "Begin anew where another texture or picture lies."},
+        otherwise={"weave": "Replace files that exist; a .zarr is never replaced."},
     )  # fmt: skip
     page: str | None = option(
         WRITTEN, "--report", "A page on how good it is. What it is made of, and where it loses; with {stem} "
@@ -224,7 +223,7 @@ class Options:
     )  # fmt: skip
     chunk: int | None = option(
         Whole(low=16, high=8192), "--chunk",
-        "Side of the chunks of a zarr array, or of the tiles. Default: 512, and 256 for a folder of tiles.",
+        "Side of the chunks of a zarr array, or of the tiles of a TIFF. Default: 512.",
         "weave", "rare", shown="PX",
     )  # fmt: skip
 
@@ -431,11 +430,6 @@ class Options:
     threads: int | None = option(
         Whole(low=1, high=1024), "--threads", "Threads to use; by default one a core. Never changes a pixel.",
         EVERY - {"analyze", "score"}, "rare local without_effect",
-    )  # fmt: skip
-    executor: str | None = option(
-        one_of("threads", "processes"), "--executor",
-        "Who draws, as many as --threads says. Default: threads. Never changes a pixel.",
-        "weave", "rare local",
     )  # fmt: skip
     progress: str | None = option(
         one_of("json"), "--progress", "Tell progress as JSON lines on stderr.", EVERY - {"analyze", "score"},
