@@ -184,7 +184,7 @@ class TestWeiLevoy(PackageLaws):
 
 
 class TestAshikhmin(PackageLaws):
-    method = ia.Ashikhmin(window=(2, 7), jumps=3)
+    method = ia.Ashikhmin(window=(2, 7))
     examples = 4
 
 
