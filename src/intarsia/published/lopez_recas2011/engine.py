@@ -25,6 +25,7 @@ from ...lattice.correlation_peaks import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
+from ...regular.mosaic import adjacent_blocks
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
 
@@ -61,7 +62,7 @@ def synthesize(method: GapFilling, exemplars: Exemplars, canvas: Canvas, seed: i
         return SourceMap(yx[shown].copy(), holes, None, (exemplars[0].source,), blend=method.blend)
 
     gaps = [block for block in product(range(rows), range(columns)) if sum(block) % 2]
-    around = {(0, 0)}.union(*map(neighbours, gaps))
+    around = {(0, 0)}.union(*(adjacent_blocks(*gap) for gap in gaps))
     drawn = {block: sampling.drawn(block) for block in around}
     for block, place in drawn.items():
         lay(block, place)
@@ -74,12 +75,6 @@ def synthesize(method: GapFilling, exemplars: Exemplars, canvas: Canvas, seed: i
                 lay(gap, place)
     run.tick(len(gaps), len(gaps), laid)
     return laid()
-
-
-def neighbours(block: Pair) -> tuple[Pair, ...]:
-    """Return the blocks above, below, to the left and to the right."""
-    i, j = block
-    return (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)
 
 
 class Sampling:
@@ -117,7 +112,8 @@ class Sampling:
     def filled(self, gap: Pair, drawn: dict[Pair, Pair]) -> Pair:
         """Return the patch for a gap whose border matches its four neighbours best (4.2.2)."""
         step = self.method.block
-        sources = np.array([drawn[n] for n in neighbours(gap)]) + step * (np.array(gap) - neighbours(gap))
+        around = adjacent_blocks(*gap)
+        sources = np.array([drawn[n] for n in around]) + step * (np.array(gap) - around)
         border = self.picture[*(self.ring[:, :2] + sources[self.ring[:, 2]]).T].T.astype(np.int64)
         places = np.argwhere(self.valid if self.everywhere else self.valid & self._near(gap))
         if not len(places):
