@@ -104,7 +104,6 @@ SAMPLING = {
     "prices without drift": Switch(SOURCE, DRIFTING),
     "no return within 64 px": Switch(replace(SOURCE, min_repeat_distance=64)),
     "bound: epsilon 0.1": Switch(replace(SOURCE, bound="epsilon")),
-    "bound: relative 0.1": Switch(replace(SOURCE, bound="relative")),
     "search: exact": Switch(replace(SOURCE, search="exact")),
     "search: pyramid, drawn": Switch(replace(SOURCE, pyramid="mean", pyramid_draws="every")),
     "search: pyramid, 1 kept": Switch(replace(SOURCE, pyramid="mean", pyramid_kept=1)),

@@ -88,7 +88,7 @@ def by_rows(run: ia.Run) -> ia.Synthesis:
 
 def coherent(run: ia.Run) -> ia.Synthesis:
     one, two = Exemplar.of(texture(40, 36, 3, 9)), Exemplar.of(texture(30, 44, 3, 4), toroidal=True)
-    return ia.synthesize([one, two], (70, 80), ia.Ashikhmin(jumps=2), seed=6, wrap="both", run=run)
+    return ia.synthesize([one, two], (70, 80), ia.Ashikhmin(), seed=6, wrap="both", run=run)
 
 
 def by_segments(run: ia.Run) -> ia.Synthesis:

@@ -118,10 +118,7 @@ class TestNearRegular(WholePeriods):
     least = 30
 
 
-class TestGapFilling(WholePeriods):
-    """Blocks of the source; wrapped sizes are whole periods of 9 x 6 px, and hold two blocks at least."""
-
-    period = 12, 18
+class TestGapFilling(PackageLaws):
     method = ia.GapFilling(lattice=((9, 0), (0, 6)), block=8, border=4, lattice_tolerance=1)
     examples = 6
     least = 30
@@ -187,7 +184,7 @@ class TestWeiLevoy(PackageLaws):
 
 
 class TestAshikhmin(PackageLaws):
-    method = ia.Ashikhmin(window=(2, 7), jumps=3)
+    method = ia.Ashikhmin(window=(2, 7))
     examples = 4
 
 

@@ -27,7 +27,7 @@ CLAIMS: dict[str, set[Ability]] = {
     "ashikhmin": {A.WRAP, A.START, A.MASK, A.SEVERAL},
     "best-tile": {A.WRAP, A.MASK, A.WINDOW},
     "efros-leung": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
-    "gap-filling": {A.WRAP, A.MASK, A.WINDOW},
+    "gap-filling": {A.MASK},
     "graphcut": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "image-quilting": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},

@@ -223,14 +223,14 @@ class TestAsked:
         for pixels, name, value, slug in (
             (wall, "patch", 20, "graphcut"), (speckle(96, 96), "patch", 20, "graphcut"),
             (wall, "tolerance", 0.2, "image-quilting"), (wall, "candidates", 3, "patch-sampling"),
-            (wall, "jumps", 2, "ashikhmin"), (wall, "border", 8, "near-regular"),
+            (wall, "border", 8, "near-regular"),
         ):  # fmt: skip
             method = choice_of(pixels, given={name: value}).method
             assert (method.slug, getattr(method, name)) == (slug, value)
 
     def test_what_no_method_has_or_allows_is_refused(self) -> None:
         with pytest.raises(ia.ParameterError, match="no method has all of"):
-            ia.Auto(given={"jumps": 1, "candidates": 2})
+            ia.Auto(given={"hits": 1, "candidates": 2})
         for trials in (0, -1, 65, True, 2.5):
             with pytest.raises(ia.ParameterError, match="trials="):
                 ia.Auto(trials=trials)
@@ -399,7 +399,7 @@ class TestCommands:
         assert "confidence" in full["measurements"]["lattice"]
 
     @pytest.mark.parametrize("args", [
-        "--jumps 1 --candidates 2", "--trials 0", "--method image-quilting --trials 2", "--method repeat --explain",
+        "--hits 1 --candidates 2", "--trials 0", "--method image-quilting --trials 2", "--method repeat --explain",
         "--tolerance -1", "--patch 700",
     ])  # fmt: skip
     def test_errors_are_one_line(self, args: str) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from search.test_guide import BOTH, Scene, agreement, disc, got, labels, painted, regions
+from search.test_guide import BOTH, agreement, disc, got, labels, painted, regions
 
 import intarsia as ia
 from intarsia.methods import engine_of
@@ -95,21 +95,6 @@ class TestPainting:
             1, 2003, ia.Run(1), choose=choose, join=lambda at, pick, found: place_patch(method, growth, at, pick, found)
         )
         assert min(seen.values()) > 5
-
-    @pytest.mark.parametrize(("weight", "isometries"), [(0.3, "none"), (2.0, "both")])
-    def test_on_boundaries_any_of_many_is_drawn_among_all(self, weight: float, isometries: str) -> None:
-        """Multrus 2003, 5.3.2, A.2: more than a short-list holds, by d + alpha g of every patch that is allowed."""
-        scene = Scene(weight, "roots", isometries)
-        method = ia.PatchSampling(patch=4, overlap=4, boundary_candidates=100, repetition="none")
-        found = scene.found()
-        assert len(found.rows) < 64
-        picks = {engine.choose(method, scene.growth, (0, 0), found, k << 32, []) for k in range(0, 1 << 32, 1 << 24)}
-        every = [
-            scene.cost(v, int(u), int(s))
-            for v, allowed in enumerate(scene.guided.allowed[0b11])
-            for u, s in zip(*np.nonzero(allowed), strict=True)
-        ]
-        np.testing.assert_allclose(sorted(scene.cost(*p) for p in picks if p), sorted(every)[:100], rtol=1e-9, atol=1)
 
     @BOTH
     def test_three_labels_and_all_sizes(self, method: Any) -> None:

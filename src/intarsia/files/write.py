@@ -19,8 +19,8 @@ import numpy as np
 
 from ..disk import MAX_CHANNELS
 from ..disk.atomic import PathLike, check_writable, replace_files, working_folder, write_bytes
-from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, legible, printable
-from ..foundation.arrays import Array, Pair, UInt8, pixels_of
+from ..foundation import InputError, ParameterError, ResourceError, called, expect, expect_path, printable
+from ..foundation.arrays import Array, Pair, pixels_of
 from ..foundation.run import Run
 from ..model.image import Kind, Plane, Transfer, converted, dtype_of, to_display
 from . import png
@@ -165,17 +165,6 @@ def _bytes_by_oiio(
             raise ResourceError(f"the {name} could not be made ({reason}); {room}.")
         with open(path, "rb") as made:
             return made.read()
-
-
-def rendered_text(text: str, size: int) -> UInt8:
-    """Render a line of text about `size` px high as coverage (height, width), 255 for ink."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    font, line = ImageFont.load_default(size), legible(text).encode("latin-1", "replace").decode("latin-1")
-    left, _, right, _ = (int(n) for n in font.getbbox(line))
-    paper = Image.new("L", (max(right - min(left, 0), 1), size + size // 2))
-    ImageDraw.Draw(paper).text((-min(left, 0), 0), line, fill=255, font=font)
-    return np.array(paper)
 
 
 def write(

@@ -33,7 +33,6 @@ from ...search import (
     nearest,
     resolved_isometries,
 )
-from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide, guided_patch
 from .guided_search import GuidedPatchSearch
 from .patch_sampling import PatchSampling
@@ -91,10 +90,7 @@ def short_list_size(method: PatchSampling) -> int:
     """Return how many candidates a search keeps: more than may be chosen, as the short-list is approximate."""
     if method.bound != "best" and not needs_exhaustive_search(method):
         return LISTED_BY_EPSILON
-    at_bounds = (
-        method.boundary_candidates if method.pyramid != "off" else min(method.boundary_candidates, SHORT_LIST_MAX)
-    )
-    most = max(1 if needs_exhaustive_search(method) else method.candidates, at_bounds)
+    most = max(1 if needs_exhaustive_search(method) else method.candidates, method.boundary_candidates)
     return max(LEAST_LISTED, most, 3 * min(most, SHORT_LIST_MAX)) * (2 if _search(method) == "exact" else 1)
 
 
@@ -155,8 +151,6 @@ def choose(
         best = int(prices[0]) if len(prices) else UNLIMITED
         found = all_within(growth, window, found, max(best, _price_limit(method, prices, brightness)))
         rows, prices = _priced(growth, window, found)
-    if at_boundary and method.boundary_candidates > SHORT_LIST_MAX and method.pyramid == "off" and not found.permitted:
-        rows, prices = _priced(growth, window, all_at_boundary(growth, window, found))
     if not len(rows):
         return None
     many = method.boundary_candidates if at_boundary else _admitted_count(method, prices, brightness)
@@ -176,10 +170,7 @@ def _price_limit(method: PatchSampling, prices: Array, brightness: int) -> int:
     """Return the highest price that may be chosen, given the lowest prices."""
     if method.bound == "epsilon":  # d < epsilon R, both squared (Multrus 2003, 3.3.4)
         return math.ceil(method.epsilon**2 * brightness) - 1
-    last = 0 if method.bound == "relative" else method.candidates - 1
-    if len(prices) <= last:
-        return UNLIMITED
-    return int((1 + method.epsilon) ** 2 * int(prices[0])) if method.bound == "relative" else int(prices[last])
+    return int(prices[method.candidates - 1]) if len(prices) >= method.candidates else UNLIMITED
 
 
 def _priced(growth: PatchSynthesis, window: Window, found: Candidates) -> tuple[Array, Array]:
@@ -211,19 +202,3 @@ def all_within(growth: PatchSynthesis, window: Window, found: Candidates, limit:
     fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     rows = nearest(rows[rows[:, 0] <= most])
     return growth.weighed(window, replace(found, rows=rows))
-
-
-def all_at_boundary(growth: PatchSynthesis, window: Window, found: Candidates) -> Candidates:
-    """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
-    guided, at = growth.guided, np.array([growth.at(window)], np.int64)
-    assert guided is not None, "labels meet under a guide"
-    table = Table(guided.allowed_at(window))
-    (wanted,), inside = guided.guidance.wanted(at)
-    rows = table.rows(table.flat)
-    rows[:, 0] = FAR
-    apart = rows.copy()
-    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
-    fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
-    share = guided.shares(found.known[None], inside)[0]
-    rows[:, 0] = guided.cost(rows[:, 0], apart[:, 0], share)
-    return growth.weighed(window, replace(found, rows=nearest(rows)))
