@@ -16,7 +16,7 @@ is read near M M'^-1 q.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
@@ -32,7 +32,6 @@ from ..lattice import STRAIN, cell_of, misfit_message
 from ..methods.near_regular import NearRegular
 from ..model import Exemplar
 from ..model.canvas import Canvas
-from ..patches import Continuation
 from . import block_kernels
 from .block_grid import BlockGrid, Places
 from .continuation import ContinuedExemplar, grid_and_places
@@ -145,19 +144,15 @@ class Mosaic:
     # (2, H, W): for every pixel of it the nearest usable one; None where all are usable.
     nearest: NDArray[np.intp] | None
     places: Places  # positions there at which blocks may be read, 1/256 px, by parity of block row and column
-    start: Continuation | None = None  # the start map of the canvas, which must be continued
-    fitted: dict[Pair, Array | None] = field(default_factory=dict, repr=False)  # places that continue the start
 
     @classmethod
-    def of(
-        cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int, start: Continuation | None = None
-    ) -> Mosaic:
+    def of(cls, settings: NearRegular, exemplar: Exemplar, canvas: Canvas, seed: int) -> Mosaic:
         """Choose blocks, phase and places for an exemplar. Raise FewPlaces if it has fewer than two places."""
         picture = features([exemplar], settings.channel_weights).pictures[0]
         cell = cell_of(settings.lattice, picture.shape[:2])
         grid, ground, places = grid_and_places(settings, picture, exemplar.free, cell)
         laid = CanvasBlocks.of(grid, canvas, settings.border / 2)
-        return cls(settings, seed, laid, ground, nearest(ground.usable), places, start)
+        return cls(settings, seed, laid, ground, nearest(ground.usable), places)
 
     def window(self, y0: int, x0: int, height: int, width: int, run: Run | None = None) -> Int32:
         """Return the exemplar pixels (height, width, 2) of a window, without rotation or mirroring."""
@@ -221,11 +216,6 @@ class Mosaic:
         t = np.array([self._shifts(*block, self._place(*block)) for block in near], np.int64) + at
         y, x = np.nonzero(sides >= 0)
         zone = np.stack([y, x, sides[y, x]], axis=1).astype(np.int64)
-        if self.start is not None:  # the start map is a fifth neighbour, read at its offset
-            there = self.start.zone(at, core | (sides >= 0), len(near))
-            free = np.full(core.shape, True)
-            free[there[:, 0], there[:, 1]] = False
-            zone, t = np.concatenate([zone[free[y, x]], there]), np.concatenate([t, [np.add(at, self.ground.before)]])
         ty, tx = self._fit(i, j, core, zone, t, at)
         own, shown = block_kernels.fill_gap(self.ground.picture, self.ground.usable, sides, core, t, ty, tx)
         return own, shown
@@ -233,8 +223,8 @@ class Mosaic:
     def _fit(self, i: int, j: int, core: Array, zone: Array, t: Array, at: Pair) -> Pair:
         """Return the shift of a gap, drawn among those of low mismatch that neither repeat nor continue a neighbour.
 
-        `t`: the shifts of the neighbours and of a start map, which a gap of the same shift would continue. If there is
-        no such shift, those of higher mismatch, then those that repeat, then those that continue one are allowed.
+        `t`: the shifts of the neighbours, which a gap of the same shift would continue. If none is left, those of
+        higher mismatch, then those that repeat, then those that continue one are allowed.
         """
         shifts = self._shifts(i, j) + at
         found = self._best(core, zone, t, shifts)
@@ -265,24 +255,8 @@ class Mosaic:
         return order[-1 - ((i % side) * side + j % side) // 2 % len(order)]
 
     def _place(self, i: int, j: int) -> Array:
-        """Return the place of a block that is no gap: one that continues the start map, or a random one."""
-        if self.start is not None:
-            if (i, j) not in self.fitted:
-                self.fitted[i, j] = self._fitting(i, j, self.start)
-            known = self.fitted[i, j]
-            if known is not None:
-                return known
+        """Return the place of a block that is no gap, a random one."""
         return np.asarray(self.places[i % 2, j % 2][self._random(i, j)])
-
-    def _fitting(self, i: int, j: int, start: Continuation) -> Array | None:
-        """Return the place that best continues the start map; None if the map has no pixel here, or none fits."""
-        at, sides, core = self.laid.window(i, j)
-        zone = start.zone(at, core | (sides >= 0), 0)
-        if not len(zone):
-            return None
-        there = np.array([np.add(at, self.ground.before)], np.int64)
-        found = self._best(core, zone, there, self._shifts(i, j) + at)
-        return np.asarray(np.add(self.laid.origin(i, j), (found[0, 1:] - at) * UNIT)) if len(found) else None
 
     def _shifts(self, i: int, j: int, places: Array | None = None) -> Int64:
         """Return the shifts (..., 2) from canvas px of block (i, j) to exemplar px for places; None: those of gaps."""

@@ -55,7 +55,7 @@ def resolved(method: GapFilling, exemplars: Exemplars, canvas: Canvas) -> GapFil
 def synthesize(method: GapFilling, exemplars: Exemplars, canvas: Canvas, seed: int, run: Run) -> SourceMap:
     """Place the random blocks of the canvas, then fill the gaps."""
     laid, source = Sampling(method, exemplars[0], canvas, seed), exemplars[0].source
-    drafting = run.drafting(lambda now: drafted(now, None, source, canvas.wrap))
+    drafting = run.drafting(lambda now: drafted(now, source, canvas.wrap))
     yx = laid.window(0, 0, canvas.height, canvas.width, drafting)
     return SourceMap(yx, None, None, (source,), canvas.wrap, method.blend)
 
