@@ -12,7 +12,7 @@ from intarsia.methods import make
 from intarsia.model.sourcemap import SourceMap
 
 CASES = [
-    ("near-regular", "brick", {}, "none"), ("near-regular", "brick", {}, "both"), ("near-regular", "tiles", {}, "both"),
+    ("near-regular", "brick", {}, "none"), ("near-regular", "brick", {}, "both"),
     ("near-regular", "tiles", {}, "none"),
     ("gap-filling", "tiles", {}, "none"), ("parallel-controllable", "tiles", {}, "none"),
     ("parallel-controllable", "grass", {}, "both"), ("parallel-controllable", "stones", {"angle": 20}, "none"),

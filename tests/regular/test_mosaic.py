@@ -115,11 +115,11 @@ def test_every_period_of_a_photograph_is_shown(name: str, textures: dict[str, Pa
     """Those that lie whole in it, on the grid of the blocks."""
     e = ia.read(textures[name])
     method = ia.NearRegular().resolved([e], Canvas(9, 9))
-    mosaic = Mosaic.of(method, e, Canvas(9, 9), 0)
-    (a, b), second = mosaic.laid.grid.vectors
+    mosaic = Mosaic.of(method, e, 0)
+    (a, b), second = mosaic.grid.vectors
     area = a * second[1] - b * second[0]
     y, x = np.mgrid[: e.height, : e.width] * UNIT + UNIT // 2
-    y, x = y - mosaic.laid.grid.phase[0], x - mosaic.laid.grid.phase[1]
+    y, x = y - mosaic.grid.phase[0], x - mosaic.grid.phase[1]
     rows, columns = (y * second[1] - x * second[0]) // area, (x * a - y * b) // area
     period = (rows - rows.min()) * 1000 + columns - columns.min()
     used = sum(ia.synthesize(e, 1536, method, seed=seed).map.usage()[0] for seed in (1, 2))

@@ -160,8 +160,9 @@ RULES: tuple[ChoiceRule, ...] = (
         ),
     ),
     ChoiceRule(
-        "periods", "near-regular", "a lattice of two vectors",
-        lambda f: f.two is not None, _lattice, lambda f: (_differ(f), "Each of them is used."),
+        "periods", "near-regular", "a lattice of two vectors, and a canvas that does not wrap",
+        lambda f: f.two is not None and f.canvas.wrap is Wrap.NONE, _lattice,
+        lambda f: (_differ(f), "Each of them is used."),
     ),
     ChoiceRule(
         "rows", "near-regular", "a lattice of one vector",

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ..foundation import ParameterError
 from ..foundation.arrays import Laid
-from ..foundation.geometry import Box
+from ..foundation.geometry import Box, Wrap
 from ..foundation.params import AUTO
 from ..foundation.run import Run
 from ..methods.near_regular import NearRegular
@@ -27,10 +27,15 @@ Layer = Wall | Mosaic | TileLayout  # an endless texture, any window of which ca
 
 
 def resolved(method: NearRegular, exemplars: Exemplars, canvas: Canvas) -> NearRegular:
-    """Rectify the courses and find the lattice. Raise MethodError if there is none."""
+    """Rectify the courses and find the lattice.
+
+    Raise MethodError if there is none, ParameterError if blocks of two vectors are to close around a canvas.
+    """
     if method.course_heights == "unequal" and method.straighten == "on":
         raise ParameterError("course_heights=unequal follows courses as they run; leave straighten out.")
     rectified = _rectified(method, exemplars[0])
+    if len(rectified.lattice) == 2 and canvas.wrap is not Wrap.NONE:
+        raise ParameterError("wrap: near-regular closes courses, not a lattice of two vectors; take graphcut for that.")
     straighten = "off" if rectified.straight is None else "on"
     return replace(method, lattice=rectified.lattice, straighten=straighten)
 
@@ -83,7 +88,7 @@ def _layer(
         given = None if method.course_heights == "unequal" else lattice
         return rectified, Wall.of(given, weights, exemplar, canvas, seed)
     try:
-        return rectified, Mosaic.of(method, exemplar, canvas, seed)
+        return rectified, Mosaic.of(method, exemplar, seed)
     except FewPlaces:
         run.notes.append(FEW)
         return rectified, Tiling.of(lattice, weights, method.border, exemplar).layout(canvas)

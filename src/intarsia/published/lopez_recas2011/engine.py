@@ -30,7 +30,7 @@ from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import drafted
-from ...regular.mosaic import adjacent_blocks, modulo_canvas
+from ...regular.block_grid import adjacent_blocks
 from . import engine_kernels as kernels
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
@@ -111,7 +111,8 @@ class SquareBlocks:
 
     def number(self, i: int, j: int) -> Pair:
         """Return the number of a block, modulo the number of blocks on a wrapped canvas."""
-        return modulo_canvas(self.around, i, j)
+        rows, columns = self.around
+        return (i % rows if rows else i), (j % columns if columns else j)
 
     def lattice_place(self, i: int, j: int) -> Pair:
         """Return where a block begins on the unstretched lattice, 1/256 px."""
