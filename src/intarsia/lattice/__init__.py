@@ -234,7 +234,7 @@ def _two(found: CorrelationMap, guesses: Int64, prepared: CorrelatedPictures) ->
     size = prepared.edges.shape[0], prepared.edges.shape[1]
     lattices, fits = fitted(found, shortlist(found, guesses), size)
     scored = score(found, lattices)
-    best = [(k, fits[tuple(scored.vectors[k].ravel().tolist())]) for k in scored.best(SHOWN)]
+    best = [(k, fits[tuple(scored.vectors[k].ravel().tolist())]) for k in scored.ranked(SHOWN)]
     return [two_vectors(found, scored, k, one, prepared) for k, one in best]
 
 

@@ -108,6 +108,8 @@ class Ranking:
 
     promising = 400  # lattices of the best mean, which are contrasted with half cells; halved, doubled: none
     fitted = 60  # best of these, which are fitted and contrasted with all phases; 30, 120: none
+    rival = 85  # per cent: least confidence, of one preferred for its mean (2 of 96 crops); 42, 100: none
+    better = 130  # per cent: and least mean correlation, of that of the most confident; 115: two change, 260: none
 
 
 class Fitting:
@@ -136,6 +138,25 @@ class Scored(NamedTuple):
         v = self.vectors
         area = np.abs(v[:, 0, 0] * v[:, 1, 1] - v[:, 0, 1] * v[:, 1, 0])
         return np.lexsort([*v.reshape(-1, 4).T[::-1], area, -self.confidence])[:most]
+
+    def ranked(self, most: int) -> Int64:
+        """Return the indices of :meth:`best`, with one exception for the first.
+
+        A lattice about as confident as the most confident one but of a much higher mean correlation comes first: small
+        tiles that differ only in colour give a small cell of many points, but only the larger cell keeps the colours.
+        """
+        order = self.best(most)
+        if not len(order):
+            return order
+        top = order[0]
+        rivals = order[
+            (self.points[order] >= ENOUGH)
+            & (100 * self.confidence[order] >= Ranking.rival * self.confidence[top])
+            & (100 * self.mean[order] >= Ranking.better * self.mean[top])
+        ]
+        if len(rivals) and self.confidence[top] > 0:
+            top = rivals[np.argmax(self.mean[rivals])]
+        return np.concatenate([[top], order[order != top]])
 
 
 def score(found: CorrelationMap, vectors: Int64) -> Scored:
