@@ -109,13 +109,19 @@ class TestGraphcutInAllPoses(PackageLaws):
     examples = 8
 
 
-class TestNearRegular(WholePeriods):
-    """Wrapped sizes are an even number of blocks, here of 9 x 6 px."""
+class TestNearRegular(PackageLaws):
+    """Blocks of 9 x 6 px, which close around no canvas."""
 
-    period = 12, 18
     method = ia.NearRegular(lattice=((9, 0), (0, 6)), block=4, border=4, lattice_tolerance=1)
     examples = 6
     least = 30
+
+    def cases(self) -> SearchStrategy[Case]:
+        return super().cases().map(lambda case: replace(case, wrap=ia.Wrap.NONE))
+
+    def test_the_wrapped_border_is_no_worse_than_the_inside(self) -> None:
+        with pytest.raises(ia.ParameterError, match="closes courses"):
+            ia.synthesize(texture(36, 32, 1, 0), (48, 54), self.method, wrap="both")
 
 
 class TestGapFilling(PackageLaws):

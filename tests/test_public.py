@@ -33,10 +33,10 @@ CLAIMS: dict[str, set[Ability]] = {
     "patch-sampling": {A.WRAP, A.START, A.MASK, A.GUIDE, A.ISOMETRIES, A.SEVERAL},
     "parallel-controllable": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
     "correction-2008": {A.WRAP, A.MASK, A.GUIDE, A.WINDOW},
-    "near-regular": {A.WRAP, A.START, A.MASK, A.WINDOW},
+    "near-regular": {A.WRAP, A.MASK, A.WINDOW},
     "random-tiling": {A.WRAP, A.START, A.MASK, A.ISOMETRIES, A.SEVERAL},
     "raster-quilting": {A.MASK},
-    "repeat": {A.START, A.WINDOW},
+    "repeat": {A.WINDOW},
     "segment-based": {A.WRAP, A.MASK},
     "wei-levoy": {A.WRAP, A.START, A.MASK, A.SEVERAL},
 }

@@ -16,7 +16,7 @@ from tasks.lines import run
 import intarsia as ia
 from intarsia.analysis.structure import border_steps, edge_coherence
 from intarsia.choosing.auto import GENERAL, LEAST_GAIN, trial_methods
-from intarsia.choosing.facts import JOINTED, OUTLINED, Facts, measurements
+from intarsia.choosing.facts import JOINTED, OUTLINED, STEPPED, Facts, measurements
 from intarsia.choosing.rules import RULES
 from intarsia.files import sample
 from intarsia.judging import score_map
@@ -244,7 +244,8 @@ class TestAsked:
         held = np.zeros((e.height, e.width), np.uint8)
         held[:20] = HOLE
         started = ia.Canvas(e.height, e.width, start=replace(identity([e.source], 0), which=held))
-        assert choice_of(e, started).rule == "begun-lattice"
+        begun = choice_of(e, started)
+        assert (begun.rule, begun.method.slug, begun.method.evenness) == ("begun-lattice", "graphcut", STEPPED)
         healed = choice_of(e, replace(started, rim=0))
         assert healed.rule == "begun"
         assert "lattices" not in vars(healed.facts)

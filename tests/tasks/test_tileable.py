@@ -85,7 +85,7 @@ def test_single_elements_are_not_levelled() -> None:
 
 @pytest.mark.parametrize("slug", [s for s in METHODS if {Ability.START, Ability.WRAP} <= method_class(s).supports])
 def test_every_method_that_can_keeps_the_inside(slug: str) -> None:
-    pixels = np.tile(texture(16, 12, 3, 7), (4, 12, 1))  # near-regular needs a lattice
+    pixels = np.tile(texture(16, 12, 3, 7), (4, 12, 1))
     made = ia.tile(pixels, slug, band=14, run=ONE)
     kept = inside(pixels.shape, "both", 14)
     assert made.method.slug == slug

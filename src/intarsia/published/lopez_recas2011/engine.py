@@ -25,7 +25,7 @@ from ...lattice.correlation_peaks import lattice_points
 from ...model import Exemplar, Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import HOLE, SourceMap
-from ...regular.mosaic import adjacent_blocks
+from ...regular.block_grid import adjacent_blocks
 from .gap_filling import GapFilling
 from .goodness import lattice_by_goodness
 
