@@ -59,7 +59,7 @@ def tried(run: ia.Run) -> ia.Synthesis:
 
 def exact(run: ia.Run) -> ia.Synthesis:
     one, two = Exemplar.of(texture(40, 36, 4, 2)), Exemplar.of(texture(30, 44, 4, 3), toroidal=True)
-    method = ia.ImageQuilting(patch=13, overlap=4, search="exact", isometries="both", min_repeat_distance=9)
+    method = ia.ImageQuilting(patch=13, overlap=4, search="exact", isometries="both")
     return ia.synthesize([one, two], (60, 70), method, seed=11, run=run)
 
 

@@ -46,7 +46,7 @@ from .softmax_sampling import boltzmann_weights, weighted_sample
 NOTHING = np.empty((0, 0), np.uint8)
 Box = tuple[int, int, int, int]  # first row and column, rows and columns
 
-Constraint = Callable[[Box, Pick], Array]  # returns which pixels of a box must not change; see `repair.Constraints`
+Constraint = Callable[[Box, Pick], Array]  # returns which pixels of a box must not change; see `repair.keeping_guide`
 
 
 NEARBY = 512  # px, or twice the longest exemplar side if more: side of the area in which repeats count in full
@@ -430,13 +430,6 @@ class GraphcutMap:
     def index(self, box: Box) -> Any:
         """Return the NumPy index of the pixels of a box, which may reach over borders that wrap."""
         return index_of(*box[:2], box[2:], self.variant.shape)
-
-    def pays(self, cut: Cut) -> bool:
-        """Return whether the constraint still allows all pixels that a cut takes.
-
-        A patch written since may forbid some, for instance by a copy of them that is too near. Costs are not tested.
-        """
-        return self.constraint is None or not (self.constraint(cut.box, cut.pick) & (cut.take > 0)).any()
 
     def write(self, cut: Cut) -> None:
         """Write a cut into the map and count it; :meth:`note` then updates its seam costs."""
