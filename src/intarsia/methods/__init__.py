@@ -85,8 +85,6 @@ class Traits(NamedTuple):
     hangs : placement of patches at the borders, as in :func:`intarsia.foundation.geometry.patch_starts`.
     channel_weights, isometries, keep_lattice : as the parameters of these names.
     asked : returns, by name, for parameters that are functions a hash of their values over a canvas or a box.
-    terms : returns, by name, the terms of the energy of a map besides seams, in thresholds of the truncated quadratic
-        per million px.
     """
 
     exact: bool = True
@@ -97,7 +95,6 @@ class Traits(NamedTuple):
     isometries: str | tuple[int, ...] = "none"
     keep_lattice: str = "on"
     asked: Callable[[Exemplars, Canvas | Box], Mapping[str, str]] = lambda exemplars, where: {}
-    terms: Callable[[Exemplars, SourceMap], Mapping[str, int]] = lambda exemplars, smap: {}
 
     @property
     def spans(self) -> dict[str, list[int] | None]:
@@ -187,11 +184,6 @@ class MethodBase:
         method = self.resolved(exemplars, canvas)
         smap: SourceMap = engine_of(method).synthesize(method, exemplars, canvas, seed, run)
         return smap
-
-    def terms(self, exemplars: Exemplars, smap: SourceMap) -> Mapping[str, int]:
-        """Return the terms of the energy besides seams, if the engine has a function `terms`."""
-        engine: Any = engine_of(self) if self.engine else None
-        return engine.terms(self, exemplars, smap) if hasattr(engine, "terms") else {}
 
 
 class EndlessBase(MethodBase):
