@@ -1,7 +1,7 @@
 """Blending of the votes of several pieces into one pixel: integers, floats, normal maps and labels.
 
 A mixer belongs to one plane of all exemplars. Its methods: `vote` returns the codes of a cell and, for every pixel, the
-weight of all votes (0: no votes, the code is undefined); `read` does so for interpolated pixels, where pieces are
+weight of all votes (0: no votes, the code is undefined); `read` returns those of interpolated pixels, where pieces are
 rotated, scaled or warped; `average` averages blocks of s x s px, for planes that are smaller than the map.
 
 Colours with opacity are premultiplied, so that transparent pixels do not tint opaque ones: colour = sum w a C /
@@ -192,21 +192,11 @@ class Colours:
         """Return zeros for the sums of squared weights; None if they are not needed."""
         return np.zeros(plan.shape) if self.spread else None
 
-    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Float64]:
-        """Return codes and weights as `vote` does, for interpolated pixels of a cell with its halo, `part`."""
-        alpha, size = self.curve.alpha, part.size(feather)
-        plain, weight = room_for(size, self.samples.shape[1], np.float64)
-        seen, opaque = room_for(size, plain.shape[2] if alpha else 1, np.float64)
-        first = np.full(size, -1)
-        warped_kernels.read_light(part, reach, feather, self.light, alpha, (seen, plain), first, (opaque, weight))
-        if self.curve.srgb and self.curve.integer and not alpha:  # the same as below, faster
-            return self.curve.divided(plain, weight, first, self.light, self.samples), weight
-        away = plain / np.maximum(weight, 1.0)[..., None]
-        if alpha:
-            some = opaque > 0.0
-            colours = seen[..., :-1] / np.where(some, opaque, 1.0)[..., None]
-            away[..., :-1] = np.where(some[..., None], colours, away[..., :-1])
-        return self._coded(np.maximum(first, 0), away), weight
+    def read(self, part: Part, reach: Reach) -> Array:
+        """Return the codes of the interpolated pixels of a cell."""
+        away, first = np.empty((*part.which.shape, self.samples.shape[1])), np.empty(part.which.shape, np.int64)
+        warped_kernels.read_light(part, reach, self.light, self.curve.alpha, first, away)
+        return self._coded(first, away)
 
     def _coded(self, first: Int64, away: Array, weight: Array | None = None, squares: Float64 | None = None) -> Array:
         """Return the codes of the light of pixels `first` plus `away`; the pixels' own codes where `away` is 0."""
@@ -329,16 +319,11 @@ class Normals:
         add_votes((plan, reach), self.light, None, None, self.coding.turn(), first, sums, None)
         return self.coding.settled(self.samples, first, total, weight), weight
 
-    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """Return codes as `vote` does, for interpolated pixels, and where there is a vector."""
-        total, weight = room_for(part.size(feather), 3, np.float64)
-        first, lead = np.zeros(weight.shape, np.int64), np.zeros_like(total)
-        warped_kernels.read_vectors(part, reach, feather, self.light, self.coding.cross, first, (lead, total), weight)
-        vector = lead * weight[..., None] + total
-        heard = np.asarray(vector.any(axis=2))
-        vector[(first >= 0) & (total == 0.0).all(axis=2)] = 0.0  # an exact copy
-        first = np.where(first >= 0, first, -1 - first)
-        return self.coding.settled(self.samples, first, vector), heard
+    def read(self, part: Part, reach: Reach) -> Array:
+        """Return the codes of the interpolated pixels of a cell."""
+        vector, first = np.empty((*part.which.shape, 3)), np.empty(part.which.shape, np.int64)
+        warped_kernels.read_vectors(part, reach, self.light, self.coding.cross, first, vector)
+        return self.coding.settled(self.samples, first, vector)
 
     def average(self, codes: Array, s: int) -> Array:
         """Return codes (h, w, 3) averaged in blocks of s x s px, made unit length; blocks of equal ones are exact."""
@@ -379,12 +364,11 @@ class Labels:
                 todo += [(a, b, 2 * room) for a, b in ((begin, middle), (middle, end)) if a < b]
         return self.names[out], weight
 
-    def read(self, part: Part, reach: Reach, feather: int) -> tuple[Array, Array]:
-        """Return labels and weights as `vote` does, for interpolated pixels."""
-        size = part.size(feather)
-        out, weight = np.zeros(size, np.int32), np.zeros(size, np.int64)
-        warped_kernels.read_labels(part, reach, feather, self.ranks, out, weight)
-        return self.names[out], weight
+    def read(self, part: Part, reach: Reach) -> Array:
+        """Return the labels of the interpolated pixels of a cell."""
+        out = np.empty(part.which.shape, np.int32)
+        warped_kernels.read_labels(part, reach, self.ranks, out)
+        return self.names[out]
 
     def average(self, codes: Array, s: int) -> Array:
         """Return the most frequent label of each block of s x s px, of equals the smallest."""

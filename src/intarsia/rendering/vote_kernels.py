@@ -275,15 +275,11 @@ def add_votes(
 
 
 @kernel
-def encode_light(
-    total: Array, weight: Array, coding: tuple[Int32, Int32, int], first: Int64 | None, light: Any, samples: Any,
-    out: Array,
-) -> None:  # fmt: skip
+def encode_light(total: Array, weight: Array, coding: tuple[Int32, Int32, int], out: Array) -> None:
     """Divide total (h, w, C) by weight (h, w) once, rounding half up to codes.
 
     `coding`: the light at which each code begins, empty if codes are light, and a lookup table with its shift, where
-    the search for a code starts. With `first` (h, w) the total is relative to the `light` of these pixels, whose own
-    codes of `samples` are written where it is 0; only if codes have such a table.
+    the search for a code starts.
     """
     steps, shelf, shift = coding
     for y in range(weight.shape[0]):
@@ -295,14 +291,7 @@ def encode_light(
                 if steps.size == 0:
                     out[y, x, c] = (2 * total[y, x, c] + w) // (2 * w)
                     continue
-                if first is None:
-                    value = np.int64(total[y, x, c] // w)
-                else:
-                    away, u = total[y, x, c] / w, first[y, x]
-                    if away == 0.0:
-                        out[y, x, c] = samples[u, c]
-                        continue
-                    value = np.int64(floor(light[u, c] + away))
+                value = np.int64(total[y, x, c] // w)
                 code = np.int64(shelf[value >> shift])
                 while code < steps.size and steps[code] <= value:
                     code += 1
