@@ -276,8 +276,8 @@ class GraphcutMap:
     def priced(self, box: Box, found: Candidates) -> Array:
         """Return the cost of each candidate for a window: its distance plus the price of repeats."""
         rows, shown = found.rows, np.empty(len(found.rows), np.int64)
-        samples = placement_kernels.samples_of(self.grown, self.pieces.table, self.look(box))
-        placement_kernels.repeats(self.grown, self.pieces, self.variants.turns, samples, box, rows, self.once, shown)
+        look, turns = self.look(box), self.variants.turns
+        placement_kernels.repeats(self.grown, self.pieces, turns, look, box, rows, self.once, shown)
         for v, counts in enumerate(self.told.counts):
             mine = rows[:, 1] == v
             y, x = np.minimum(rows[mine, 2:] // self._search.factor, np.subtract(counts.shape, 1)).T
