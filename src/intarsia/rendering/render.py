@@ -88,7 +88,7 @@ def render(
     else:
         check_blend(blend, planes[0].kind)
     ground = SourceAtlas.of(exemplars, planes, scale, smap, blend.feather * grow)
-    job = _Job(ground, blend.feather * grow, mixer_of(planes, ground.samples, blend, ground.usable))
+    job = _Job(ground, blend.feather * grow, mixer_of(planes, ground.samples, blend))
     shrink = max(-scale, 1)
     check_stretch(box.y0, box.y1, smap.height, smap.wrap.y, "rows")
     check_stretch(box.x0, box.x1, smap.width, smap.wrap.x, "columns")

@@ -235,14 +235,14 @@ def copy_cell(
 @kernel
 def add_votes(
     heard: tuple[VoteGroups, Reach], values: Array, light: Int32 | None, opacity: Array | None, turn: Turn,
-    first: Int64 | None, sums: tuple[Array, Array], squares: Floats | None,
+    first: Int64 | None, sums: tuple[Array, Array],
 ) -> None:  # fmt: skip
     """Add up w * value for every pixel and channel, and w: the number of votes for an exemplar pixel times its `near`.
 
     `values` (N, C) are light, or codes if the table of their `light` is given. `opacity` (N,) multiplies w, if it is
     given: transparent pixels have no vote. `sums` = (total, weight). If `first` is given, it holds 8 u + pose of the
     first vote, -1 at the start, and `total` the sum of w * (value - value of the first vote): exactly zero where all
-    agree, whatever the rounding. `squares`: sums of squared weights. Branches on None are compiled away.
+    agree, whatever the rounding. Branches on None are compiled away.
     """
     plan, reach = heard
     columns, hits = scratch(plan)
@@ -259,8 +259,6 @@ def add_votes(
                         continue
                     w = w * opacity[u]
                 weight[y, x] += w
-                if squares is not None:
-                    squares[y, x] += float(w) * float(w)
                 if first is None:
                     for c in range(total.shape[2]):
                         total[y, x, c] += w * (values[u, c] if light is None else light[values[u, c]])

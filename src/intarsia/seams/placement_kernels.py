@@ -79,7 +79,7 @@ def repeats(grown: Any, pieces: Any, turns: Any, look: Any, box: Any, rows: Any,
                 dx = (dx + width // 2) % width - width // 2
             near = max(reach - max(abs(dy), abs(dx)), 0)
             for k in range(len(rows) if v != HOLE else 0):
-                u, i, j = rows[k, 1], np.int64(yx[y, x, 0]), np.int64(yx[y, x, 1])
+                u, i, j = rows[k, 1], int(yx[y, x, 0]), int(yx[y, x, 1])
                 if u != v:
                     if not turns[v, u, 6]:
                         continue
