@@ -161,17 +161,12 @@ def case_quilting_automatic() -> list[Result]:
     def work() -> object:
         return ia.synthesize(pixels(), 1024, ia.ImageQuilting(), run=ONE).render(run=ONE)
 
-    def far() -> object:
-        method = ia.ImageQuilting(patch=32, min_repeat_distance=50)
-        return ia.synthesize(pixels(), 512, method, run=ONE)
-
     def near() -> object:
         return ia.synthesize(pixels(), 512, ia.ImageQuilting(patch=32), run=ONE)
 
     return [
         timed("the same, automatic patch and overlap", None, work),
         timed("512x512, patch 32", None, near),
-        timed("the same, repeats at least 50 px apart (at most twice as long)", None, far),
     ]
 
 

@@ -23,7 +23,7 @@ VALUES = {
     "boundary_patch": (AUTO, 0, 4), "boundary_tolerance": (AUTO, 0, 3), "border": (4, 6), "candidates": (1, 5),
     "channel_weights": (AUTO, (1, 0, 2)), "evenness": (0, 0.25, 2), "feature": (AUTO, "edges"), "hits": (3, 256),
     "isometries": POSES, "jitter": (AUTO, 0, 0.6, (0, 0.3, 1)), "k": (1, 3), "kappa": (1, 3, "inf"),
-    "lattice": (LATTICE,), "levels": (1, 2), "min_repeat_distance": (0, 9), "overlap": (2, 3, (2, 4)),
+    "lattice": (LATTICE,), "levels": (1, 2), "overlap": (2, 3, (2, 4)),
     "overreach": (AUTO, 0, 5), "passes": (1, 2), "patch": (8, 11, (7, 12)), "pin": (AUTO, ((5, 5, 20, 20, 4),)),
     "points": (1, 8), "pyramid_kept": (1, 8), "refinements": (0, 2), "lattice_tolerance": (0, 2), "edge_weight": (0, 1),
     "subpasses": (1, 4, 9), "threshold": (AUTO, 0, 0.5), "tolerance": (0, 0.3), "repeat_penalty": (0, 0.3),

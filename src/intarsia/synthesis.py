@@ -122,9 +122,8 @@ class Synthesis:
 
     @cached_property
     def recipe_text(self) -> str:
-        """The recipe with the seam energy of its map and further energy terms of its method, as canonical JSON."""
-        costs = {"energy": self.energy, **traits(self.method).terms(self.exemplars, self.map)}
-        return json.dumps(self.recipe | costs, sort_keys=True, separators=(",", ":"))
+        """The recipe with the seam energy of its map, as canonical JSON."""
+        return json.dumps(self.recipe | {"energy": self.energy}, sort_keys=True, separators=(",", ":"))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.asarray(self.render().pixels, dtype=dtype)
@@ -228,10 +227,12 @@ class Plan:
     def joined(self) -> Blend:
         """The blend in force: the given one, else that of the method.
 
-        Of a magnified exemplar the latter has a feather of at least 1 px, as otherwise px of the map show as squares.
+        Of a magnified exemplar the latter has a feather of at least 1 px, as otherwise px of the map show as squares;
+        not where pieces are turned or scaled, which have none.
         """
         own = (self.choice or self.method).blend
-        return self.blend or replace(own, feather=max(own.feather, int(self.scene.exemplars[0].times > 1)))
+        least = int(self.scene.exemplars[0].times > 1 and traits(self.method).exact)
+        return self.blend or replace(own, feather=max(own.feather, least))
 
     @property
     def overlaps(self) -> dict[str, list[int]]:

@@ -175,8 +175,7 @@ VALUES = (
 FROM_0 = {"0", "00", "1", "\u0663"}
 VALID = {
     "edge grow reach": FROM_0,
-    "bottom left top feather even_tone boundary_patch boundary_tolerance min_repeat_distance repair":
-        FROM_0 | {"1_000"},
+    "bottom left top feather even_tone boundary_patch boundary_tolerance repair": FROM_0 | {"1_000"},
     "threads right": {"1", "\u0663", "1_000"},
     "tolerance repeat_penalty weight": FROM_0 | {"1.5"},
     "isometries boundary_isometries": FROM_0 | {"0,0", "0,0,0", "0,0,0,0"},

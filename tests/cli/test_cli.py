@@ -281,7 +281,7 @@ class TestRender:
         smap = ia.SourceMap.load("m.npz")
         assert np.array_equal(pixels(Path("b2.png")), pixels(Path("b.png"))[smap.yx[:, :, 0], smap.yx[:, :, 1]])
         assert Path("b2_height.exr").exists()
-        run("render", "m.npz", "-e", "a.png", "-o", "{stem}_{w}.png", "--mixing", "variance", "--depth", "16")
+        run("render", "m.npz", "-e", "a.png", "-o", "{stem}_{w}.png", "--mixing", "source", "--depth", "16")
         assert pixels(Path("a_64.png")).dtype == np.uint16
 
     def test_maps_of_samples_need_no_exemplar(self) -> None:

@@ -72,7 +72,7 @@ OPTIONS = {  # of GROW
     2: """
     --frobnicate 3 | --patch 0 | --patch 0x5 | --patch many | --patch 1x2x3 | --overlap -1 | --tolerance nan
     --method image-quilting --patch 8 --overlap 8 | --tolerance -1 | --channel-weights 0,0,0 | --channel-weights a
-    --isometries 9 | --isometries most | --repeat-penalty -1 | --min-repeat-distance -1 | --search slowly | --seam none
+    --isometries 9 | --isometries most | --repeat-penalty -1 | --search slowly | --seam none
     --size 0x0 | --size 1e9 | --size 1000000000 | --size 99999999999999999999 | --size 10x | --size -5
     --seed -1 | --seed abc | --seed 18446744073709551616 | --seed 1 --seeds 1..2 | --seeds 1..2 | --seeds 9..1
     --seeds 1..999999 | --seeds x | --wrap diagonal | --feather -1 | --feather 9999 | --mixing well | --threads 0
@@ -89,7 +89,7 @@ OPTIONS = {  # of GROW
     """,
 }
 COMMANDS = {
-    1: "grow a.png -o far.png -q --patch 12 --size 400 --min-repeat-distance 1000",
+    1: "grow a.png -o far.png -q --method near-regular",
     2: """
     frobnicate | --frobnicate | grow | render | replay | methods magic | warm-up now
     grow a.png -o - --json | grow - -o out.png --mask -

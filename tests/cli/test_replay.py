@@ -60,8 +60,7 @@ MADE = {
     "grow with a mask": (f"grow a.png --size 60 --mask u.png {SMALL}", "-e a.png --mask u.png"),
     "grow by other rules": (
         f"grow a.png --size 60 {SMALL} --tolerance 0.3 --channel-weights 0.2,0.7,0.1 --isometries 0,1 "
-        "--repeat-penalty 0 "
-        "--min-repeat-distance 1 --search exact --seam gradient --feather 4 --mixing variance --debug", "-e a.png",
+        "--repeat-penalty 0 --search exact --seam gradient --feather 4 --debug", "-e a.png",
     ),
     "grow what wraps": (f"grow a.png --size 60 {SMALL} --toroidal --wrap x --feather 2 --mixing source", "-e a.png"),
     "grow a part": (f"grow a.png --size 60 {SMALL} --crop 4,2,30,32 --depth 16", "-e a.png"),

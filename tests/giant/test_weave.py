@@ -39,7 +39,7 @@ def test_a_window_is_a_crop_of_a_larger_one(
 
 
 @settings(max_examples=4)
-@given(st.integers(0, 2), st.sampled_from([ia.Mixing.MEAN, ia.Mixing.VARIANCE, ia.Mixing.SOURCE]))
+@given(st.integers(0, 2), st.sampled_from(list(ia.Mixing)))
 def test_levelled_windows_are_crops(feather: int, mixing: ia.Mixing) -> None:
     """A finish reaches far beyond a window."""
     blend = ia.Blend(feather, mixing, (ia.Levelling(11),))

@@ -262,7 +262,6 @@ REFUSED = {
     "repeat_penalty=nan is not allowed": {"repeat_penalty": float("nan")},
     "search=best is not allowed; give one of fast, exact": {"search": "best"},
     "isometries=45 is not allowed": {"isometries": "45"},
-    "min_repeat_distance=1.5 is not allowed": {"min_repeat_distance": 1.5},
     "channel_weights": {"channel_weights": (0, 0, 0)},
 }
 

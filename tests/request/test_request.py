@@ -114,7 +114,7 @@ def test_json_may_hold_lists_and_numbers() -> None:
         ({"size": "x"}, "size: x is no size"),
         ({"feather": 9999}, "feather: 9999 is not in the range 0<=x<=1024."),
         ({"feather": "wide"}, "feather: 'wide' is not a valid integer range."),
-        ({"mixing": "other"}, "mixing: 'other' is not one of 'mean', 'variance', 'source'."),
+        ({"mixing": "other"}, "mixing: 'other' is not one of 'mean', 'source'."),
         ({"flatten": 1}, "flatten is yes or no"),
         ({"crop": [0, 0, 5, 5], "toroidal": True}, "--toroidal does not go with --crop"),
     ],

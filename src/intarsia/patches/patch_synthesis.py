@@ -14,7 +14,7 @@ import numpy as np
 
 from ..analysis import variance
 from ..analysis.features import features
-from ..foundation import MethodError, lazy, ndimage
+from ..foundation import lazy, ndimage
 from ..foundation.arrays import Array, Int64, Mask, Pair
 from ..foundation.blend import Blend
 from ..foundation.geometry import patch_starts
@@ -51,11 +51,10 @@ SLACK = 2  # by default labels may stray 1 / SLACK of a patch along boundaries i
 
 
 class Repeats(NamedTuple):
-    """Control of repeats: the class, the price in usual distances, the least distance of occurrences, px (0: any)."""
+    """Control of repeats: the class, and the price in usual distances."""
 
     rule: type[Repetition] = Repetition
     usage: float = 0.0
-    distance: int = 0
 
 
 class Boundaries(NamedTuple):
@@ -249,7 +248,7 @@ def _merged(below: SourceMap, above: SourceMap, taken: Array) -> SourceMap:
     return replace(below, yx=yx, which=parts[0], pose=parts[1])
 
 
-Choose = Callable[[Window, Candidates, int], Pick | None]
+Choose = Callable[[Window, Candidates, int], Pick]
 Join = Callable[[Window, Pick, Candidates], None]
 
 AROUND_HOLES = 64  # candidates kept of every search for windows around a start map whose rim is 0
@@ -293,9 +292,9 @@ class PatchSynthesis:
         rim = settings.rim if canvas.rim is None else canvas.rim
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
-        rule, usage, distance = settings.repeats
+        rule, usage = settings.repeats
         prices = patch_saliency(self.features, self.finder) if usage else None
-        self.repetition = rule(self.finder, self.layout, usage, distance, prices)
+        self.repetition = rule(self.finder, self.layout, usage, prices)
         self.growing = MapBuilder.begin(self.variants, canvas, rim)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
@@ -404,7 +403,7 @@ class PatchSynthesis:
                 scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
                 every = distance_map.distance_maps(candidates, self.variants, scale)
                 probe.maps = distance_map.best_of_poses(every, self.variants, self.layout.patch)
-                if candidates.free:
+                if not len(candidates.rows):
                     run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
                 return
 
@@ -420,11 +419,6 @@ class PatchSynthesis:
             where = self.growing.grown, at[begin:stop]
             if self.guided is not None:
                 found[begin:stop] = self.guided.find(wave[begin:stop], *where, prices)
-            elif self.settings.repeats.distance and isinstance(self.finder, PatchSearch):
-                found[begin:stop] = self.finder.search(
-                    *self.variants.windows(*where, self.finder.patch), prices,
-                    lambda k, rows: self.repetition.left(*wave[begin + k], rows, self._check),
-                )  # fmt: skip
             else:
                 found[begin:stop] = self.finder.find(*where, prices)
 
@@ -450,7 +444,7 @@ class PatchSynthesis:
         if callable(choose):
             return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
 
-        def priced(window: Window, found: Candidates, bits: int) -> Pick | None:
+        def priced(window: Window, found: Candidates, bits: int) -> Pick:
             return self.repetition.pick(*window, found, choose, bits)
 
         if self.layout.places is not None or len(self.repetition.started):  # the kernel handles windows of a grid only
@@ -463,20 +457,9 @@ class PatchSynthesis:
         raise AssertionError("a wave ends with its last window")
 
     def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
-        pick: Pick | None
         valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
-        bare = self.guided is not None and not len(found.rows) and not found.known.any()
-        if (found.free or bare) and not self.settings.repeats.distance:  # nothing is known here yet: any patch fits
-            pick = random_patch(valid, bits)
-        else:
-            pick = choose(window, found, bits) if len(found.rows) else None
-            loose = replace(found, free=True) if bare else found
-            pick = pick or choose(window, self.repetition.allowed(*window, loose, valid, self._check), bits)
-        if pick is None:
-            raise MethodError(
-                f"min_repeat_distance={self.settings.repeats.distance} px leaves no patch for some place; "
-                "choose a smaller distance, a smaller patch, or a larger exemplar."
-            )
+        # Where there is no candidate nothing is known yet: any patch fits.
+        pick = choose(window, found, bits) if len(found.rows) else random_patch(valid, bits)
         self.repetition.add(*window, pick)
         return pick
 

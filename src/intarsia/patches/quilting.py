@@ -42,7 +42,7 @@ def settings_of(method: ImageQuilting) -> PatchSettings:
     return PatchSettings(
         patch=method.footprint, overlap=overlap, hangs=method.hangs, weights=method.channel_weights,
         isometries=method.isometries, search=method.search,
-        repeats=Repeats(usage=method.repeat_penalty, distance=method.min_repeat_distance), rim=max(overlap),
+        repeats=Repeats(usage=method.repeat_penalty), rim=max(overlap),
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_tolerance
         ),

@@ -272,8 +272,8 @@ class Options:
         METHOD_VERBS, "rare local without_effect",
     )  # fmt: skip
     mixing: str | None = option(
-        one_of("mean", "variance", "source"), "--mixing",
-        "How pieces mix within the feather: in linear light, keeping contrast, or as stored.",
+        one_of("mean", "source"), "--mixing",
+        "How pieces mix within the feather: in linear light, or as stored.",
         "grow extend paint weave render", "rare", recipe="blend.mixing",
         otherwise={"render": "How pieces mix within the feather; by default as it was grown."},
     )  # fmt: skip

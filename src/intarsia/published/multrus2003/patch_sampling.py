@@ -59,7 +59,6 @@ class PatchSampling(MethodBase):
         choices=("prices", "counter", "marks", "none"),
     )  # fmt: skip
     repeat_penalty: float = methods.repeat_penalty()
-    min_repeat_distance: int = methods.repeat_distance()
     search: str = methods.search_ways()
     pyramid: str = param(
         "off", "choice", "search from coarse to fine, and what is averaged before every second pixel is dropped",

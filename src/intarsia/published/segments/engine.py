@@ -165,7 +165,7 @@ class SegmentSearch:
                 fourier_kernels.measure(feats[k], known[k], self.variants.posed, rows)
                 rows = nearest(rows)
             usual = int(rows[len(rows) // USUAL, 0]) if len(rows) else 0
-            found.append(Candidates(rows, usual, feats[k], known[k], free=not known[k].any()))
+            found.append(Candidates(rows, usual, feats[k], known[k]))
         return found
 
     def drawn(self, groups: Array, known: Array, at: Pair) -> Int64:
