@@ -33,6 +33,7 @@ from ...search import (
     nearest,
     resolved_isometries,
 )
+from ...search.fourier_kernels import FAR
 from ...search.guide import check_guide, guided_patch
 from .guided_search import GuidedPatchSearch
 from .patch_sampling import PatchSampling
