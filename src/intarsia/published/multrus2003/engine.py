@@ -152,8 +152,6 @@ def choose(
         limit = max(int(prices[0]), _price_limit(method, prices, brightness))
         found = all_within(growth, window, found, limit)
         rows, prices = _priced(growth, window, found)
-    if at_boundary and method.boundary_candidates > SHORT_LIST_MAX and method.pyramid == "off":
-        rows, prices = _priced(growth, window, all_at_boundary(growth, window, found))
     many = method.boundary_candidates if at_boundary else _admitted_count(method, prices, brightness)
     misses += [1] * (many == 0)
     v, u, s = rows[below(min(max(many, 1), len(rows)), bits), 1:].tolist()
@@ -209,17 +207,3 @@ def all_within(growth: PatchSynthesis, window: Window, found: Candidates, limit:
     fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
     rows = nearest(rows[rows[:, 0] <= most])
     return growth.weighed(window, replace(found, rows=rows))
-
-
-def all_at_boundary(growth: PatchSynthesis, window: Window, found: Candidates) -> Candidates:
-    """Return all patches allowed in a window where labels meet, by seam and guide cost together, cheapest first."""
-    guided, at = growth.guided, np.array([growth.at(window)], np.int64)
-    assert guided is not None, "labels meet under a guide"
-    (wanted,), inside = guided.guidance.wanted(at)
-    rows = every_patch(guided.allowed_at(window))
-    apart = rows.copy()
-    fourier_kernels.measure(found.feats, found.known, growth.variants.posed, rows)
-    fourier_kernels.measure(wanted, inside[0], guided.guidance.pictures.posed, apart)
-    share = guided.shares(found.known[None], inside)[0]
-    rows[:, 0] = guided.cost(rows[:, 0], apart[:, 0], share)
-    return growth.weighed(window, replace(found, rows=nearest(rows)))
