@@ -200,7 +200,7 @@ def test_what_is_no_size_is_refused(size: Any) -> None:
     with pytest.raises(ia.ParameterError, match=r"^size=.* is not allowed; give \(height, width\) in whole") as caught:
         ia.synthesize(SMALL, size, SIDE)
     assert "\n" not in str(caught.value)
-    with pytest.raises(ia.ParameterError, match=r"^shape=.* is no size"):
+    with pytest.raises(ia.ParameterError, match=r"^shape=.* is not allowed"):
         ia.weave(SMALL, ia.Repeat()).to_tiff("o.tif", size)
 
 

@@ -114,7 +114,7 @@ def box_of(key: Any) -> Box:
 
 def sides_of(shape: Any) -> Pair:
     """Return (height, width) of a size; one number is a square. ParameterError if it is out of range."""
-    height, width = size_of(shape)
+    height, width = size_of(shape, "shape")
     if min(height, width) < 1 or max(height, width) > FARTHEST:
         raise ParameterError(f"shape=({called(height)}, {called(width)}) is not allowed; give sides of 1 to 2**40 px.")
     return height, width
