@@ -117,7 +117,8 @@ class TestResults:
         page = answer.text
         total = served.get(f"/api/results/{result['id']}")["score"]["total"]
         assert f"{total:.0f}" in page
-        assert "small.png" in page
+        assert "small_grown.png" in page
+        assert "Its recipe" in page
         assert "exemplars/" not in page
         assert str(served.folder) not in page
         assert nothing_is_left(served)

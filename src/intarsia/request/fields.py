@@ -421,7 +421,7 @@ class Options:
         },
     )  # fmt: skip
     quiet: bool = option(
-        FLAG, "--quiet -q", "Say nothing but errors.", EVERY - {"analyze"}, "local without_effect",
+        FLAG, "--quiet -q", "Say nothing but errors.", EVERY, "local without_effect",
         otherwise={"score": "Print nothing; the exit code tells of the gates."},
     )  # fmt: skip
     sheet: str | None = option(

@@ -14,7 +14,7 @@ from ..foundation import AUTO_METHOD, InputError, ParameterError, said
 from ..methods import METHODS
 from ..request import from_json
 from .processes import FailedError, Gone, Process
-from .requests import MAP, words_of
+from .requests import MAP
 from .store import Row, Store
 from .uploads import Uploads
 
@@ -136,12 +136,11 @@ class Showing:
             raise InputError("this result cannot be judged.")
 
         async def draw() -> bytes:
-            called, place = words_of(row, self.store), self.store.place("results", row["id"])
+            place = self.store.place("results", row["id"])
             with self.store.under_way("results") as folder:
                 words = [*row["score_words"], f"--report=../{folder.name}/{REPORT}"]
                 await self.beside.ask("command", within=WITHIN, words=words, folder=str(place))
-                text: str = called.cleaned((folder / REPORT).read_text(encoding="utf-8"))
-                return text.encode()
+                return (folder / REPORT).read_bytes()
 
         return await self.pictures.get(("report", row["id"]), draw)
 

@@ -34,7 +34,7 @@ def look(request: Request, report: Report) -> None:
         first = next(iter(one.values()))
         answer["suggested"]["flatten"] |= request.flatten
         results.append({"file": first, **answer})
-        if not report.as_json:
+        if not (report.as_json or report.quiet):
             print_lines(([""] if number else []) + _page(first, answer))
     report.result(results[0] if len(results) == 1 else {"results": results})
 
