@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..foundation.arrays import Pair
 from ..kernels.jit import kernel
 from ..kernels.maps import HOLE, canvas_place
