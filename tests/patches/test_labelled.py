@@ -15,7 +15,7 @@ from intarsia.model import Exemplar
 from intarsia.model.canvas import Canvas, Guide
 from intarsia.model.image import Plane
 from intarsia.model.sourcemap import HOLE, identity
-from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis, Repeats
+from intarsia.patches.patch_synthesis import PatchSettings, PatchSynthesis
 from intarsia.published.multrus2003 import engine
 from intarsia.published.multrus2003.engine import place_patch, settings_of
 from intarsia.tasks.completion import with_hole
@@ -36,7 +36,7 @@ class TestUses:
         guide = Guide(labels(marks), labels(np.ones((300, 300), np.uint8)))
         dear = []
         for given, down, across in ((guide, 48, 8), (None, 48, 8), (guide, 1, 1)):
-            settings = PatchSettings((12, 12), (4, 4), repeats=Repeats(usage=0.05))
+            settings = PatchSettings((12, 12), (4, 4), usage=0.05)
             growth = PatchSynthesis(settings, [painted(marks)], Canvas(300, 300, guide=given))
             rows, columns = growth.layout.shape
             for n in range(rows * columns):

@@ -6,7 +6,7 @@ Overlapping windows keep raster order. A method supplies how one of the candidat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -50,13 +50,6 @@ else:  # where labels, or maps of distances, are asked for
 SLACK = 2  # by default labels may stray 1 / SLACK of a patch along boundaries into another region, at least 2 px
 
 
-class Repeats(NamedTuple):
-    """Control of repeats: the class, and the price in usual distances."""
-
-    rule: type[Repetition] = Repetition
-    usage: float = 0.0
-
-
 class Boundaries(NamedTuple):
     """Parameters of patches along the boundaries of a guide's labels.
 
@@ -95,7 +88,8 @@ class PatchSettings:
     isometries: Poses = "none"
     search: str = "fast"
     listed: int = SHORT_LIST  # number of candidates that a search returns for each window
-    repeats: Repeats = field(default=Repeats())  # control of repeats
+    rule: type[Repetition] = Repetition  # control of repeats
+    usage: float = 0.0  # price of a repeat in usual distances
     rim: int = 0  # how deep start pixels may be replaced, px
     boundaries: Boundaries = field(default=Boundaries())  # how patches lie along the boundaries of a guide's labels
     # Makes a method's own search from these settings, the variants, the size of a window and the number of candidates.
@@ -292,9 +286,8 @@ class PatchSynthesis:
         rim = settings.rim if canvas.rim is None else canvas.rim
         listed = settings.listed if self.layout.places is None or rim else max(settings.listed, AROUND_HOLES)
         self.finder = self._finder(listed)
-        rule, usage = settings.repeats
-        prices = patch_saliency(self.features, self.finder) if usage else None
-        self.repetition = rule(self.finder, self.layout, usage, prices)
+        prices = patch_saliency(self.features, self.finder) if settings.usage else None
+        self.repetition = settings.rule(self.finder, self.layout, settings.usage, prices)
         self.growing = MapBuilder.begin(self.variants, canvas, rim)
         windows = self.growing.open_windows(self.layout, wanted)
         self.guided = self._guided()
@@ -303,7 +296,7 @@ class PatchSynthesis:
         if inside_only and self.guided is not None:
             windows &= ~self.guided.guidance.boundaries
         self.windows, self.waves = windows, window_batches(self.layout, windows)
-        if rule.in_turn:
+        if settings.rule.in_turn:
             self.waves = [[window] for window in sorted(w for wave in self.waves for w in wave)]
         if canvas.start is not None:
             self.repetition.note_start(self.growing.variant, self.growing.yx)
@@ -441,27 +434,26 @@ class PatchSynthesis:
         self, wave: list[Window], found: list[Candidates], bits: list[int], choose: Choose | float
     ) -> list[Pick]:
         """Return the patches chosen for the windows of a batch, in their order; each choice is recorded as a use."""
-        if callable(choose):
-            return [self._choose(*each_of, choose) for each_of in zip(wave, found, bits, strict=True)]
-
-        def priced(window: Window, found: Candidates, bits: int) -> Pick:
-            return self.repetition.pick(*window, found, choose, bits)
-
-        if self.layout.places is not None or len(self.repetition.started):  # the kernel handles windows of a grid only
-            return [self._choose(*each_of, priced) for each_of in zip(wave, found, bits, strict=True)]
-        special: dict[int, Pick] = {}
-        for stop, picks in self.repetition.pick_all(wave, found, choose, bits):
-            if stop == len(wave):
-                return [special.get(k, pick) for k, pick in enumerate(picks)]
-            special[stop] = self._choose(wave[stop], found[stop], bits[stop], priced)
-        raise AssertionError("a wave ends with its last window")
-
-    def _choose(self, window: Window, found: Candidates, bits: int, choose: Choose) -> Pick:
-        valid = self.variants.valid if self.guided is None else self.guided.allowed_at(window)
+        every = list(zip(wave, found, bits, strict=True))
         # Where there is no candidate nothing is known yet: any patch fits.
-        pick = choose(window, found, bits) if len(found.rows) else random_patch(valid, bits)
-        self.repetition.add(*window, pick)
-        return pick
+        free = {w: random_patch(self._valid(w), drawn) for w, of, drawn in every if not len(of.rows)}
+        if not callable(choose) and self.layout.places is None and not len(self.repetition.started):
+            ready = [replace(of, rows=np.array([(0, *free[w])])) if w in free else of for w, of, _ in every]
+            return self.repetition.pick_all(wave, ready, choose, bits)  # handles windows of a grid only
+        picks = []
+        for w, of, drawn in every:
+            if w in free:
+                picks.append(free[w])
+            elif callable(choose):
+                picks.append(choose(w, of, drawn))
+            else:
+                picks.append(self.repetition.pick(*w, of, choose, drawn))
+            self.repetition.add(*w, picks[-1])
+        return picks
+
+    def _valid(self, window: Window) -> Sequence[Array]:
+        """Return, for every variant, a mask of the first pixels of patches that a window may take."""
+        return self.variants.valid if self.guided is None else self.guided.allowed_at(window)
 
 
 def decided(method: Any, exemplars: Exemplars, guide: Guide | None, patch: Callable[[], int]) -> Any:

@@ -9,7 +9,6 @@ repeat free, whose distance is 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from functools import partial
 from typing import Any, ClassVar
 
@@ -137,16 +136,10 @@ class Repetition:
         prices = self.prices(row, column, found)
         return picked(found, repetition_kernels.pick(prices, tolerance, int(MATCH * found.usual), bits >> 32))
 
-    def pick_all(
-        self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]
-    ) -> Iterator[tuple[int, list[Pick]]]:
-        """Pick for many windows one after the other, recording each use.
-
-        Yields the index of every window that has no candidates, with the picks so far;
-        the caller must record a patch for it (:meth:`add`) before continuing. Last, yields the number of windows.
-        """
+    def pick_all(self, windows: list[Pair], found: list[Candidates], tolerance: float, bits: list[int]) -> list[Pick]:
+        """Pick for many windows of a grid, which have candidates, one after the other, recording each use."""
         n, size = len(windows), max(len(f.rows) for f in found)
-        rows, picks = np.empty((n, max(size, 1), 4), np.int64), np.empty((n, 3), np.int64)
+        rows, picks = np.empty((n, size, 4), np.int64), np.empty((n, 3), np.int64)
         for k, f in enumerate(found):
             rows[k, : len(f.rows)] = f.rows
         counts = np.array([len(f.rows) for f in found], np.int64)
@@ -156,12 +149,9 @@ class Repetition:
         wave = Wave(np.array(windows, np.int64), at, drawn, rows, counts, usual)
         strength = float(self.strength)
         terms = Terms(float(tolerance), MATCH, strength, strength * STEADY, self.reach)
-        stop = before = -1
-        while stop < n:
-            stop = repetition_kernels.pick_all(wave, terms, self._laid, self.grid, stop + 1, picks)
-            self.laid += stop - (before + 1)
-            before = stop
-            yield stop, [(v, u, s) for v, u, s in picks.tolist()]
+        repetition_kernels.pick_all(wave, terms, self._laid, self.grid, picks)
+        self.laid += n
+        return [(v, u, s) for v, u, s in picks.tolist()]
 
     def add(self, row: int, column: int, pick: Pick) -> None:
         """Record that a patch (variant, row, column) was placed in a window."""

@@ -97,7 +97,7 @@ class Uses(NamedTuple):
     Tables of positions are flat: cells of `factor` px of all variants, one variant after the other.
     """
 
-    frames: Int64  # (V, 9): see ``PosedExemplars.frames``
+    frames: Int64  # (V, 7): see ``PosedExemplars.frames``
     shape: Int64  # (2,): of a patch, px
     canvas: Int64  # (4,): height and width, px, and 1 where it wraps
     offsets: Int64  # (V, 3): where a variant's positions begin, their rows and columns
@@ -267,18 +267,15 @@ def pick(prices: Any, tolerance: float, floor: int, bits: int) -> int:
 
 
 @kernel
-def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, first: int, picks: Any) -> int:
-    """Choose for windows `first` and later of a batch, one after the other, and record each; see :func:`pick`.
+def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, picks: Any) -> None:
+    """Choose for the windows of a batch, one after the other, and record each; see :func:`pick`.
 
-    `grid` (rows, columns, 8): the placements. Writes `picks` (n, 3); returns the number of the first window for which
-    there is no choice, or n.
+    `grid` (rows, columns, 8): the placements. Writes `picks` (n, 3).
     """
     windows, at, bits, found, counts, usual = wave
     tolerance, match, strength, steady, reach = terms
     price = np.empty(found.shape[1], np.int64)
-    for n in range(first, len(windows)):
-        if counts[n] < 1:
-            return n
+    for n in range(len(windows)):
         rows = found[n, : counts[n]]
         row, column = windows[n, 0], windows[n, 1]
         others = placed_near(grid, row, column, reach, layout.canvas)
@@ -287,4 +284,3 @@ def pick_all(wave: Any, terms: Any, layout: Any, grid: Any, first: int, picks: A
         k = pick(price[: counts[n]], tolerance, int(match * usual[n]), bits[n])
         picks[n] = rows[k, 1:]
         note(layout, picks[n], at[n], grid[row, column])
-    return len(windows)

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 else:  # what few pictures use
     warped_kernels = lazy("intarsia.rendering.warped_kernels")
 
+SLOTS = 1 << 20
+"""About how many sums of votes for labels are kept at a time; limits memory, changes no result."""
+
 SAMPLED = 1 << 18
 """About how many vectors of a normal map are sampled by `off_unit`."""
 
@@ -304,17 +307,13 @@ class Labels:
     def vote(self, plan: VoteGroups, reach: Reach) -> tuple[Array, Array]:
         """Return the labels of a cell, and the weight of all votes of every pixel."""
         out, weight = np.zeros(plan.shape, np.int32), np.zeros(plan.shape, np.int64)
-        todo = [(0, plan.shape[0], 4)]
-        while todo:  # if more than four labels get votes at a pixel: half the rows, twice the slots
-            begin, end, room = todo.pop()
-            size = (end - begin, plan.shape[1], room)
+        (height, width), room = plan.shape, min(len(self.names), (plan.feather + 1) ** 2)
+        rows = max(SLOTS // (width * room), 1)
+        for begin in range(0, height, rows):
+            size = (min(rows, height - begin), width, room)
             label, share = np.zeros(size, np.int32), np.zeros(size, np.int64)
-            weight[begin:end] = 0
-            if vote_label(plan, reach, self.ranks, begin, end, (label, share), weight[begin:end]):
-                out[begin:end] = label[..., 0]
-            else:
-                middle = (begin + end) // 2
-                todo += [(a, b, 2 * room) for a, b in ((begin, middle), (middle, end)) if a < b]
+            vote_label(plan, reach, self.ranks, begin, (label, share), weight[begin : begin + rows])
+            out[begin : begin + rows] = label[..., 0]
         return self.names[out], weight
 
     def read(self, part: Part, reach: Reach) -> Array:

@@ -298,33 +298,30 @@ def encode_light(total: Array, weight: Array, coding: tuple[Int32, Int32, int], 
 
 @kernel
 def vote_label(
-    plan: VoteGroups, reach: Reach, ranks: Int32, begin: int, end: int, slots: tuple[Int32, Int64], weight: Int64
-) -> bool:
-    """Add up the weight of every label that gets votes in rows begin .. end - 1; return False if slots run out.
+    plan: VoteGroups, reach: Reach, ranks: Int32, begin: int, slots: tuple[Int32, Int64], weight: Int64
+) -> None:
+    """Add up the weight of every label that gets votes in rows from `begin` on.
 
-    `slots` = (label, weight), (rows, w, K) each, weight 0 where a slot is free: the first one has the largest weight,
-    the smallest label of equals. `weight` (rows, w) is that of all.
+    `slots` = (label, weight), (rows, w, K) each for at most K labels, weight 0 where a slot is free: the first one has
+    the largest weight, the smallest label of equals. `weight` (rows, w) is that of all.
     """
     columns, hits = scratch(plan)
     label, share = slots
     for g in range(plan.groups.shape[0]):
-        first, last = open_group(plan, g, begin, end, columns)
+        first, last = open_group(plan, g, begin, begin + weight.shape[0], columns)
         for y in range(first, last):
             n = weigh_row(plan, reach, g, y, first, columns, hits)
             for i in range(n):
                 row, x, w, rank = y - begin, hits[0, i], hits[1, i], ranks[hits[2, i]]
                 k = 0
-                while k < label.shape[2] and share[row, x, k] > 0 and label[row, x, k] != rank:
+                while share[row, x, k] > 0 and label[row, x, k] != rank:
                     k += 1
-                if k == label.shape[2]:
-                    return False
                 weight[row, x] += w
                 w += share[row, x, k]
                 if w > share[row, x, 0] or (w == share[row, x, 0] and rank < label[row, x, 0]):
                     label[row, x, k], share[row, x, k] = label[row, x, 0], share[row, x, 0]
                     k = 0
                 label[row, x, k], share[row, x, k] = rank, w
-    return True
 
 
 @kernel

@@ -14,7 +14,7 @@ from ..methods.graphcut import LARGEST, Graphcut
 from ..model import Exemplars
 from ..model.canvas import Canvas
 from ..model.sourcemap import SourceMap
-from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages, decided
+from ..patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Stages, decided
 from ..search import LEAST, free_patch
 from .graphcut_moves import expand, fill
 from .graphcut_textures import GraphcutMap, GraphcutSettings
@@ -98,6 +98,6 @@ def settings_of(method: Graphcut, usage: float = 0.0) -> PatchSettings:
     overlap = extent(method.overlap or 0)
     return PatchSettings(
         patch=method.footprint, overlap=overlap, weights=method.channel_weights, structure=method.edge_weight,
-        isometries=method.isometries, repeats=Repeats(usage=usage), rim=max(overlap),
+        isometries=method.isometries, usage=usage, rim=max(overlap),
         boundaries=Boundaries.of(method.footprint, None, method.isometries, None),
     )  # fmt: skip

@@ -106,16 +106,16 @@ class PosedExemplars:
 
     @cached_property
     def frames(self) -> Int64:
-        """Transforms of the variants to their exemplars: (V, 9).
+        """Transforms of the variants to their exemplars: (V, 7).
 
-        Columns: exemplar; row and column of its pixel at (0, 0) of the variant; the 2 x 2 matrix J by rows; rows and
-        columns of the variant if toroidal, else 0. Pixel p of the variant is the exemplar's (0, 0) pixel plus J p.
+        Columns: exemplar; row and column of its pixel at (0, 0) of the variant; the 2 x 2 matrix J by rows. Pixel p of
+        the variant is the exemplar's (0, 0) pixel plus J p.
         """
         rows = []
         for v, (_, *size, _) in enumerate(self.table.tolist()):
             iso = ISOMETRIES[self.pose[v]]
             start = iso.start(*(size[::-1] if iso.swaps else size))
-            rows.append([self.exemplar[v], *start, *iso.j[0], *iso.j[1], *(size if self.toroidal[v] else (0, 0))])
+            rows.append([self.exemplar[v], *start, *iso.j[0], *iso.j[1]])
         return np.array(rows, np.int64)
 
     def to_exemplars(self, yx: Int32, variant: UInt8) -> tuple[Int32, UInt8, UInt8]:

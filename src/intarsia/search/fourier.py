@@ -148,11 +148,6 @@ class PatchSearch:
         fourier_kernels.coarse(picture[None], known, self.factor, self.mean, self.axes, self.clip, out, masks)
         return np.asarray(out[0])
 
-    @property
-    def unpriced(self) -> Prices:
-        """Prices of 0."""
-        return Prices([np.zeros(v.shape, np.int32) for v in self.valid], 0)
-
     def batch(self) -> int:
         """Return how many windows are best searched at a time."""
         size = max(a * (b // 2 + 1) for a, b in self.padded) * 16 * (len(self.axes) + 1)

@@ -21,7 +21,7 @@ from ...model import Exemplars
 from ...model.canvas import Canvas
 from ...model.sourcemap import SourceMap
 from ...patches import Pick, Window
-from ...patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Repeats, Stages
+from ...patches.patch_synthesis import Boundaries, PatchSettings, PatchSynthesis, Stages
 from ...patches.repetition import Repetition
 from ...search import (
     Candidates,
@@ -117,7 +117,7 @@ def settings_of(method: PatchSampling) -> PatchSettings:
         isometries=method.isometries, search=_search(method), listed=short_list_size(method), rim=max(overlap),
         finder=partial(_pyramid_search, method, None) if coarse else None,
         guided=GuidedPyramid if coarse else GuidedPatchSearch,
-        repeats=Repeats(rule, usage),
+        rule=rule, usage=usage,
         boundaries=Boundaries.of(
             method.footprint, method.boundary_patch, method.boundary_isometries, method.boundary_tolerance
         ),
