@@ -43,7 +43,7 @@ SOUND = {
 }
 """Parameters that name files to read -> a sound one of those that `make_sound` makes, 24x20 px."""
 
-WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "distance_map": "o.tif", "sheet": "o.png",
+WRITTEN = {"out": "out.png", "save_map": "o.npz", "st_map": "o.exr", "sheet": "o.png",
            "page": "o.html", "preview": "o.png", "offset": "o.png",
            "overlays": "o.png", "best_tile": "o.png"}  # fmt: skip
 """Parameters that name files to write -> a name that their format allows."""

@@ -16,7 +16,7 @@ from ..disk import check_fits
 from ..files import write, write_bytes
 from ..files.material_sets import Material
 from ..foundation import CancelledError, IntarsiaError, QualityError
-from ..foundation.run import Probe, Run
+from ..foundation.run import Run
 from ..methods import Method, keeps_lattice
 from ..model.image import Kind, Plane, Transfer, dtype_of
 from ..request import FIELDS, Json, Request, inputs_of, repeated, to_line
@@ -202,11 +202,10 @@ class Batch:
     def _make(self, order: Output, meter: Progress, staging: Staging) -> None:
         """Make one output and score it; unless it is refused write its files, to appear when `staging` is committed."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
-        plan, asked = shelf.plan, request.distance_map
+        plan = shelf.plan
         clock = {"read": time.perf_counter() - began}
-        probe = None if asked is None else Probe(asked[0][1] // request.magnify, asked[0][0] // request.magnify)
         grown_at, share = 0.6 if request.repair else 0.9, 0.1 / len(order.pictures)
-        run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL, probe=probe)
+        run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL)
         grown, seams = made_of(request, plan, order.seed, run), Json()
         if request.repair:
             step = meter.stage("repair", grown_at, 0.9, grown.exemplars)
@@ -236,7 +235,7 @@ class Batch:
             from ..tasks import drawings
 
             self.thumbnails.append(drawings.thumbnail(first, drawings.THUMBNAIL))
-        _write_more(order, grown, staging, found, probe)
+        _write_more(order, grown, staging, found)
         clock["write"] = time.perf_counter() - began - sum(clock.values())
         clock["total"] = time.perf_counter() - began
         about |= {"timings": {k: round(v, 3) for k, v in clock.items()}}
@@ -349,9 +348,7 @@ def _bytes(order: Output) -> int:
     return total
 
 
-def _write_more(
-    order: Output, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
-) -> None:
+def _write_more(order: Output, grown: Synthesis, staging: Staging, found: Outcome | None) -> None:
     """Write the other files of an output: map, report, preview and the like."""
     from ..tasks import tileable
 
@@ -364,12 +361,6 @@ def _write_more(
             # Red and green; blue is 0, so that every program opens it as colour.
             pixels = np.pad(grown.map.st_map(), ((0, 0), (0, 0), (0, 1)))
             write(staging.place(path), Plane(pixels, Kind.DATA, Transfer.LINEAR), run=run)
-        elif what == "distances" and probe is not None and probe.maps is not None:
-            from ..search import distance_map
-
-            distances = distance_map.side_by_side(probe.maps)  # which PNG does not hold as they are
-            made = distance_map.as_16_bit(distances) if path.lower().endswith(".png") else distances
-            write(staging.place(path), Plane(made, Kind.DATA, Transfer.LINEAR))
         elif what == "report" and found is not None:
             write_page(staging, path, found)
         elif what == "preview":

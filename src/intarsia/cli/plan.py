@@ -18,7 +18,7 @@ from ..files.material_sets import Material
 from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
-from ..methods import Method, measures_distances, recipe_settings, traits
+from ..methods import Method, recipe_settings, traits
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..model.image import dtype_of
@@ -61,7 +61,7 @@ SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
 SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
 KEPT = {
-    "save_map": "map", "st_map": "st map", "distance_map": "distances", "page": "report", "preview": "preview",
+    "save_map": "map", "st_map": "st map", "page": "report", "preview": "preview",
     "offset": "offset",
 }  # fmt: skip
 """Fields of a request that name files beside the pictures, and what each holds."""
@@ -204,7 +204,6 @@ def orders_of(shelf: Inputs, paged: bool, check: Callable[[Scene], None] | None)
     exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
     fields |= {"method": plan.method.slug} | dict(zip("wh", shelf.size, strict=True))
     asked = {what: getattr(request, name) for name, what in KEPT.items()}
-    asked["distances"] = request.distance_map and request.distance_map[1]
     asked["report"] = request.page if paged else None
     for seed in request.seeds:
         fields["seed"] = seed
@@ -258,7 +257,7 @@ def method_as_json(method: Method, blend: Blend) -> Json:
 
 
 def check_formats(order: Output) -> None:
-    """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
+    """Raise ParameterError for what formats of files cannot hold."""
     request, beside, exemplars, size = order.shelf.request, order.beside, order.shelf.scene.exemplars, order.shelf.size
     first = exemplars[0]
     check_depths(order.pictures, first, size, request)
@@ -275,11 +274,3 @@ def check_formats(order: Output) -> None:
     for what, times in (("preview", request.tiles), ("offset", 1)):
         if what in beside:
             check_depth(beside[what], first.planes[first.drawn[0]], request.depth, (size[0] * times, size[1] * times))
-    if request.distance_map is not None:
-        (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
-        if not (x < size[0] and y < size[1]):
-            raise ParameterError(f"--distance-map {x},{y} lies outside the output of {size[0]}x{size[1]} px.")
-        if Path(path).suffix.lower() not in (".exr", ".tif", ".tiff", ".png"):
-            raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-        if not measures_distances(method):
-            raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")

@@ -23,7 +23,6 @@ from ..foundation import (
 from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
-    ENDLESS,
     FLAG,
     Channels,
     Colour,
@@ -33,7 +32,7 @@ from .field import (
     NamedNumber,
     Number,
     Overlay,
-    Pair,
+    Place,
     Rectangle,
     Scale,
     Seed,
@@ -149,7 +148,7 @@ class Options:
         "render",
     )  # fmt: skip
     origin: tuple[int, int] = option(
-        ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
+        Place(), "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
         "weave", default=(0, 0),
     )  # fmt: skip
     edge: int = option(
@@ -241,11 +240,6 @@ class Options:
     st_map: str | None = option(
         WRITTEN, "--st-map", "Save the same as an ST map for compositing.",
         PLANNED | {"replay"}, "rare without_effect", shown="FILE.exr",
-    )  # fmt: skip
-    distance_map: tuple[tuple[int, int], str] | None = option(
-        Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
-        "filled: .exr or .tif holds distances (-1: no patch there), .png stretches them, dark is near.",
-        PLANNED | {"replay"}, "rare without_effect", shown="X,Y FILE",
     )  # fmt: skip
     chunk: int | None = option(
         Whole(low=16, high=8192), "--chunk",
