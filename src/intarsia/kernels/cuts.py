@@ -187,18 +187,14 @@ def find_path(
 
 
 @kernel
-def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> int:
-    """Mark the edges of the path that ends in corner `v` as cut; return their cost."""
+def take_path(v: int, stride: int, came: UInt8, edge: Int32) -> None:
+    """Mark the edges of the path that ends in corner `v` as cut."""
     half = edge.size // 2
     steps, edges = (1, -1, stride, -stride), (0, -1, half, half - stride)
-    cost = 0
     while came[v] != 4:
         d = came[v]
         v -= steps[d]
-        e = v + edges[d]
-        cost += edge[e]
-        edge[e] = _CUT
-    return cost
+        edge[v + edges[d]] = _CUT
 
 
 @kernel
@@ -263,6 +259,17 @@ def _distance(a: Int16, y: int, x: int, b: Int16, v: int, u: int) -> int:
 
 
 @kernel
+def _priced(cost: int, price: Any, old: Int16, new: Int16, y: int, x: int, v: int, u: int) -> int:
+    """Return the price of a seam of this cost between pixels (y, x) and (v, u), see :func:`seam_costs`."""
+    if price.threshold > 0:
+        return truncated_quadratic(cost, price.threshold)
+    if price.gradient:
+        change = _distance(old, y, x, old, v, u) + _distance(new, y, x, new, v, u)
+        return cost * GRADIENT_UNIT // (FLAT + change)
+    return cost
+
+
+@kernel
 def seam_costs(
     old: Int16, new: Int16, price: Any
 ) -> tuple[Int32, Int32]:
@@ -282,22 +289,10 @@ def seam_costs(
             apart[y, x] = _distance(old, y, x, new, y, x)
     for y in range(height):
         for x in range(width - 1):
-            cost = apart[y, x] + apart[y, x + 1]
-            if price.threshold > 0:
-                cost = truncated_quadratic(cost, price.threshold)
-            elif price.gradient:
-                change = _distance(old, y, x, old, y, x + 1) + _distance(new, y, x, new, y, x + 1)
-                cost = cost * GRADIENT_UNIT // (FLAT + change)
-            right[y, x] = cost
+            right[y, x] = _priced(apart[y, x] + apart[y, x + 1], price, old, new, y, x, y, x + 1)
     for y in range(height - 1):
         for x in range(width):
-            cost = apart[y, x] + apart[y + 1, x]
-            if price.threshold > 0:
-                cost = truncated_quadratic(cost, price.threshold)
-            elif price.gradient:
-                change = _distance(old, y, x, old, y + 1, x) + _distance(new, y, x, new, y + 1, x)
-                cost = cost * GRADIENT_UNIT // (FLAT + change)
-            down[y, x] = cost
+            down[y, x] = _priced(apart[y, x] + apart[y + 1, x], price, old, new, y, x, y + 1, x)
     return right, down
 
 
@@ -387,10 +382,8 @@ def _walk_border(state: UInt8, gaps: Int32, edge: Int32) -> int:
 
 
 @kernel
-def min_cut(
-    state: UInt8, right: Int32, down: Int32, out: UInt8
-) -> int:
-    """Split a window between old and new by a minimum cut; return its cost.
+def min_cut(state: UInt8, right: Int32, down: Int32, out: UInt8) -> None:
+    """Split a window between old and new by a minimum cut.
 
     `state`: 0 where a pixel must stay old, 2 where it must become new, 1 where it is free; costs are
     non-negative and below 2**30. `out` becomes 1 where the new patch is taken. The total of the costs between
@@ -403,9 +396,10 @@ def min_cut(
     olds, news, inland = _pieces(state)
     if olds == 0 or news == 0:
         out[:] = 1 if olds == 0 else 0
-        return 0
+        return
     if inland > 0 or height < 2 or width < 2:
-        return grid_min_cut(state, right, down, out)
+        grid_min_cut(state, right, down, out)
+        return
     size = (height + 2) * (width + 1)
     edge = np.empty(2 * size, np.int32)
     total = lay_edges(state, right, down, edge)
@@ -419,7 +413,8 @@ def min_cut(
         if (olds if state[y, x] == NEW else news) != 1:
             offset = 1
             if (olds if state[y, x] == OLD else news) != 1:
-                return grid_min_cut(state, right, down, out)
+                grid_min_cut(state, right, down, out)
+                return
     far = np.empty(size, np.int64)
     came = np.empty(size, np.uint8)
     # The length of a seam counts below its cost, where both fit together.
@@ -429,9 +424,7 @@ def min_cut(
     if total >= 1 << (61 - shift):
         shift = 0
     step = typical(edge) << (shift + 3)
-    cost = 0
     for g in range(offset, found + offset, 2):
         end = find_path(edge, height, width, gaps[g], gaps[(g + 1) % found], shift, step, far, came)
-        cost += take_path(end, width + 1, came, edge)
+        take_path(end, width + 1, came, edge)
     paint(state, edge, out)
-    return cost

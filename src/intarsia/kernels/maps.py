@@ -13,9 +13,9 @@ from ..foundation.arrays import Int16, Int32, Int64, UInt8
 from ..foundation.geometry import ISOMETRIES
 from .cuts import find_root, min_cut, seam_costs
 from .jit import kernel
+from .maxflow import FREE, NEW, OLD
 
 HOLE = 255  # the variant of a pixel that is not filled: the last name of a uint8
-OLD, FREE, NEW = 0, 1, 2
 
 
 class PartialMap(NamedTuple):
