@@ -253,7 +253,7 @@ class SourceMap(Shaped):
         """Return where a pixel and the next along an axis are of different pieces; one row, or column, fewer."""
         this, that = BESIDE[axis]
         which, pose = self.numbers, self.turns
-        out = (which[this] != which[that]) | (pose[this] != pose[that])
+        out: Mask = (which[this] != which[that]) | (pose[this] != pose[that])
         steps = self.steps(axis)
         for k in range(2):
             at = self.yx[:, :, k] if self.sub is None else self.yx[:, :, k] + self.sub[:, :, k].astype(np.float64)

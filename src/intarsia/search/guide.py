@@ -329,16 +329,14 @@ def _largest_square(mine: Array) -> tuple[int, int, int]:
 
 
 def _without_pure_patch(exemplars: Exemplars, guide: Guide, patch: Pair) -> list[int]:
-    names = guide.names
-    if not guide.is_labels:
-        return []
-    missing = set(range(len(names)))
-    for e, source in zip(exemplars, guide.sources, strict=True):
-        ids = _padded(numbered_labels(source, names), e.toroidal, patch)
-        held = label_sets(ids, patch)
-        held = held[valid_windows(ids.shape, e.usable, e.toroidal, patch)]
-        missing -= {k for k in missing if bool((held == 1 << k).any())}
-    return [names[k] for k in sorted(missing)]
+    every = [(e, numbered_labels(source, guide.names)) for e, source in zip(exemplars, guide.sources, strict=True)]
+
+    def there(k: int, e: Exemplar, ids: Array) -> bool:
+        mine = (ids == k) & e.free
+        beyond = [n + (side - 1) * e.toroidal for n, side in zip(mine.shape, patch, strict=True)]
+        return bool(valid_windows(tuple(beyond), mine, e.toroidal, patch).any())
+
+    return [name for k, name in enumerate(guide.names) if not any(there(k, *one) for one in every)]
 
 
 def numbered_labels(plane: Plane, names: tuple[int, ...]) -> Array:
