@@ -113,7 +113,8 @@ def test_what_does_not_fit_is_refused() -> None:
     files.write("small.png", coloured(regions(70, 59), RED, BLUE))
     assert "small.png are 59x70 px, e.png is 60x70" in refused("e.png", "-l", "small.png", "-t", "t.png")
     files.write("green.png", coloured(disc(64), RED, GREEN))
-    assert "the target asks for #008000, which is in no label picture; paint with #0000ff," in refused("e.png", "-l", "l.png", "-t", "green.png")
+    told = refused("e.png", "-l", "l.png", "-t", "green.png")
+    assert "the target asks for #008000, which is in no label picture; paint with #0000ff, #ff0000" in told
     assert "--labels: 2 given for 1 exemplar;" in refused("e.png", "-l", "l.png", "-l", "l.png", "-t", "t.png", code=2)
     assert "missing.png" in refused("e.png", "-l", "missing.png", "-t", "t.png")
     thin = np.zeros((70, 60), int)
