@@ -259,17 +259,6 @@ def _distance(a: Int16, y: int, x: int, b: Int16, v: int, u: int) -> int:
 
 
 @kernel
-def _priced(cost: int, price: Any, old: Int16, new: Int16, y: int, x: int, v: int, u: int) -> int:
-    """Return the price of a seam of this cost between pixels (y, x) and (v, u), see :func:`seam_costs`."""
-    if price.threshold > 0:
-        return truncated_quadratic(cost, price.threshold)
-    if price.gradient:
-        change = _distance(old, y, x, old, v, u) + _distance(new, y, x, new, v, u)
-        return cost * GRADIENT_UNIT // (FLAT + change)
-    return cost
-
-
-@kernel
 def seam_costs(
     old: Int16, new: Int16, price: Any
 ) -> tuple[Int32, Int32]:
@@ -289,10 +278,22 @@ def seam_costs(
             apart[y, x] = _distance(old, y, x, new, y, x)
     for y in range(height):
         for x in range(width - 1):
-            right[y, x] = _priced(apart[y, x] + apart[y, x + 1], price, old, new, y, x, y, x + 1)
+            cost = apart[y, x] + apart[y, x + 1]
+            if price.threshold > 0:
+                cost = truncated_quadratic(cost, price.threshold)
+            elif price.gradient:
+                change = _distance(old, y, x, old, y, x + 1) + _distance(new, y, x, new, y, x + 1)
+                cost = cost * GRADIENT_UNIT // (FLAT + change)
+            right[y, x] = cost
     for y in range(height - 1):
         for x in range(width):
-            down[y, x] = _priced(apart[y, x] + apart[y + 1, x], price, old, new, y, x, y + 1, x)
+            cost = apart[y, x] + apart[y + 1, x]
+            if price.threshold > 0:
+                cost = truncated_quadratic(cost, price.threshold)
+            elif price.gradient:
+                change = _distance(old, y, x, old, y + 1, x) + _distance(new, y, x, new, y + 1, x)
+                cost = cost * GRADIENT_UNIT // (FLAT + change)
+            down[y, x] = cost
     return right, down
 
 
