@@ -36,7 +36,7 @@ DONE = {
 """Where it goes if nothing is said."""
 
 SHARED = {"explain", "seed", "out", "force", "dry_run", "threads", "as_json", "progress", "quiet"}
-PICTURES = SHARED | {"many", "sheet", "depth", "save_map", "distance_map"}
+PICTURES = SHARED | {"many", "sheet", "depth", "save_map"}
 """The options that every command has; and those that all have which write pictures that fit into memory."""
 
 RESULT = {"files", "size", "seed", "wrap", "method", "parameters", "blend", "exemplars", "auto",

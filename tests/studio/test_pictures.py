@@ -211,7 +211,7 @@ class TestSchema:
         for verb in requests.VERBS:
             offered, fields = requests.options(verb), [f for f in fields_of_verb(verb) if f.flags]
             left = {f.name for f in fields if f.key not in offered}
-            written = {"save_map", "distance_map", "sheet", "page", "preview"}
+            written = {"save_map", "sheet", "page", "preview"}
             assert left <= {f.name for f in fields if f.local} | written
 
     def test_what_is_told_of_an_option_is_what_the_command_has(self) -> None:

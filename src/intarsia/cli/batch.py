@@ -15,9 +15,9 @@ from ..disk import check_fits
 from ..files import write, write_bytes
 from ..files.material_sets import Material
 from ..foundation import CancelledError, IntarsiaError, ParameterError
-from ..foundation.run import Probe, Run
+from ..foundation.run import Run
 from ..methods import Method, keeps_lattice
-from ..model.image import Kind, Plane, Transfer
+from ..model.image import Plane
 from ..request import Json, Request, inputs_of, repeated, to_line
 from ..synthesis import Scene, Synthesis, recipe_exemplars
 from ..tasks import made_of
@@ -165,10 +165,9 @@ class Batch:
     def _make(self, order: Output, meter: Progress) -> None:
         """Make one output, write its files, which appear together, and report it."""
         began, request, shelf = time.perf_counter(), order.shelf.request, order.shelf
-        plan, asked = shelf.plan, request.distance_map
-        probe = None if asked is None else Probe(asked[0][1] // request.magnify, asked[0][0] // request.magnify)
+        plan = shelf.plan
         grown_at, share = 0.6 if request.repair else 0.9, 0.1 / len(order.pictures)
-        run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL, probe=probe)
+        run = Run(request.threads, meter.stage("grow", 0.0, grown_at, plan.scene.exemplars), CANCEL)
         grown, seams = made_of(request, plan, order.seed, run), Json()
         if request.repair:
             step = meter.stage("repair", grown_at, 0.9, grown.exemplars)
@@ -198,7 +197,7 @@ class Batch:
             for name, path in order.pictures.items():
                 picture = first if name == base else drawn(name)
                 write(staging.place(path), picture, depth=request.depth, recipe=grown.recipe_text, run=run)
-            _write_more(order, grown, staging, found, probe)
+            _write_more(order, grown, staging, found)
             staging.commit()
         seconds = time.perf_counter() - began
         about |= {"timings": {"total": round(seconds, 3)}}
@@ -272,9 +271,7 @@ def _again(order: Output, method: Method, seed: int) -> str:
     return to_line(repeated(request, sets[:1] if request.begun else sets, method, seed, **more))
 
 
-def _write_more(
-    order: Output, grown: Synthesis, staging: Staging, found: Outcome | None, probe: Probe | None
-) -> None:
+def _write_more(order: Output, grown: Synthesis, staging: Staging, found: Outcome | None) -> None:
     """Write the other files of an output: map, report, preview and the like."""
     from ..tasks import tileable
 
@@ -283,12 +280,6 @@ def _write_more(
         if what == "map":
             smap = replace(grown.map, blend=grown.blend)  # so that `intarsia render` draws the same picture
             write_bytes(staging.place(path), smap.to_bytes())
-        elif what == "distances" and probe is not None and probe.maps is not None:
-            from ..search import distance_map
-
-            distances = distance_map.side_by_side(probe.maps)  # which PNG does not hold as they are
-            made = distance_map.as_16_bit(distances) if path.lower().endswith(".png") else distances
-            write(staging.place(path), Plane(made, Kind.DATA, Transfer.LINEAR))
         elif what == "report" and found is not None:
             write_page(staging, path, found)
         elif what == "preview":

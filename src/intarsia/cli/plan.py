@@ -12,13 +12,13 @@ import numpy as np
 
 from .. import files
 from ..disk import peak_memory
-from ..files import check_depth, format_of, recipe_path
+from ..files import format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.material_sets import Material
 from ..foundation import ParameterError, printable
 from ..foundation.arrays import Pair
 from ..foundation.blend import Blend
-from ..methods import Method, measures_distances, recipe_settings, traits
+from ..methods import Method, recipe_settings, traits
 from ..model import Exemplar
 from ..model.canvas import Canvas
 from ..model.image import dtype_of
@@ -57,7 +57,7 @@ SEARCHED = {"repeat": 3, "random-tiling": 3, "parallel-controllable": 570}
 """Bytes that a method keeps for each px of the exemplars while it works; of other methods, and around a start:"""
 SEARCHED_USUALLY, SEARCHED_AROUND = 30, 110
 
-KEPT = {"save_map": "map", "distance_map": "distances", "page": "report", "preview": "preview"}
+KEPT = {"save_map": "map", "page": "report", "preview": "preview"}
 """Fields of a request that name files beside the pictures, and what each holds."""
 
 PREVIEWED = 3
@@ -200,7 +200,6 @@ def orders_of(shelf: Inputs, check: Callable[[Scene], None] | None) -> list[Outp
     exemplars, canvas = shelf.scene.exemplars, shelf.scene.canvas
     fields |= {"method": plan.method.slug} | dict(zip("wh", shelf.size, strict=True))
     asked = {what: getattr(request, name) for name, what in KEPT.items()}
-    asked["distances"] = request.distance_map and request.distance_map[1]
     for seed in request.seeds:
         fields["seed"] = seed
         pictures = named(sets[:1] if request.begun else sets, exemplars[0], request, fields)
@@ -240,7 +239,7 @@ def method_as_json(method: Method, blend: Blend) -> Json:
 
 
 def check_formats(order: Output) -> None:
-    """Raise ParameterError for what formats of files cannot hold, and distances that the method does not measure."""
+    """Raise ParameterError for what formats of files cannot hold."""
     request, beside, first, size = order.shelf.request, order.beside, order.shelf.scene.exemplars[0], order.shelf.size
     check_depths(order.pictures, first, size, request)
     for path in order.pictures.values():
@@ -251,11 +250,3 @@ def check_formats(order: Output) -> None:
     if "preview" in beside:
         large = size[0] * PREVIEWED, size[1] * PREVIEWED
         check_depth(beside["preview"], first.planes[first.drawn[0]], request.depth, large)
-    if request.distance_map is not None:
-        (x, y), path, method = request.distance_map[0], beside["distances"], order.shelf.plan.method
-        if not (x < size[0] and y < size[1]):
-            raise ParameterError(f"--distance-map {x},{y} lies outside the output of {size[0]}x{size[1]} px.")
-        if Path(path).suffix.lower() not in (".exr", ".tif", ".tiff", ".png"):
-            raise ParameterError(f"--distance-map {path}: distances are saved as .exr, .tif or .png; end the name so.")
-        if not measures_distances(method):
-            raise ParameterError(f"--distance-map: {method.slug} measures no distances; use patch-sampling.")

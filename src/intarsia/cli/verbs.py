@@ -18,7 +18,7 @@ from ..foundation import AUTO_METHOD, SAMPLES, ParameterError, ResourceError
 from ..foundation.params import KINDS, Parameter, parameters
 from ..methods import METHODS, RENAMED, method_class, preset
 from ..request import FIELDS, HEADINGS, Json, Request, fields_of_verb, parameter_values, parameters_of_verb
-from ..request.field import FLAG, Field, File, Kind, Number, Pair, Whole
+from ..request.field import FLAG, Field, File, Kind, Number, Whole
 from ..request.fields import methods_for
 from . import Report, enable_collection
 
@@ -85,8 +85,6 @@ def type_of(kind: Kind) -> Any:
     """Return the type of click for a kind of values; click's own types, with their messages, if there is one."""
     if isinstance(kind, File):
         return FILE
-    if isinstance(kind, Pair):
-        return tuple(map(type_of, kind.kinds))
     if isinstance(kind, Number):
         return InRange(kind.low, kind.high)
     if isinstance(kind, Whole) and not kind.choices:

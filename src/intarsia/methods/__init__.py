@@ -145,11 +145,6 @@ def keeps_lattice(method: Method) -> bool:
     return any(p.name == "lattice" for p in parameters(method)) and traits(method).keep_lattice == "on"
 
 
-def measures_distances(method: Method | type[Method]) -> bool:
-    """Whether a method, or a class of methods, searches patches by distance."""
-    return getattr(method, "measures", False)
-
-
 class MethodBase:
     """Base class of methods: checks parameters, copies exactly, and delegates to an engine.
 

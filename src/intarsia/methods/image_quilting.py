@@ -58,7 +58,6 @@ class ImageQuilting(methods.CutSquares):
     paper = "Efros and Freeman 2001; Robinson 2004"
     summary = "matching patches joined along the cheapest seam"
     engine = "intarsia.patches.quilting"
-    measures = True
     supports = methods.abilities("wrap", "start", "mask", "guide", "isometries", "several")
 
     patch: Extent = methods.patch_side()

@@ -42,10 +42,9 @@ from .repetition import Repetition, patch_saliency
 from .repetition_kernels import edge_cells, weigh_edge
 
 if TYPE_CHECKING:
-    from ..search import distance_map
     from ..search import guide as guiding
-else:  # where labels, or maps of distances, are asked for
-    distance_map, guiding = lazy("intarsia.search.distance_map"), lazy("intarsia.search.guide")
+else:  # where labels are asked for
+    guiding = lazy("intarsia.search.guide")
 
 SLACK = 2  # by default labels may stray 1 / SLACK of a patch along boundaries into another region, at least 2 px
 
@@ -344,7 +343,6 @@ class PatchSynthesis:
                 run.tick(before + number, total, self.draft)
                 self.repetition.account()
                 found = self._search(wave, each, run.workers)
-                self._answer(run, wave, found)
                 bits = draw_many(seed, stage + self.turn.stage, 0, wave)
                 picks = self._picks(wave, found, bits, choose)
                 chosen, size = list(zip(wave, picks, found, strict=True)), -(-len(wave) // run.workers)
@@ -381,24 +379,6 @@ class PatchSynthesis:
     def at(self, window: Window) -> Pair:
         """Return the first pixel of a window on the canvas."""
         return self.layout.at(*window)
-
-    def _answer(self, run: Run, wave: list[Window], found: list[Candidates]) -> None:
-        """Set the distance maps of the run's probe when the first window that holds its pixel is searched."""
-        probe = run.probe
-        if probe is None or probe.maps is not None or self.growing.variant[probe.y, probe.x] != HOLE:
-            return
-        for window, candidates in zip(wave, found, strict=True):
-            y, x = self.at(window)
-            dy, dx = probe.y - y, probe.x - x
-            dy = dy % self.canvas.height if self.canvas.wrap.y else dy
-            dx = dx % self.canvas.width if self.canvas.wrap.x else dx
-            if 0 <= dy < self.layout.patch[0] and 0 <= dx < self.layout.patch[1]:
-                scale = distance_map.full_scale(self.exemplars[0], self.settings.weights)
-                every = distance_map.distance_maps(candidates, self.variants, scale)
-                probe.maps = distance_map.best_of_poses(every, self.variants, self.layout.patch)
-                if not len(candidates.rows):
-                    run.notes.append(f"nothing was known around {probe.x},{probe.y} yet: every patch fits alike there.")
-                return
 
     def _search(self, wave: list[Window], each: Any, workers: int) -> list[Candidates]:
         found: list[Any] = [None] * len(wave)

@@ -19,7 +19,7 @@ from ..foundation.blend import Blend, Finish, Levelling
 from ..foundation.geometry import Wrap
 from ..foundation.params import KINDS, OVER, Parameter, parameters, parse
 from ..methods import Method, keeps_lattice, known_parameters, make, method_of, parameters_of, renamed
-from .field import FLAG, Field, Pair, fields_of
+from .field import FLAG, Field, fields_of
 from .fields import METHOD_VERBS, PICTURE_VERBS, Options, default_parameters, methods_for
 
 if TYPE_CHECKING:
@@ -53,7 +53,6 @@ class Request(Options):
         maps = ("--map", self.saved if self.verb == "score" else None), ("--start", self.start)
         beside = (
             ("--save-map", self.save_map), ("--preview", self.preview),
-            ("--distance-map", self.distance_map and self.distance_map[1]),
         )  # fmt: skip
         able_to = "a .zarr, a .tif or a folder" if self.verb == "weave" else "a file, or - for the standard output"
         for wrong, line in (
@@ -283,9 +282,6 @@ def _said(field: Field, value: Any, joined: bool) -> list[str]:
     texts = list(map(field.kind.text, value if field.many else [value]))
     if not field.flags or field.kind is FLAG:
         return [field.flag] if field.flags else texts
-    if isinstance(field.kind, Pair):
-        texts = [kind.text(one) for kind, one in zip(field.kind.kinds, value, strict=True)]
-        return [field.flag, *texts]
     short = field.flags[0]
     return [word for text in texts for word in _option(short if len(short) == 2 else field.flag, text, joined)]
 

@@ -22,7 +22,6 @@ from ..foundation import (
 from ..foundation.geometry import Wrap
 from ..methods import METHODS, PRESETS, Ability, method_class, parameters_of
 from .field import (
-    ENDLESS,
     FLAG,
     Channels,
     Colour,
@@ -31,7 +30,7 @@ from .field import (
     NamedFile,
     NamedNumber,
     Number,
-    Pair,
+    Place,
     Rectangle,
     Scale,
     Seed,
@@ -147,7 +146,7 @@ class Options:
         "render",
     )  # fmt: skip
     origin: tuple[int, int] = option(
-        ENDLESS, "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
+        Place(), "--origin", "Which pixel of the endless plane comes first. Negative and huge ones too.",
         "weave", default=(0, 0),
     )  # fmt: skip
     edge: int = option(
@@ -215,11 +214,6 @@ class Options:
     save_map: str | None = option(
         WRITTEN, "--save-map", "Save which exemplar pixel went where.",
         PLANNED | {"replay"}, "rare without_effect", shown="FILE.npz",
-    )  # fmt: skip
-    distance_map: tuple[tuple[int, int], str] | None = option(
-        Pair(), "--distance-map", "Save how well every patch of the exemplar fitted when output pixel X,Y was "
-        "filled: .exr or .tif holds distances (-1: no patch there), .png stretches them, dark is near.",
-        PLANNED | {"replay"}, "rare without_effect", shown="X,Y FILE",
     )  # fmt: skip
     chunk: int | None = option(
         Whole(low=16, high=8192), "--chunk",

@@ -29,7 +29,6 @@ class PatchSampling(MethodBase):
     paper: ClassVar[str] = "Liang et al. 2001; Multrus 2003"
     summary: ClassVar[str] = "patches with matching seams, feathered"
     engine: ClassVar[str] = "intarsia.published.multrus2003.engine"
-    measures: ClassVar[bool] = True
     supports: ClassVar[frozenset[Ability]] = frozenset(
         {Ability.WRAP, Ability.START, Ability.MASK, Ability.GUIDE, Ability.ISOMETRIES, Ability.SEVERAL}
     )
