@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import files
 from ..disk import peak_memory
-from ..files import format_of, recipe_path
+from ..files import check_depth, format_of, recipe_path
 from ..files.formats import split_layer
 from ..files.material_sets import Material
 from ..foundation import ParameterError, printable
